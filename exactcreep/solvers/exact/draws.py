@@ -8,8 +8,8 @@ import numpy as np
 
 from exactcreep.model import deviates
 from exactcreep.model.disorder import STREAM_COEFFICIENT
-from exactcreep.solvers.exact import layout as at
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact.layout import PAD, compiled, inlined
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     choose,
@@ -17,7 +17,6 @@ from exactcreep.solvers.exact.simd import (
     lane_of,
     lowest_bit,
     mantissa,
-    spread,
     store,
     upper_bits,
 )
@@ -28,14 +27,8 @@ KEPT = 2 * BATCH
 """Deviates kept of every slider: draw k in column k % KEPT."""
 
 
-@inlined
-def _fraction(numerator, denominator, r):
-    top = spread(numerator[0])
-    low = spread(denominator[0])
-    for k in range(1, 8):
-        top = top * r + numerator[k]
-        low = low * r + denominator[k]
-    return top, low
+_fraction = inlined(deviates.fraction.py_func)
+_logarithm_of = inlined(deviates.logarithm_of.py_func)
 
 
 @inlined
@@ -43,14 +36,7 @@ def _logarithm(x):
     m = mantissa(x)
     e = exponent(x)
     small = m < deviates.ROOT_HALF
-    m = choose(small, 2.0 * m, m)
-    e = choose(small, e - 1.0, e)
-    z = (m - 1.0) / (m + 1.0)
-    w = z * z
-    series = spread(0.0)
-    for k in range(deviates.ODD.size):
-        series = series * w + deviates.ODD[k]
-    return e * deviates.LN2_HIGH + (e * deviates.LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+    return _logarithm_of(choose(small, 2.0 * m, m), choose(small, e - 1.0, e))
 
 
 @inlined
@@ -89,19 +75,19 @@ def fill(deviate, row, seed, slider, batch):
 @inlined
 def coefficient(now, deviate):
     """Return the static coefficient of a deviate, and how far it lies above mu_d."""
-    mu = now.mean + now.width * deviate
-    return mu, (mu - now.mu_d) - now.mu_d_low
+    mu = now.chain.mean + now.chain.width * deviate
+    return mu, (mu - now.chain.mu_d) - now.chain.mu_d_low
 
 
 @inlined
 def renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
     mu, above = coefficient(now, deviate)
-    cell[at.COEFFICIENT, i] = mu
+    cell[cells.COEFFICIENT, i] = mu
     if above < 0.0:
-        now.below += 1
+        now.counts.below += 1
         above = 0.0
-    cell[at.EXCESS, i] = above * now.cosine
+    cell[cells.EXCESS, i] = above * now.chain.cosine
 
 
 @inlined
@@ -110,16 +96,16 @@ def draw_ahead(deviate, now, i, k):
 
     Nobody waits for it: the processor makes it while it goes on with the batch at hand.
     """
-    fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, k // BATCH + 1)
+    fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, k // BATCH + 1)
 
 
 @inlined
 def draw(cell, count, deviate, now, i):
     """Give slider i its next static coefficient."""
-    k = count[at.DRAWS, i]
-    count[at.DRAWS, i] = k + 1
-    if now.constant == 1:
-        cell[at.EXCESS, i] = now.mean_excess
+    k = count[cells.DRAWS, i]
+    count[cells.DRAWS, i] = k + 1
+    if now.chain.constant == 1:
+        cell[cells.EXCESS, i] = now.chain.mean_excess
         return
     if k % BATCH == 0:
         draw_ahead(deviate, now, i, k)

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import rows
+from exactcreep.solvers.exact.double_double import add, plus
 from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw, draw_ahead, renew
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
 from exactcreep.solvers.exact.simd import choose, lane_of, together
-from exactcreep.solvers.exact.two_floats import add, plus
 
 _PLAIN = 1.9
 """Friction forces: a slip from an excess below that ends with a force that friction holds.
@@ -27,7 +27,7 @@ _PLAIN = 1.9
 It ends with friction minus the excess, in the direction in which it went. From two friction forces
 on the slider would go back; the tenth is far more than rounding.
 """
-_SLACK = 64.0 * at.ULP
+_SLACK = 64.0 * ULP
 """Of the sum of all forces that enter: how close to a comparison is not plain any more.
 
 The bounds of the comparisons in `next_start` and `end_slips` are below 10 ulp of that sum, and what
@@ -48,25 +48,25 @@ def next_start(cell, now, target, target_low):
     undecided : bool
         Whether a comparison lay within its rounding bound.
     """
-    top = at.PAD
-    end = at.PAD + now.n - 1
+    top = PAD
+    end = PAD + now.chain.n - 1
     theta = now.theta
     theta_low = now.theta_low
     far = (target - theta) + (target_low - theta_low)
     up = 1.0 if far > 0.0 else -1.0
-    room_top = now.friction + cell[at.EXCESS, top]
-    room_end = now.friction + cell[at.EXCESS, end]
+    room_top = now.chain.friction + cell[cells.EXCESS, top]
+    room_end = now.chain.friction + cell[cells.EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = plus(cell[at.FORCE, top], cell[at.FORCE_LOW, top], up * room_top)
-    end_high, end_low = plus(-cell[at.FORCE, end], -cell[at.FORCE_LOW, end], up * room_end)
+    top_high, top_low = plus(cell[cells.FORCE, top], cell[cells.FORCE_LOW, top], up * room_top)
+    end_high, end_low = plus(-cell[cells.FORCE, end], -cell[cells.FORCE_LOW, end], up * room_end)
     far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
     far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
     far *= up
     # the rooms, and what the slips since the last change of direction may have rounded away
-    bound = 2.0 * at.ULP * (room_top + room_end + abs(top_high) + abs(end_high))
+    bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
     nearest = min(far_top, far_end)
-    if now.n == 1 or far == 0.0 or nearest >= far - bound:
-        near = now.n > 1 and far > 0.0 and nearest <= far + bound
+    if now.chain.n == 1 or far == 0.0 or nearest >= far - bound:
+        near = now.chain.n > 1 and far > 0.0 and nearest <= far + bound
         return False, False, target, target_low, near
     apart = far_top - far_end
     both = abs(apart) <= bound
@@ -98,28 +98,35 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
     bounds of all comparisons in `next_start` and `end_slips`, is left to these. Both ways give
     the same bits.
     """
-    n = now.n
-    constant = now.constant == 1
-    friction = now.friction
+    chain = now.chain
+    n = chain.n
+    constant = chain.constant == 1
+    friction = chain.friction
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    i = at.PAD
-    other = at.PAD + n - 1
-    neighbour = at.PAD + 1
+    i = PAD
+    other = PAD + n - 1
+    neighbour = PAD + 1
     way = 1.0
     # up times the critical l0 theta of both ends
-    first = friction + cell[at.EXCESS, i] + up * cell[at.FORCE, i]
-    second = friction + cell[at.EXCESS, other] - up * cell[at.FORCE, other]
+    first = friction + cell[cells.EXCESS, i] + up * cell[cells.FORCE, i]
+    second = friction + cell[cells.EXCESS, other] - up * cell[cells.FORCE, other]
     if second < first:
         first, second = second, first
         i, other = other, i
         neighbour = i - 1
         way = -1.0
     side = -up * way
-    excess = cell[at.EXCESS, i]
-    spare = cell[at.EXCESS, neighbour]
-    between = side * (cell[at.FORCE, i] + cell[at.FORCE, neighbour])  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[at.EXCESS, other] + spare
-    scale += abs(cell[at.FORCE, i]) + abs(cell[at.FORCE, other]) + abs(cell[at.FORCE, neighbour])
+    excess = cell[cells.EXCESS, i]
+    spare = cell[cells.EXCESS, neighbour]
+    between = side * (
+        cell[cells.FORCE, i] + cell[cells.FORCE, neighbour]
+    )  # a slip does not change it
+    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[cells.EXCESS, other] + spare
+    scale += (
+        abs(cell[cells.FORCE, i])
+        + abs(cell[cells.FORCE, other])
+        + abs(cell[cells.FORCE, neighbour])
+    )
     slack = _SLACK * scale
     if first <= up * now.theta + slack:
         return
@@ -135,17 +142,22 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         reach = min(reach, second - slack)
         wall -= slack
     most -= slack
-    high = together(cell[at.FORCE, i], cell[at.FORCE, neighbour], cell[at.TRAVEL, i], now.total)
+    high = together(
+        cell[cells.FORCE, i], cell[cells.FORCE, neighbour], cell[cells.TRAVEL, i], now.total
+    )
     low = together(
-        cell[at.FORCE_LOW, i], cell[at.FORCE_LOW, neighbour], cell[at.TRAVEL_LOW, i], now.total_low
+        cell[cells.FORCE_LOW, i],
+        cell[cells.FORCE_LOW, neighbour],
+        cell[cells.TRAVEL_LOW, i],
+        now.total_low,
     )
     ways = together(-side, side, side, side)
     high_before = high
     low_before = low
     excess_before = excess
-    k = count[at.DRAWS, i]
+    k = count[cells.DRAWS, i]
     slips = 0
-    allowed = (stop_at - now.events + 1) // 2
+    allowed = (stop_at - now.counts.events + 1) // 2
     while slips < allowed:
         theta = (friction + excess) - side * lane_of(high, 0)
         if not (slack < excess < most and theta < reach and theta + excess < wall):
@@ -159,33 +171,33 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
             if k % BATCH == 0:
                 draw_ahead(deviate, now, i, k)
             _, above = coefficient(now, deviate[i, k % KEPT])
-            excess = max(above, 0.0) * now.cosine
+            excess = max(above, 0.0) * chain.cosine
         else:
-            excess = now.mean_excess
+            excess = chain.mean_excess
         k += 1
     if slips == 0:
         return
-    cell[at.FORCE, i] = lane_of(high, 0)
-    cell[at.FORCE_LOW, i] = lane_of(low, 0)
-    cell[at.FORCE, neighbour] = lane_of(high, 1)
-    cell[at.FORCE_LOW, neighbour] = lane_of(low, 1)
-    cell[at.REST, neighbour] = lane_of(high, 1)
-    cell[at.TRAVEL, i] = lane_of(high, 2)
-    cell[at.TRAVEL_LOW, i] = lane_of(low, 2)
+    cell[cells.FORCE, i] = lane_of(high, 0)
+    cell[cells.FORCE_LOW, i] = lane_of(low, 0)
+    cell[cells.FORCE, neighbour] = lane_of(high, 1)
+    cell[cells.FORCE_LOW, neighbour] = lane_of(low, 1)
+    cell[cells.REST, neighbour] = lane_of(high, 1)
+    cell[cells.TRAVEL, i] = lane_of(high, 2)
+    cell[cells.TRAVEL_LOW, i] = lane_of(low, 2)
     now.total = lane_of(high, 3)
     now.total_low = lane_of(low, 3)
     now.theta, now.theta_low = plus(
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
-    count[at.DRAWS, i] = k
+    count[cells.DRAWS, i] = k
     if constant:
-        cell[at.EXCESS, i] = now.mean_excess
+        cell[cells.EXCESS, i] = chain.mean_excess
     else:
         renew(cell, now, i, deviate[i, (k - 1) % KEPT])
-    count[at.SLIPS, i] += slips
-    now.slips += slips
-    now.rearrangements += slips
-    now.events += 2 * slips
+    count[cells.SLIPS, i] += slips
+    now.counts.slips += slips
+    now.counts.rearrangements += slips
+    now.counts.events += 2 * slips
 
 
 @compiled
@@ -194,44 +206,44 @@ def end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
 
     Does what `loop` does in a ramp, a lone slip and at rest, without what such a slip can skip.
     """
-    last = at.PAD + now.n - 1
-    friction = now.friction
-    pair = now.n == 2
+    last = PAD + now.chain.n - 1
+    friction = now.chain.friction
+    pair = now.chain.n == 2
     tables = log.tables
-    while now.events < stop_at:
+    while now.counts.events < stop_at:
         if tables is None:
             _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)
-            if now.events >= stop_at:
+            if now.counts.events >= stop_at:
                 return
         top, end, theta, theta_low, undecided = next_start(cell, now, target, target_low)
         if undecided or top == end:
             return
-        i = at.PAD if top else last
-        neighbour = at.PAD + 1 if top else last - 1
+        i = PAD if top else last
+        neighbour = PAD + 1 if top else last - 1
         side = 1.0 if end == ((target - theta) + (target_low - theta_low) > 0.0) else -1.0
-        drive = cell[at.EXCESS, i]
+        drive = cell[cells.EXCESS, i]
         length = 2.0 * drive
-        pull = cell[at.REST, neighbour]
+        pull = cell[cells.REST, neighbour]
         if pair:
             way = 1.0 if top else -1.0
-            low = cell[at.FORCE_LOW, neighbour] + way * theta_low
-            pull, _ = plus(cell[at.FORCE, neighbour], low, way * theta)
-        room = friction + cell[at.EXCESS, neighbour] - side * pull
-        bound = 8.0 * at.ULP * (2.0 * friction + drive + length + drive)
+            low = cell[cells.FORCE_LOW, neighbour] + way * theta_low
+            pull, _ = plus(cell[cells.FORCE, neighbour], low, way * theta)
+        room = friction + cell[cells.EXCESS, neighbour] - side * pull
+        bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
         if room <= length + bound or drive >= _PLAIN * friction:
             return
         now.theta = theta
         now.theta_low = theta_low
         rows.at_theta(cell, now, tables)
         moved = side * length
-        add(cell, at.FORCE, at.FORCE_LOW, i, -moved)
-        add(cell, at.FORCE, at.FORCE_LOW, neighbour, moved)
-        cell[at.REST, neighbour] = cell[at.FORCE, neighbour]
-        add(cell, at.TRAVEL, at.TRAVEL_LOW, i, moved)
+        add(cell, cells.FORCE, cells.FORCE_LOW, i, -moved)
+        add(cell, cells.FORCE, cells.FORCE_LOW, neighbour, moved)
+        cell[cells.REST, neighbour] = cell[cells.FORCE, neighbour]
+        add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
         now.total, now.total_low = plus(now.total, now.total_low, moved)
         draw(cell, count, deviate, now, i)
         rows.end_slip(cell, now, tables, i, side if end else -side, moved)
-        count[at.SLIPS, i] += 1
-        now.slips += 1
-        now.rearrangements += 1
-        now.events += 2
+        count[cells.SLIPS, i] += 1
+        now.counts.slips += 1
+        now.counts.rearrangements += 1
+        now.counts.events += 2

@@ -5,7 +5,7 @@ The loop works on arrays that Python owns: `cell` and `count` (one column for ea
 each slider of a chain that is long enough for `local_clocks`, else None), `series` (`SERIES` rows
 of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
-what is recorded. Compiled code calls this module `at`: ``cell[at.SPEED, i]``.
+what is recorded. Compiled code calls this module `cells`: ``cell[cells.SPEED, i]``.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ COUNTS = 3
     BENT,  # bounds of their fourth derivatives during the step
     CROSSING,  # when the margin was found to leave its range
     MOVES,  # 1 for a mover, else 0
-    RESTS,  # 1 for a slider at rest, else 0
+    RESTS,  # the opposite
     HOLDS,  # minus the stiffness for a mover, else 0
 ) = range(ORDERS + 1, ORDERS + 9)
 SERIES = ORDERS + 9
@@ -112,20 +112,15 @@ LADDER = (ORDERS + 9) // 8
     KEY,  # until then the margin is certified to stay in its range
     ROOT,  # when it was found to leave its range
     GUESS,  # when it might; once found what it misses the end of its range by
-    HOLD,  # minus the stiffness for a mover, else 0
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
+    MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
 ) = range(KNOWN + 2, KNOWN + 9)
-CLOCKS = KNOWN + 9
+CLOCKS = KNOWN + 11
 """An odd number; after all strips follow rows with the first key of each strip."""
 
-NOW = np.dtype(
+CHAIN = np.dtype(
     [
-        ("theta", np.float64),  # l0 theta
-        ("theta_low", np.float64),
-        ("time", np.float64),  # since the start of the rearrangement
-        ("total", np.float64),  # sum of all displacements
-        ("total_low", np.float64),
         ("friction", np.float64),  # mu_d cos(alpha)
         ("mu_d", np.float64),
         ("mu_d_low", np.float64),
@@ -134,44 +129,64 @@ NOW = np.dtype(
         ("mean", np.float64),  # of the static coefficients
         ("width", np.float64),  # their standard deviation
         ("mean_excess", np.float64),  # (mu_s - mu_d) cos(alpha)
-        ("clock", np.float64),  # time since the beginning of the epoch
-        ("wild", np.float64),  # bound of velocities and accelerations in the epoch
-        ("spent", np.float64),  # what the epoch has left out, in units of it
         ("n", np.int64),
         ("seed", np.int64),
         ("constant", np.int64),  # whether all static coefficients are mu_s
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
-        ("stage", np.int64),
-        ("target", np.int64),  # number of the target ahead
-        ("first", np.int64),  # columns of the first and the last mover
-        ("last", np.int64),
-        ("moving", np.int64),  # number of movers
-        ("touched_first", np.int64),  # columns that have moved in this rearrangement
-        ("touched_last", np.int64),
-        ("number", np.int64),  # of the event within the rearrangement
-        ("rearrangements", np.int64),
-        ("events", np.int64),
-        ("slips", np.int64),
-        ("below", np.int64),  # draws below mu_d
-        ("undecided", np.int64),
         ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...
-        ("logged", np.int64),  # rows of the log in use
-        ("steps", np.int64),  # of clusters
-        ("calm", np.int64),  # of them since the last event
-        ("tests", np.int64),  # windows of eight sliders certified
-        ("roots", np.int64),  # evaluations of one slider's margin
-        ("long", np.int64),  # rearrangements of more than `PROMISED_EVENTS`
-        ("work", np.int64),  # of clusters, in units of about 5 ns
-        ("local", np.int64),  # whether sliders keep the series of their own last change
+    ]
+)
+"""What stays as it is: the chain, its disorder, and what is recorded."""
+TALLY = ("rearrangements", "events", "slips", "below", "undecided", "long")
+"""Of them `below` are draws below mu_d, `long` rearrangements beyond `PROMISED_EVENTS`."""
+WORK = (
+    "steps",  # of clusters
+    "tests",  # windows of eight sliders certified
+    "roots",  # evaluations of one slider's margin
+    "work",  # of clusters, in units of about 5 ns
+)
+COUNTERS = np.dtype(
+    [
+        *((name, np.int64) for name in (*TALLY, *WORK)),
+        ("calm", np.int64),  # steps of clusters since the last event
+        ("retry", np.int64),  # steps until a long cluster is tried as such again
+        ("target", np.int64),  # number of the target ahead
+    ]
+)
+"""Counts since the start; a snapshot holds them as they are."""
+LOCAL = np.dtype(
+    [
+        ("time", np.float64),  # since the beginning of the epoch
+        ("wild", np.float64),  # bound of velocities and accelerations in the epoch
+        ("spent", np.float64),  # what the epoch has left out, in units of it
+        ("on", np.int64),  # whether sliders keep the series of their own last change
         ("centre", np.int64),  # column around which series are to be renewed
         ("left", np.int64),  # blocks of eight columns that the epoch has reached
         ("right", np.int64),
-        ("retry", np.int64),  # steps until a long cluster is tried as such again
     ]
 )
-"""The loop's scalars: constants of the chain, where it stands, and counts."""
-REALS = 16
-"""The first of them are float64, the others int64."""
+"""The epoch of a long cluster, see `local_clocks`."""
+NOW = np.dtype(
+    [
+        ("chain", CHAIN),
+        ("counts", COUNTERS),
+        ("epoch", LOCAL),
+        ("theta", np.float64),  # l0 theta
+        ("theta_low", np.float64),
+        ("total", np.float64),  # sum of all displacements
+        ("total_low", np.float64),
+        ("time", np.float64),  # since the start of the rearrangement
+        ("stage", np.int64),
+        ("number", np.int64),  # of the event within the rearrangement
+        ("moving", np.int64),  # number of movers
+        ("first", np.int64),  # columns of the first and the last mover
+        ("last", np.int64),
+        ("touched_first", np.int64),  # columns that have moved in this rearrangement
+        ("touched_last", np.int64),
+        ("logged", np.int64),  # rows of the log in use
+    ]
+)
+"""The loop's scalars: three records of their own, and where the chain stands."""
 LOGGED_EVENT = np.dtype(
     [
         *EVENT_TABLE.dtype,  # with l0 theta for theta

@@ -31,9 +31,9 @@ from __future__ import annotations
 
 import math
 
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import margins
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.layout import CLOCKS, EPOCH, KNOWN, NEVER, ULP, compiled, inlined
 from exactcreep.solvers.exact.margins import is_clear
 from exactcreep.solvers.exact.simd import (
     across,
@@ -56,14 +56,14 @@ from exactcreep.solvers.exact.simd import (
 )
 
 _CALM = 16.0
-_LEFT_OUT = 2.0 * math.exp(2 * at.EPOCH) / math.factorial(16)
+_LEFT_OUT = 2.0 * math.exp(2 * EPOCH) / math.factorial(16)
 """By jump and by acceleration, in units of w r**16."""
-_BUDGET = 8.0 * at.ULP
+_BUDGET = 8.0 * ULP
 """What an epoch may leave out of a margin, in units of friction."""
 _GAP = 2.0**-20
 """Events closer than that are looked at together."""
-_SIXTH, _SEVENTH = (at.EPOCH**k / math.factorial(k) for k in (6, 7))
-_TAIL = sum(2.0 ** (k - 8) * at.EPOCH**k / math.factorial(k) for k in range(8, 40))
+_SIXTH, _SEVENTH = (EPOCH**k / math.factorial(k) for k in (6, 7))
+_TAIL = sum(2.0 ** (k - 8) * EPOCH**k / math.factorial(k) for k in range(8, 40))
 """Of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
 orders multiply a mover's by at most 4, and a force at rest has twice its neighbours' before."""
 _PIECES = 8
@@ -76,44 +76,31 @@ _EARLY = 0.9
 @inlined
 def _blocks(cell):
     """Return the first of the rows with the first keys of all strips."""
-    return at.CLOCKS * (cell.shape[1] // 8)
+    return CLOCKS * (cell.shape[1] // 8)
 
 
 @inlined
 def _at(clock, cell, strip, time):
     """Return margins and displacements since their base times of eight columns."""
-    zero = spread(0.0)
-    row = at.CLOCKS * strip
-    tau = max(min(time - take(clock, row + at.BASE), at.EPOCH), 0.0)
-    u = tau * tau
-    even = odd = even_sum = odd_sum = zero
-    after = u * element(margins.STEP_FACTORS, 0, at.KNOWN + 1)
-    for k in range(at.KNOWN - 2, -1, -2):
-        term = take(clock, row + k + 1)
-        step = u * element(margins.STEP_FACTORS, 0, k + 2)
-        odd = fused(odd, step, term)
-        odd_sum = fused(odd_sum, after, term)
-        term = take(clock, row + k)
-        after = u * element(margins.STEP_FACTORS, 0, k + 1)
-        even = fused(even, after, term)
-        even_sum = fused(even_sum, step, term)
-    side = load(cell, at.SIDE, 8 * strip)
-    moved = (side * side) * (tau * fused(tau * 0.5, odd_sum, even_sum))
-    return fused(tau, odd, even), moved
+    row = CLOCKS * strip
+    tau = max(min(time - take(clock, row + cells.BASE), EPOCH), 0.0)
+    margin, moved = margins.summed(clock, row, KNOWN, margins.STEP_FACTORS, 0, tau * tau, tau)
+    side = load(cell, cells.SIDE, 8 * strip)
+    return margin, (side * side) * moved
 
 
 @inlined
 def _mark(cell, clock, strip):
     """Bring up to date the first key of eight columns."""
-    keys = take(clock, at.CLOCKS * strip + at.KEY)
+    keys = take(clock, CLOCKS * strip + cells.KEY)
     clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
 
 
 @inlined
 def _inside(cell, clock, friction, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
-    row = at.CLOCKS * strip
-    share = tau * (1.0 / at.EPOCH)
+    row = CLOCKS * strip
+    share = tau * (1.0 / EPOCH)
     share = share * share * share
     square = tau * tau
     a0 = take(clock, row)
@@ -137,110 +124,77 @@ def _inside(cell, clock, friction, strip, bent, tau):
 def _keep(cell, clock, friction, strip, begin, bent, mask):
     """Give those of eight columns in the mask the keys of their new series."""
     column = 8 * strip
-    row = at.CLOCKS * strip
-    left = spread(at.EPOCH - begin)
-    key = choose(mask, at.NEVER, take(clock, row + at.KEY))
+    row = CLOCKS * strip
+    left = spread(EPOCH - begin)
+    key = choose(mask, NEVER, take(clock, row + cells.KEY))
     ends = margins.watched(cell, column) & mask & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
         guess = margins.first_zero(*margins.approach(cell, clock, row, friction, column))
         tau = min(guess * _EARLY, left)
         inside = _inside(cell, clock, friction, strip, bent, tau)
         key = choose(ends, choose(inside, begin + tau, begin), key)
-        put(clock, row + at.GUESS, choose(ends, begin + guess, take(clock, row + at.GUESS)))
-    put(clock, row + at.KEY, key)
-    put(clock, row + at.ROOT, choose(mask, at.NEVER, take(clock, row + at.ROOT)))
+        put(clock, row + cells.GUESS, choose(ends, begin + guess, take(clock, row + cells.GUESS)))
+    put(clock, row + cells.KEY, key)
+    put(clock, row + cells.ROOT, choose(mask, NEVER, take(clock, row + cells.ROOT)))
     _mark(cell, clock, strip)
-
-
-@inlined
-def _sweep(clock, first, strips, k):
-    """Complete the derivatives k + 1 and k + 2 of all strips, and begin k + 3."""
-    before = before_2 = spread(0.0)
-    row = at.CLOCKS * first
-    holds = take(clock, row + at.HOLD)
-    y = choose(holds < 0.0, take(clock, row + k), 0.0)
-    y_2 = choose(holds < 0.0, take(clock, row + k + 1), 0.0)
-    for s in range(strips):
-        moving = holds < 0.0
-        following = following_2 = following_holds = spread(0.0)
-        if s + 1 < strips:
-            following_holds = take(clock, row + at.CLOCKS + at.HOLD)
-            moves = following_holds < 0.0
-            following = choose(moves, take(clock, row + at.CLOCKS + k), 0.0)
-            following_2 = choose(moves, take(clock, row + at.CLOCKS + k + 1), 0.0)
-        around = from_left(before, y) + from_right(y, following)
-        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        put(clock, row + k + 1, choose(moving, y_2, around))
-        put(clock, row + k + 2, choose(moving, fused(holds, y, around), around_2))
-        put(clock, row + k + 3, fused(holds, y_2, around_2))
-        before, before_2, y, y_2 = y, y_2, following, following_2
-        holds = following_holds
-        row += at.CLOCKS
 
 
 @inlined
 def _begin_epoch(cell, clock, now):
     """Expand the whole window; return whether it is calm enough, and no slider is forceless."""
     zero = spread(0.0)
-    friction = now.friction
+    friction = now.chain.friction
     first = (now.first - 1) // 8
     strips = (now.last + 9) // 8 - first
-    now.work += _STRIP_WORK * strips
+    now.counts.work += _STRIP_WORK * strips
     wildest = zero
     forceless = 0
     for s in range(first, first + strips):
-        i = 8 * s
-        row = at.CLOCKS * s
-        side = load(cell, at.SIDE, i)
-        stiffness = load(cell, at.STIFFNESS, i)
-        moves = side * side
-        pull, push, idle = margins.forces(cell, friction, i)
+        row, i = CLOCKS * s, 8 * s
+        moves, push, idle = margins.expand(cell, clock, row, cells.MOVED_THEN, friction, i)
         forceless |= idle
-        speed = load(cell, at.SPEED, i)
-        put(clock, row + at.HOLD, 0.0 - moves * stiffness)
-        put(clock, row, fused(1.0 - moves, pull, side * speed))
-        put(clock, row + 1, side * push)
-        put(clock, row + at.BASE, 0.0)
+        put(clock, row + cells.BASE, 0.0)
+        speed = load(cell, cells.SPEED, i)
         wildest = max(wildest, speed + speed, moves * abs(push))
     wild = largest(wildest)
     if forceless != 0 or wild > _CALM * friction:
         return False
-    for k in range(0, at.KNOWN, 2):
-        _sweep(clock, first, strips, k)
+    for k in range(0, KNOWN, 2):
+        margins.two_orders(clock, CLOCKS * first, CLOCKS, cells.MOVED_THEN, strips, k)
     late = zero
     for s in range(first, first + strips):
-        row = at.CLOCKS * s
+        row = CLOCKS * s
         late = max(late, abs(take(clock, row + 8)))
         late = max(late, abs(take(clock, row + 9)))
     tail = spread(_TAIL * largest(late))
     for s in range(first, first + strips):
-        row = at.CLOCKS * s
+        row = CLOCKS * s
         bent = fused(abs(take(clock, row + 6)), _SIXTH, tail)
         bent = fused(abs(take(clock, row + 7)), _SEVENTH, bent)
         _keep(cell, clock, friction, s, 0.0, bent, 255)
-    now.tests += strips
-    now.left = first
-    now.right = first + strips - 1
-    now.clock = 0.0
-    now.wild = max(wild, friction)
-    now.spent = 0.0
-    now.centre = 0
-    now.local = 1
+    now.counts.tests += strips
+    now.epoch.left = first
+    now.epoch.right = first + strips - 1
+    now.epoch.time = 0.0
+    now.epoch.wild = max(wild, friction)
+    now.epoch.spent = 0.0
+    now.epoch.centre = 0
+    now.epoch.on = 1
     return True
 
 
 @inlined
 def _bring(cell, clock, strip, time, mask):
     """Take those of eight columns in the mask to a time; return where and how fast all are then."""
-    row = at.CLOCKS * strip
+    row = CLOCKS * strip
     column = 8 * strip
     margin, moved = _at(clock, cell, strip, time)
-    x = load(cell, at.X, column) + moved
-    speed = max(load(cell, at.SIDE, column) * margin, 0.0)
-    store(cell, at.X, column, choose(mask, x, load(cell, at.X, column)))
-    store(cell, at.SPEED, column, choose(mask, speed, load(cell, at.SPEED, column)))
-    store(cell, at.FRESH, column, choose(mask, 0.0, load(cell, at.FRESH, column)))
-    put(clock, row + at.BASE, choose(mask, time, take(clock, row + at.BASE)))
+    x = load(cell, cells.X, column) + moved
+    speed = max(load(cell, cells.SIDE, column) * margin, 0.0)
+    store(cell, cells.X, column, choose(mask, x, load(cell, cells.X, column)))
+    store(cell, cells.SPEED, column, choose(mask, speed, load(cell, cells.SPEED, column)))
+    store(cell, cells.FRESH, column, choose(mask, 0.0, load(cell, cells.FRESH, column)))
+    put(clock, row + cells.BASE, choose(mask, time, take(clock, row + cells.BASE)))
     return x, speed
 
 
@@ -251,16 +205,16 @@ def _arrive(cell, clock, i, time):
     nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
     for q in range(5):
         x, speed = _bring(cell, clock, first + q, time, nearby >> (8 * q))
-        put(clock, at.CLOCKS * (first + q) + at.NOW_X, x)
-        put(clock, at.CLOCKS * (first + q) + at.NOW_SPEED, speed)
+        put(clock, CLOCKS * (first + q) + cells.NOW_X, x)
+        put(clock, CLOCKS * (first + q) + cells.NOW_SPEED, speed)
 
 
 @inlined
 def _put_nearby(clock, row, nearby, vector):
     """Set the lanes `nearby` of five strips, of which the outermost have none."""
     new = inner(vector)
-    row += at.CLOCKS
-    put_across(clock, row, at.CLOCKS, choose(nearby >> 8, new, across(clock, row, at.CLOCKS, new)))
+    row += CLOCKS
+    put_across(clock, row, CLOCKS, choose(nearby >> 8, new, across(clock, row, CLOCKS, new)))
 
 
 @inlined
@@ -270,48 +224,51 @@ def _renew(cell, clock, now):
     Five strips side by side: fourteen sliders to either side move and are moved, of the next the
     velocities alone are known. Seven to either side keep what is found.
     """
-    i = now.centre
-    begin = now.clock
-    fresh = cell[at.FRESH, i] > 0.0
-    if fresh and cell[at.DRIVE, i] <= 0.0:
+    i = now.epoch.centre
+    begin = now.epoch.time
+    fresh = cell[cells.FRESH, i] > 0.0
+    if fresh and cell[cells.DRIVE, i] <= 0.0:
         return False
-    clock[at.CLOCKS * (i // 8) + at.NOW_SPEED, i % 8] = cell[at.SPEED, i]
+    clock[CLOCKS * (i // 8) + cells.NOW_SPEED, i % 8] = cell[cells.SPEED, i]
     first = (i - 15) // 8
     lane = i - 8 * first
     window = ((1 << 29) - 1) << (lane - 14)
     outer = ((1 << 31) - 1) << (lane - 15)
     nearby = ((1 << 15) - 1) << (lane - 7)
     blocks = cell.shape[1] // 8
-    row = at.CLOCKS * first
+    row = CLOCKS * first
     zero = spread(0.0, 0.0, 0.0, 0.0, 0.0)
-    side = across(cell, at.SIDE * blocks + first, 1, zero)
-    stiffness = across(cell, at.STIFFNESS * blocks + first, 1, zero)
-    x = across(clock, row + at.NOW_X, at.CLOCKS, zero)
+    side = across(cell, cells.SIDE * blocks + first, 1, zero)
+    stiffness = across(cell, cells.STIFFNESS * blocks + first, 1, zero)
+    x = across(clock, row + cells.NOW_X, CLOCKS, zero)
     around = from_left(0.0, x) + from_right(x, 0.0)
-    pull = across(cell, at.REST * blocks + first, 1, zero) + (around - stiffness * x)
-    speed = across(clock, row + at.NOW_SPEED, at.CLOCKS, zero)
+    pull = across(cell, cells.REST * blocks + first, 1, zero) + (around - stiffness * x)
+    speed = across(clock, row + cells.NOW_SPEED, CLOCKS, zero)
     moves = side * side
     moving = (moves > 0.0) & window
     y = fused(1.0 - moves, pull, side * speed)
-    after = side * (side * pull - now.friction)
+    after = side * (side * pull - now.chain.friction)
     wild = largest(choose(moving, max(speed + speed, moves * abs(after)), 0.0))
-    rest = (at.EPOCH - begin) * (at.EPOCH - begin)
+    rest = (EPOCH - begin) * (EPOCH - begin)
     rest *= rest
     rest *= rest
     rest *= rest
-    now.wild = max(now.wild, wild)
-    now.spent += rest * _LEFT_OUT
-    if wild > _CALM * now.friction or now.spent * now.wild > _BUDGET * now.friction:
+    now.epoch.wild = max(now.epoch.wild, wild)
+    now.epoch.spent += rest * _LEFT_OUT
+    if (
+        wild > _CALM * now.chain.friction
+        or now.epoch.spent * now.epoch.wild > _BUDGET * now.chain.friction
+    ):
         return False
     if fresh:
-        after = choose(1 << lane, cell[at.SIDE, i] * cell[at.DRIVE, i], after)
+        after = choose(1 << lane, cell[cells.SIDE, i] * cell[cells.DRIVE, i], after)
     _put_nearby(clock, row, nearby, y)
     y = choose((moves > 0.0) & outer, y, 0.0)
     after = choose(moving, after, 0.0)
     holds = 0.0 - stiffness
     bent = inner(zero)
     late = zero
-    for k in range(1, at.KNOWN):
+    for k in range(1, KNOWN):
         around = from_left(0.0, y) + from_right(y, 0.0)
         new = choose(moving, after, around)
         _put_nearby(clock, row + k, nearby, new)
@@ -321,13 +278,13 @@ def _renew(cell, clock, now):
             late = max(late, abs(after), choose(nearby, abs(new), 0.0))
         y, after = after, choose(moving, fused(holds, y, around), 0.0)
     bent_b, bent_c, bent_d = strips(bent + _TAIL * largest(late))
-    _keep(cell, clock, now.friction, first + 1, begin, bent_b, nearby >> 8)
-    _keep(cell, clock, now.friction, first + 2, begin, bent_c, nearby >> 16)
-    _keep(cell, clock, now.friction, first + 3, begin, bent_d, nearby >> 24)
-    now.tests += 2
-    now.left = min(now.left, first + 1)
-    now.right = max(now.right, first + 3)
-    now.centre = 0
+    _keep(cell, clock, now.chain.friction, first + 1, begin, bent_b, nearby >> 8)
+    _keep(cell, clock, now.chain.friction, first + 2, begin, bent_c, nearby >> 16)
+    _keep(cell, clock, now.chain.friction, first + 3, begin, bent_d, nearby >> 24)
+    now.counts.tests += 2
+    now.epoch.left = min(now.epoch.left, first + 1)
+    now.epoch.right = max(now.epoch.right, first + 3)
+    now.epoch.centre = 0
     return True
 
 
@@ -335,13 +292,13 @@ def _renew(cell, clock, now):
 def _soonest(cell, clock, now):
     """Return the column with the first key."""
     blocks = _blocks(cell)
-    first = blocks + now.left // 8
-    last = blocks + now.right // 8
+    first = blocks + now.epoch.left // 8
+    last = blocks + now.epoch.right // 8
     keys = take(clock, first)
     for b in range(first + 1, last + 1):
         keys = min(keys, take(clock, b))
     key = least(keys)
-    if key >= at.NEVER:
+    if key >= NEVER:
         return -1
     while True:
         found = take(clock, first) <= key
@@ -349,7 +306,7 @@ def _soonest(cell, clock, now):
             break
         first += 1
     strip = 8 * (first - blocks) + lowest_bit(found)
-    return 8 * strip + lowest_bit(take(clock, at.CLOCKS * strip + at.KEY) <= key)
+    return 8 * strip + lowest_bit(take(clock, CLOCKS * strip + cells.KEY) <= key)
 
 
 @inlined
@@ -357,31 +314,31 @@ def _alone(cell, clock, now, time):
     """Return whether only one key is at most `time`."""
     blocks = _blocks(cell)
     strip = -1
-    for b in range(blocks + now.left // 8, blocks + now.right // 8 + 1):
+    for b in range(blocks + now.epoch.left // 8, blocks + now.epoch.right // 8 + 1):
         found = take(clock, b) <= time
         if found != 0:
             if strip >= 0 or found & (found - 1) != 0:
                 return False
             strip = 8 * (b - blocks) + lowest_bit(found)
-    found = take(clock, at.CLOCKS * strip + at.KEY) <= time
+    found = take(clock, CLOCKS * strip + cells.KEY) <= time
     return found & (found - 1) == 0
 
 
 @compiled
 def _look(cell, clock, now, i):
     """Carry the key of one slider on; return whether that was plain."""
-    row = at.CLOCKS * (i // 8)
+    row = CLOCKS * (i // 8)
     lane = i % 8
-    base = element(clock, row + at.BASE, lane)
-    side = cell[at.SIDE, i]
+    base = element(clock, row + cells.BASE, lane)
+    side = cell[cells.SIDE, i]
     limit = margins.end_of_range(cell, now, i)
-    a = element(clock, row + at.KEY, lane) - base
-    end = at.EPOCH - base
-    fresh = cell[at.FRESH, i] != 0.0
-    target = element(clock, row + at.GUESS, lane) - base
+    a = element(clock, row + cells.KEY, lane) - base
+    end = EPOCH - base
+    fresh = cell[cells.FRESH, i] != 0.0
+    target = element(clock, row + cells.GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = margins.refined(cell, clock, now, i, row, lane, at.KNOWN, target)
+        target = margins.refined(cell, clock, now, i, row, lane, KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
@@ -391,10 +348,10 @@ def _look(cell, clock, now, i):
     for _ in range(_PIECES):
         if b - a < _GAP:
             return False
-        at_b, slope_b = margins.at_time(clock, row, lane, at.KNOWN, b)
-        now.roots += 1
+        at_b, slope_b = margins.at_time(clock, row, lane, KNOWN, b)
+        now.counts.roots += 1
         bend = bend_odd = 0.0
-        for k in range(at.KNOWN - 2, 3, -2):
+        for k in range(KNOWN - 2, 3, -2):
             after = b * b * element(margins.STEP_FACTORS, 0, k - 3)
             bend = fused(bend, after, abs(element(clock, row + k, lane)))
             after = b * b * element(margins.STEP_FACTORS, 0, k - 2)
@@ -405,7 +362,7 @@ def _look(cell, clock, now, i):
             outward = margins.outwards(side, slope_b)
             off = at_b - outward * limit
             steep = outward * slope_b
-            plain = abs(off) <= bound + 2.0 * at.ULP * steep and steep * _GAP > 8.0 * bound
+            plain = abs(off) <= bound + 2.0 * ULP * steep and steep * _GAP > 8.0 * bound
             room = limit - outward * at_a
             plain = plain and (fresh or room > bound)
             plain = plain and is_clear(
@@ -417,9 +374,9 @@ def _look(cell, clock, now, i):
                     bend, b, bound, False, False,
                 )  # fmt: skip
             if plain:
-                clock[row + at.KEY, lane] = base + b
-                clock[row + at.ROOT, lane] = base + b
-                clock[row + at.GUESS, lane] = off
+                clock[row + cells.KEY, lane] = base + b
+                clock[row + cells.ROOT, lane] = base + b
+                clock[row + cells.GUESS, lane] = off
                 _mark(cell, clock, i // 8)
                 return True
         else:
@@ -431,7 +388,7 @@ def _look(cell, clock, now, i):
                         bend, b, bound, fresh, False,
                     )  # fmt: skip
             if plain:
-                clock[row + at.KEY, lane] = base + b if b < end else at.NEVER
+                clock[row + cells.KEY, lane] = base + b if b < end else NEVER
                 _mark(cell, clock, i // 8)
                 return True
         located = False
@@ -442,11 +399,13 @@ def _look(cell, clock, now, i):
 @compiled
 def at_once(cell, clock, now):
     """Take all sliders to the present time; the epoch is over."""
-    for b in range(now.left, now.right + 1):
-        clock[_blocks(cell) + b // 8, b % 8] = at.NEVER
-        put(clock, at.CLOCKS * b + at.KEY, spread(at.NEVER))
-        _bring(cell, clock, b, now.clock, take(clock, at.CLOCKS * b + at.BASE) < now.clock)
-    now.local = 0
+    for b in range(now.epoch.left, now.epoch.right + 1):
+        clock[_blocks(cell) + b // 8, b % 8] = NEVER
+        put(clock, CLOCKS * b + cells.KEY, spread(NEVER))
+        _bring(
+            cell, clock, b, now.epoch.time, take(clock, CLOCKS * b + cells.BASE) < now.epoch.time
+        )
+    now.epoch.on = 0
 
 
 @compiled
@@ -458,41 +417,41 @@ def advance(cell, count, clock, now):
     t, events, residual
         As `taylor.step`; `events` is -1 if it must do it.
     """
-    now.steps += 1
-    now.work += _EVENT_WORK
-    if now.local == 1 and now.spent * now.wild > 0.5 * _BUDGET * now.friction:
+    now.counts.steps += 1
+    now.counts.work += _EVENT_WORK
+    if now.epoch.on == 1 and now.epoch.spent * now.epoch.wild > 0.5 * _BUDGET * now.chain.friction:
         at_once(cell, clock, now)
-    if now.local == 0:
+    if now.epoch.on == 0:
         if not _begin_epoch(cell, clock, now):
             return 0.0, -1, 0.0
-    elif now.centre != 0 and not _renew(cell, clock, now):
+    elif now.epoch.centre != 0 and not _renew(cell, clock, now):
         at_once(cell, clock, now)
         return 0.0, -1, 0.0
-    before = now.clock
+    before = now.epoch.time
     while True:
         i = _soonest(cell, clock, now)
         if i < 0:
-            now.clock = at.EPOCH
+            now.epoch.time = EPOCH
             at_once(cell, clock, now)
-            return now.clock - before, 0, 0.0
-        row = at.CLOCKS * (i // 8)
-        time = element(clock, row + at.ROOT, i % 8)
-        if time < at.NEVER:
+            return now.epoch.time - before, 0, 0.0
+        row = CLOCKS * (i // 8)
+        time = element(clock, row + cells.ROOT, i % 8)
+        if time < NEVER:
             if time - before < _GAP:
                 break
             if _alone(cell, clock, now, time + _GAP):
-                residual = abs(element(clock, row + at.GUESS, i % 8))
+                residual = abs(element(clock, row + cells.GUESS, i % 8))
                 _arrive(cell, clock, i, time)
-                now.clock = time
-                now.centre = i
-                count[at.EVENT, 0] = i
+                now.epoch.time = time
+                now.epoch.centre = i
+                count[cells.EVENT, 0] = i
                 return time - before, 1, residual
-            clock[row + at.KEY, i % 8] = at.NEVER
+            clock[row + cells.KEY, i % 8] = NEVER
             _mark(cell, clock, i // 8)
             j = _soonest(cell, clock, now)
-            if clock[at.CLOCKS * (j // 8) + at.ROOT, j % 8] < at.NEVER:
+            if clock[CLOCKS * (j // 8) + cells.ROOT, j % 8] < NEVER:
                 break
-            clock[row + at.KEY, i % 8] = time
+            clock[row + cells.KEY, i % 8] = time
             _mark(cell, clock, i // 8)
             i = j
         if not _look(cell, clock, now, i):

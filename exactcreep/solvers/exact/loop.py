@@ -22,15 +22,15 @@ import math
 
 import numpy as np
 
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import rows
+from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips, next_start
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
 from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
-from exactcreep.solvers.exact.two_floats import add, plus, two_sum
 
 _CALM = 64
 """Steps without an event after which the whole chain's modes are looked at."""
@@ -46,13 +46,13 @@ MODES_WORK = 6
 def _write(now, events, kind, i, sign, residual):
     """Write an event of slider i to the log."""
     row = events[now.logged]
-    row.half_cycle = now.target
-    row.rearrangement = now.rearrangements - 1
+    row.half_cycle = now.counts.target
+    row.rearrangement = now.counts.rearrangements - 1
     row.number = now.number
     row.theta = now.theta
     row.time = now.time
     row.kind = kind
-    row.slider = i + 1 - at.PAD
+    row.slider = i + 1 - PAD
     row.sign = sign
     row.theta_low = now.theta_low
     row.residual = residual
@@ -62,52 +62,52 @@ def _write(now, events, kind, i, sign, residual):
 @inlined
 def _place_ends(cell, now):
     """Give the forces at sliders 1 and N the present theta."""
-    n = now.n
+    n = now.chain.n
     if n > 1:
-        for i, way in ((at.PAD, -1.0), (at.PAD + n - 1, 1.0)):
-            low = cell[at.FORCE_LOW, i] + way * now.theta_low
-            cell[at.REST, i], _ = plus(cell[at.FORCE, i], low, way * now.theta)
+        for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
+            low = cell[cells.FORCE_LOW, i] + way * now.theta_low
+            cell[cells.REST, i], _ = plus(cell[cells.FORCE, i], low, way * now.theta)
 
 
 @inlined
 def _present_force(cell, i):
-    around = cell[at.X, i - 1] + cell[at.X, i + 1]
-    return cell[at.REST, i] + (around - cell[at.STIFFNESS, i] * cell[at.X, i])
+    around = cell[cells.X, i - 1] + cell[cells.X, i + 1]
+    return cell[cells.REST, i] + (around - cell[cells.STIFFNESS, i] * cell[cells.X, i])
 
 
 @inlined
 def _start(cell, now, log, i, sign, drive, residual):
-    cell[at.SIDE, i] = sign
-    cell[at.SPEED, i] = 0.0
-    cell[at.FRESH, i] = 1.0
-    cell[at.DRIVE, i] = drive
+    cell[cells.SIDE, i] = sign
+    cell[cells.SPEED, i] = 0.0
+    cell[cells.FRESH, i] = 1.0
+    cell[cells.DRIVE, i] = drive
     now.moving += 1
     now.first = min(now.first, i)
     now.last = max(now.last, i)
     now.touched_first = min(now.touched_first, i)
     now.touched_last = max(now.touched_last, i)
     rows.start(cell, now, log.tables, i)
-    if now.logging & at.LOGS_EVENTS != 0:
-        _write(now, log.events, at.START, i, sign, residual)
+    if now.chain.logging & cells.LOGS_EVENTS != 0:
+        _write(now, log.events, cells.START, i, sign, residual)
 
 
 @inlined
 def _stop(cell, count, deviate, now, log, i, residual):
-    if now.logging & at.LOGS_EVENTS != 0:
-        _write(now, log.events, at.STOP, i, cell[at.SIDE, i], residual)
-    cell[at.SIDE, i] = 0.0
-    cell[at.SPEED, i] = 0.0
-    cell[at.FRESH, i] = 0.0
+    if now.chain.logging & cells.LOGS_EVENTS != 0:
+        _write(now, log.events, cells.STOP, i, cell[cells.SIDE, i], residual)
+    cell[cells.SIDE, i] = 0.0
+    cell[cells.SPEED, i] = 0.0
+    cell[cells.FRESH, i] = 0.0
     now.moving -= 1
-    now.slips += 1
-    count[at.SLIPS, i] += 1
+    now.counts.slips += 1
+    count[cells.SLIPS, i] += 1
     draw(cell, count, deviate, now, i)
     rows.stop(cell, now, log.tables, i)
 
 
 @inlined
 def _begin(cell, now, log, way):
-    now.rearrangements += 1
+    now.counts.rearrangements += 1
     now.number = 0
     now.first = now.touched_first = cell.shape[1]
     now.last = now.touched_last = 0
@@ -121,40 +121,40 @@ def _settle(cell, now, log):
     rows.end(cell, now, log.tables)
     first = now.touched_first
     last = now.touched_last
-    for i in range(max(first - 1, at.PAD), min(last + 2, at.PAD + now.n)):
+    for i in range(max(first - 1, PAD), min(last + 2, PAD + now.chain.n)):
         # the neighbours' sum first: the mirror image adds the same two numbers
-        total, error = two_sum(cell[at.X, i - 1], cell[at.X, i + 1])
-        cell[at.FORCE_LOW, i] += error
-        add(cell, at.FORCE, at.FORCE_LOW, i, total)
-        add(cell, at.FORCE, at.FORCE_LOW, i, -cell[at.STIFFNESS, i] * cell[at.X, i])
-        cell[at.REST, i] = cell[at.FORCE, i]  # at sliders 1 and N once theta is known again
+        total, error = two_sum(cell[cells.X, i - 1], cell[cells.X, i + 1])
+        cell[cells.FORCE_LOW, i] += error
+        add(cell, cells.FORCE, cells.FORCE_LOW, i, total)
+        add(cell, cells.FORCE, cells.FORCE_LOW, i, -cell[cells.STIFFNESS, i] * cell[cells.X, i])
+        cell[cells.REST, i] = cell[cells.FORCE, i]  # at sliders 1 and N once theta is known again
     for i in range(first, last + 1):
-        moved = cell[at.X, i]
+        moved = cell[cells.X, i]
         if moved != 0.0:
-            add(cell, at.TRAVEL, at.TRAVEL_LOW, i, moved)
+            add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
-            cell[at.X, i] = 0.0
-    if now.number > at.PROMISED_EVENTS:
-        now.long += 1
-    now.stage = at.AT_REST
+            cell[cells.X, i] = 0.0
+    if now.number > cells.PROMISED_EVENTS:
+        now.counts.long += 1
+    now.stage = cells.AT_REST
 
 
 @inlined
 def _decompose(cell, now, log):
     """End an event: choose how to go on with the sliders that move now, if any do."""
-    now.events += 1
+    now.counts.events += 1
     if now.moving == 0:
         _settle(cell, now, log)
         return
     first = now.first
     last = now.last
-    while cell[at.SIDE, first] == 0.0:
+    while cell[cells.SIDE, first] == 0.0:
         first += 1
-    while cell[at.SIDE, last] == 0.0:
+    while cell[cells.SIDE, last] == 0.0:
         last -= 1
     now.first = first
     now.last = last
-    now.stage = at.LONE if first == last else at.CLUSTER
+    now.stage = cells.LONE if first == last else cells.CLUSTER
 
 
 @inlined
@@ -163,9 +163,9 @@ def _exceeds(cell, now, i, pull, slack):
 
     The force is known to `slack`, and to some roundings.
     """
-    threshold = now.friction + cell[at.EXCESS, i]
+    threshold = now.chain.friction + cell[cells.EXCESS, i]
     beyond = abs(pull) - threshold
-    bound = 8.0 * at.ULP * (abs(pull) + threshold) + slack
+    bound = 8.0 * ULP * (abs(pull) + threshold) + slack
     if beyond > bound:
         return (1.0 if pull > 0.0 else -1.0), False
     return 0.0, beyond > -bound
@@ -179,16 +179,16 @@ def _ramp(cell, now, log, target, target_low):
     now.theta = theta
     now.theta_low = theta_low
     if undecided:
-        now.undecided += 1
+        now.counts.undecided += 1
     if not (top or end):
         return False
     _begin(cell, now, log, up)
     _place_ends(cell, now)
     if top:
-        _start(cell, now, log, at.PAD, -up, cell[at.EXCESS, at.PAD], 0.0)
+        _start(cell, now, log, PAD, -up, cell[cells.EXCESS, PAD], 0.0)
     if end:
-        i = at.PAD + now.n - 1
-        _start(cell, now, log, i, up, cell[at.EXCESS, i], 0.0)
+        i = PAD + now.chain.n - 1
+        _start(cell, now, log, i, up, cell[cells.EXCESS, i], 0.0)
     now.number += 1
     _decompose(cell, now, log)
     return True
@@ -197,22 +197,24 @@ def _ramp(cell, now, log, target, target_low):
 @inlined
 def _unstable(cell, now, log):
     """Start every slider that exceeds its threshold as the chain stands."""
-    n = now.n
+    n = now.chain.n
     began = False
     _place_ends(cell, now)
-    for i in range(at.PAD, at.PAD + n):
-        pull = cell[at.REST, i]
-        end = n > 1 and (i == at.PAD or i == at.PAD + n - 1)
-        sign, close = _exceeds(cell, now, i, pull, 2.0 * at.ULP * abs(now.theta) if end else 0.0)
+    for i in range(PAD, PAD + n):
+        pull = cell[cells.REST, i]
+        end = n > 1 and (i == PAD or i == PAD + n - 1)
+        sign, close = _exceeds(cell, now, i, pull, 2.0 * ULP * abs(now.theta) if end else 0.0)
         if sign != 0.0:
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
-            _start(cell, now, log, i, sign, abs(pull) - now.friction, 0.0)
+            _start(cell, now, log, i, sign, abs(pull) - now.chain.friction, 0.0)
         elif close:
-            now.undecided += 1
-            cell[at.DOUBTED, i] = now.rearrangements + (not began)  # not again in what follows
-    now.stage = at.AT_REST
+            now.counts.undecided += 1
+            cell[cells.DOUBTED, i] = now.counts.rearrangements + (
+                not began
+            )  # not again in what follows
+    now.stage = cells.AT_REST
     if began:
         now.number += 1
         _decompose(cell, now, log)
@@ -223,12 +225,12 @@ def _unstable(cell, now, log):
 def _lone(cell, count, deviate, now, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
-    side = cell[at.SIDE, i]
-    stiff = cell[at.STIFFNESS, i]
-    speed = cell[at.SPEED, i]
-    friction = now.friction
-    drive = cell[at.DRIVE, i]  # exactly what made it start
-    if cell[at.FRESH, i] == 0.0:
+    side = cell[cells.SIDE, i]
+    stiff = cell[cells.STIFFNESS, i]
+    speed = cell[cells.SPEED, i]
+    friction = now.chain.friction
+    drive = cell[cells.DRIVE, i]  # exactly what made it start
+    if cell[cells.FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
     swing = 0.0
     if stiff == 0.0:
@@ -243,44 +245,44 @@ def _lone(cell, count, deviate, now, log):
     room_left = np.inf
     room_right = np.inf
     if stiff > 0.0:
-        if i > at.PAD:
-            threshold = friction + cell[at.EXCESS, i - 1]
+        if i > PAD:
+            threshold = friction + cell[cells.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
-        if i < at.PAD + now.n - 1:
-            threshold = friction + cell[at.EXCESS, i + 1]
+        if i < PAD + now.chain.n - 1:
+            threshold = friction + cell[cells.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
-    bound = 8.0 * at.ULP * (2.0 * friction + cell[at.EXCESS, i] + length + abs(drive))
-    cell[at.FRESH, i] = 0.0
+    bound = 8.0 * ULP * (2.0 * friction + cell[cells.EXCESS, i] + length + abs(drive))
+    cell[cells.FRESH, i] = 0.0
     if room >= length - bound:
         if room <= length + bound:
-            now.undecided += 1
-        if now.logging != 0:
+            now.counts.undecided += 1
+        if now.chain.logging != 0:
             if stiff == 0.0:
                 now.time += speed / -drive
             elif length > 0.0:
                 now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
-        cell[at.X, i] += side * length
+        cell[cells.X, i] += side * length
         # its acceleration has turned to the opposite of what a start from rest would need
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
-            pull = cell[at.REST, i]
+            pull = cell[cells.REST, i]
         _stop(cell, count, deviate, now, log, i, 0.0)
         now.number += 1
         turn = 0.0
         # pulled on as before it stays, however close to mu_d c: the excess is never negative
         if stiff == 0.0 or side * pull < 0.0:
             turn, close = _exceeds(cell, now, i, pull, 0.0)
-            now.undecided += close
+            now.counts.undecided += close
         if turn != 0.0:
             _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
-            now.events += 1
+            now.counts.events += 1
             now.number += 1
         _decompose(cell, now, log)
         return False
     # a neighbour starts at once with everything else unchanged
     faster = math.sqrt(max(speed * speed + room * (2.0 * drive - stiff * room), 0.0))
-    if now.logging != 0:
+    if now.chain.logging != 0:
         later = drive - stiff * room
         omega = math.sqrt(stiff)
         turned = math.atan2(
@@ -289,18 +291,18 @@ def _lone(cell, count, deviate, now, log):
         )
         if turned > 0.0:
             now.time += turned / omega
-    cell[at.X, i] += side * room
-    cell[at.SPEED, i] = faster
+    cell[cells.X, i] += side * room
+    cell[cells.SPEED, i] = faster
     both = abs(room_left - room_right) <= bound
     if both:
-        now.undecided += 1
+        now.counts.undecided += 1
     if both or room_left < room_right:
-        _start(cell, now, log, i - 1, side, cell[at.EXCESS, i - 1], 0.0)
+        _start(cell, now, log, i - 1, side, cell[cells.EXCESS, i - 1], 0.0)
     if both or room_right < room_left:
-        _start(cell, now, log, i + 1, side, cell[at.EXCESS, i + 1], 0.0)
+        _start(cell, now, log, i + 1, side, cell[cells.EXCESS, i + 1], 0.0)
     if faster == 0.0:
-        cell[at.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
-        cell[at.DRIVE, i] = drive
+        cell[cells.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
+        cell[cells.DRIVE, i] = drive
     now.number += 1
     _decompose(cell, now, log)
     return False
@@ -309,28 +311,28 @@ def _lone(cell, count, deviate, now, log):
 @inlined
 def _never_stops(cell, now):
     """Return whether it is proved that no slider of the moving whole chain ever stops."""
-    n = now.n
-    down = now.downhill
+    n = now.chain.n
+    down = now.chain.downhill
     if down == 0:
         return False
     total = 0.0
-    for i in range(at.PAD, at.PAD + n):
-        if cell[at.SIDE, i] != down:
+    for i in range(PAD, PAD + n):
+        if cell[cells.SIDE, i] != down:
             return False
-        total += cell[at.SPEED, i]
+        total += cell[cells.SPEED, i]
     mean = total / n
     energy = 0.0
     tension = 0.0
     scale = 0.0
-    for i in range(at.PAD, at.PAD + n):
-        energy += (cell[at.SPEED, i] - mean) ** 2
-        tension += _present_force(cell, i) - now.sine
-        if i < at.PAD + n - 1:
+    for i in range(PAD, PAD + n):
+        energy += (cell[cells.SPEED, i] - mean) ** 2
+        tension += _present_force(cell, i) - now.chain.sine
+        if i < PAD + n - 1:
             energy += tension * tension
-        scale += abs(tension) + cell[at.SPEED, i]
+        scale += abs(tension) + cell[cells.SPEED, i]
     # outward: the sums above are good to n ulp of their largest term
-    energy = energy * (1.0 + 8.0 * n * at.ULP) + (8.0 * n * at.ULP * scale) ** 2
-    return mean * (1.0 - 4.0 * n * at.ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
+    energy = energy * (1.0 + 8.0 * n * ULP) + (8.0 * n * ULP * scale) ** 2
+    return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
 @compiled
@@ -340,10 +342,10 @@ def _no_mode_stops(cell, series, now):
     Sharper than `_never_stops`, and dearer: for a chain on the slope mu_d itself, where the mean
     velocity never grows.
     """
-    n = now.n
+    n = now.chain.n
     mean = 0.0
-    for i in range(at.PAD, at.PAD + n):
-        mean += cell[at.SPEED, i] / n
+    for i in range(PAD, PAD + n):
+        mean += cell[cells.SPEED, i] / n
     # the next step fills `series` anew
     for m in range(n):
         series[m // 8, m % 8] = 0.0
@@ -353,8 +355,8 @@ def _no_mode_stops(cell, series, now):
         push = 0.0
         for i in range(n):
             shape = math.cos((i + 0.5) * angle)
-            speed += shape * cell[at.SPEED, at.PAD + i]
-            push += shape * _present_force(cell, at.PAD + i)
+            speed += shape * cell[cells.SPEED, PAD + i]
+            push += shape * _present_force(cell, PAD + i)
         omega = 2.0 * math.sin(0.5 * angle)
         amplitude = math.sqrt(speed * speed + (push / omega) ** 2)
         for m in range(n):
@@ -363,40 +365,44 @@ def _no_mode_stops(cell, series, now):
     for m in range(n):
         largest = max(largest, series[m // 8, m % 8])
     # each sum of n terms is good to n ulp of the sum of their sizes
-    slack = 64.0 * n * n * at.ULP * at.ULP
-    return mean * (1.0 - 4.0 * n * at.ULP) > largest * (1.0 + 16.0 * n * at.ULP) + slack
+    slack = 64.0 * n * n * ULP * ULP
+    return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + slack
 
 
 @inlined
 def _runs_away(cell, series, now):
     """Return whether it is proved that the moving chain never stops; looked at now and then."""
-    if now.moving < now.n or now.downhill == 0:
+    if now.moving < now.chain.n or now.chain.downhill == 0:
         return False
     if _never_stops(cell, now):
         return True
-    if now.calm <= _CALM or now.calm % _CALM != 0:
+    if now.counts.calm <= _CALM or now.counts.calm % _CALM != 0:
         return False
-    now.work += MODES_WORK * now.n**2
+    now.counts.work += MODES_WORK * now.chain.n**2
     return _no_mode_stops(cell, series, now)
 
 
 @inlined
 def _to_first_event(cell, count, clock, series, now):
     """Advance several movers to their first event; return of how many sliders, and the residual."""
-    now.calm += 1
-    now.work += STEP_WORK
+    now.counts.calm += 1
+    now.counts.work += STEP_WORK
     events = np.int64(-1)
     if clock is not None:  # known when this is compiled, the rest is not
         # whether the movers stand far enough apart for clocks of their own
-        long = now.last - now.first >= at.LEAST_LONG and now.downhill == 0 and now.retry == 0
-        if now.local == 1 or long:
+        long = (
+            now.last - now.first >= cells.LEAST_LONG
+            and now.chain.downhill == 0
+            and now.counts.retry == 0
+        )
+        if now.epoch.on == 1 or long:
             t, events, residual = advance(cell, count, clock, now)
             if events < 0:
                 now.time += t
-                now.retry = 1
+                now.counts.retry = 1
     if events < 0:
-        now.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
-        now.retry -= now.retry > 0
+        now.counts.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
+        now.counts.retry -= now.counts.retry > 0
         t, events, residual = step(cell, count, series, now, now.first - 1, now.last + 1)
     now.time += t
     return events, residual
@@ -406,11 +412,11 @@ def _to_first_event(cell, count, clock, series, now):
 def _in_order(count, events):
     """Sort the columns in ``count[EVENT]``: which of them was found first must not matter."""
     for k in range(1, events):
-        i = count[at.EVENT, k]
-        while k > 0 and count[at.EVENT, k - 1] > i:
-            count[at.EVENT, k] = count[at.EVENT, k - 1]
+        i = count[cells.EVENT, k]
+        while k > 0 and count[cells.EVENT, k - 1] > i:
+            count[cells.EVENT, k] = count[cells.EVENT, k - 1]
             k -= 1
-        count[at.EVENT, k] = i
+        count[cells.EVENT, k] = i
 
 
 @inlined
@@ -419,34 +425,34 @@ def _resolve(cell, count, deviate, now, log, events, residual):
 
     All that stop are frozen and draw, then all are tested with the same forces.
     """
-    now.calm = 0
+    now.counts.calm = 0
     _in_order(count, events)
     stops = 0
     for k in range(events):
-        i = count[at.EVENT, k]
-        if cell[at.SIDE, i] != 0.0:
+        i = count[cells.EVENT, k]
+        if cell[cells.SIDE, i] != 0.0:
             _stop(cell, count, deviate, now, log, i, residual)
-            count[at.EVENT, k] = -i
+            count[cells.EVENT, k] = -i
             stops += 1
     if stops > 0:
         now.number += 1
     starts = 0
     for k in range(events):
-        i = abs(count[at.EVENT, k])
+        i = abs(count[cells.EVENT, k])
         pull = _present_force(cell, i)
         turn = 1.0 if pull > 0.0 else -1.0
-        drive, missed = cell[at.EXCESS, i], residual
-        if count[at.EVENT, k] < 0:
+        drive, missed = cell[cells.EXCESS, i], residual
+        if count[cells.EVENT, k] < 0:
             turn, close = _exceeds(cell, now, i, pull, 0.0)
-            now.undecided += close
-            drive, missed = abs(pull) - now.friction, 0.0
+            now.counts.undecided += close
+            drive, missed = abs(pull) - now.chain.friction, 0.0
         if turn != 0.0:
             _start(cell, now, log, i, turn, drive, missed)
             starts += 1
     if starts > 0:
         now.number += 1
         if stops > 0:
-            now.events += 1
+            now.counts.events += 1
     _decompose(cell, now, log)
 
 
@@ -459,8 +465,8 @@ def _cluster(cell, count, deviate, clock, series, now, log):
     if events > 0:
         _resolve(cell, count, deviate, now, log, events, residual)
         if clock is not None:
-            short = now.last - now.first < at.LEAST_LONG // 2
-            if now.local == 1 and (short or now.stage != at.CLUSTER):
+            short = now.last - now.first < cells.LEAST_LONG // 2
+            if now.epoch.on == 1 and (short or now.stage != cells.CLUSTER):
                 at_once(cell, clock, now)
     return False
 
@@ -469,12 +475,12 @@ def _cluster(cell, count, deviate, clock, series, now, log):
 def prepare(cell, count, deviate, scalars):
     """Fill the batches of deviates that hold the next draws."""
     now = scalars[0]
-    if now.constant == 0:
-        for i in range(at.PAD, at.PAD + now.n):
-            batch = count[at.DRAWS, i] // BATCH
-            fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, batch)
-            if count[at.DRAWS, i] % BATCH != 0:
-                fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, batch + 1)
+    if now.chain.constant == 0:
+        for i in range(PAD, PAD + now.chain.n):
+            batch = count[cells.DRAWS, i] // BATCH
+            fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, batch)
+            if count[cells.DRAWS, i] % BATCH != 0:
+                fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, batch + 1)
 
 
 @compiled
@@ -491,44 +497,44 @@ def follow(
     """
     align_stack()
     now = scalars[0]
-    stop_at = now.events + min(max_events, max_work)
-    work_limit = now.work + max_work
+    stop_at = now.counts.events + min(max_events, max_work)
+    work_limit = now.counts.work + max_work
     reached = 0
-    longest = at.LONGEST_AVALANCHE + 1000 * now.n
-    if now.downhill == 0:
+    longest = cells.LONGEST_AVALANCHE + 1000 * now.chain.n
+    if now.chain.downhill == 0:
         longest = 2**62
-    room = log.events.size - 2 * now.n - 4
+    room = log.events.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage
-        if now.events >= stop_at or now.work >= work_limit:
-            return at.BUDGET, reached
-        if now.logging & at.LOGS_EVENTS != 0 and now.logged > room:
-            return at.LOG_FULL, reached
-        slips_at_most = rows.room(log.tables) - now.n
+        if now.counts.events >= stop_at or now.counts.work >= work_limit:
+            return cells.BUDGET, reached
+        if now.chain.logging & cells.LOGS_EVENTS != 0 and now.logged > room:
+            return cells.LOG_FULL, reached
+        slips_at_most = rows.room(log.tables) - now.chain.n
         if slips_at_most <= 0:
-            return at.LOG_FULL, reached
-        if stage == at.AT_REST:
-            if now.logging & at.LOGS_EVENTS == 0 and now.n > 1 and not single:
-                end_slips(
-                    cell, count, deviate, now, log, theta[reached], theta_low[reached],
-                    min(stop_at, now.events + 2 * slips_at_most),
-                )  # fmt: skip
+            return cells.LOG_FULL, reached
+        if stage == cells.AT_REST:
+            if now.chain.logging & cells.LOGS_EVENTS == 0 and now.chain.n > 1 and not single:
+                limit = min(stop_at, now.counts.events + 2 * slips_at_most)
+                end_slips(cell, count, deviate, now, log, theta[reached], theta_low[reached], limit)
+                if now.counts.events >= limit:
+                    continue  # the general way would sum the energy of the next slip otherwise
             if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
                 rows.at_target(cell, count, now, targets, reached)
                 reached += 1
-                now.target += 1
-        elif stage == at.LONE:
+                now.counts.target += 1
+        elif stage == cells.LONE:
             if _lone(cell, count, deviate, now, log):
-                return at.RUNAWAY, reached
-        elif stage == at.CLUSTER:
+                return cells.RUNAWAY, reached
+        elif stage == cells.CLUSTER:
             if series is None:  # known when this is compiled
-                return at.BUDGET, reached
+                return cells.BUDGET, reached
             if _cluster(cell, count, deviate, clock, series, now, log):
-                return at.RUNAWAY, reached
+                return cells.RUNAWAY, reached
         else:
             _unstable(cell, now, log)
-        if max(now.number, now.calm) > longest and now.stage != at.AT_REST:
-            return at.ENDLESS, reached
-        if single and now.stage == at.AT_REST and now.rearrangements > 0:
-            return at.ONE_DONE, reached
-    return at.DONE, reached
+        if max(now.number, now.counts.calm) > longest and now.stage != cells.AT_REST:
+            return cells.ENDLESS, reached
+        if single and now.stage == cells.AT_REST and now.counts.rearrangements > 0:
+            return cells.ONE_DONE, reached
+    return cells.DONE, reached

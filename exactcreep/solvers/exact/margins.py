@@ -11,9 +11,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.solvers.exact import layout as at
-from exactcreep.solvers.exact.layout import inlined
-from exactcreep.solvers.exact.simd import WIDTH, choose, element, fused, load, spread, take
+from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, ULP, inlined
+from exactcreep.solvers.exact.simd import (
+    WIDTH,
+    choose,
+    element,
+    from_left,
+    from_right,
+    fused,
+    load,
+    put,
+    spread,
+    take,
+)
 
 
 def rows_of_eight(values: list[float]) -> NDArray[np.float64]:
@@ -23,14 +34,14 @@ def rows_of_eight(values: list[float]) -> NDArray[np.float64]:
     return rows
 
 
-STEP_FACTORS = rows_of_eight([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, at.ORDERS + 2)])
+STEP_FACTORS = rows_of_eight([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, ORDERS + 2)])
 """t**2 times entry k leads from the weight of derivative k - 1 in a Taylor series to k + 1."""
 _STRIDE = rows_of_eight(
-    [0.0] + [1.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0)) for k in range(1, at.ORDERS + 1)]
+    [0.0] + [1.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0)) for k in range(1, ORDERS + 1)]
 )
 """The same for t**4, from k - 1 to k + 3."""
 
-_MISS = 0.25 * at.ULP
+_MISS = 0.25 * ULP
 """A root is left to the next evaluation if it should be off by less, relatively."""
 
 
@@ -40,19 +51,85 @@ def forces(cell, friction, i):
 
     A mover that has started with no more than friction has none.
     """
-    around = load(cell, at.X, i - 1) + load(cell, at.X, i + 1)
-    pull = load(cell, at.REST, i) + (around - load(cell, at.STIFFNESS, i) * load(cell, at.X, i))
-    push = load(cell, at.SIDE, i) * pull - friction
-    fresh = load(cell, at.FRESH, i) > 0.0
-    push = choose(fresh, load(cell, at.DRIVE, i), push)
+    around = load(cell, cells.X, i - 1) + load(cell, cells.X, i + 1)
+    pull = load(cell, cells.REST, i) + (
+        around - load(cell, cells.STIFFNESS, i) * load(cell, cells.X, i)
+    )
+    push = load(cell, cells.SIDE, i) * pull - friction
+    fresh = load(cell, cells.FRESH, i) > 0.0
+    push = choose(fresh, load(cell, cells.DRIVE, i), push)
     return pull, push, fresh & (push <= 0.0)
+
+
+@inlined
+def expand(cell, table, row, flags, friction, i):
+    """Fill in the first two derivatives of eight columns, and what they do, from row `flags` on.
+
+    Returns 1 for movers, else 0, what pushes them on, and which have no force.
+    """
+    side = load(cell, cells.SIDE, i)
+    moves = side * side
+    pull, push, idle = forces(cell, friction, i)
+    put(table, row + flags, moves)
+    put(table, row + flags + 1, 1.0 - moves)
+    put(table, row + flags + 2, 0.0 - moves * load(cell, cells.STIFFNESS, i))
+    put(table, row, fused(1.0 - moves, pull, side * load(cell, cells.SPEED, i)))
+    put(table, row + 1, side * push)
+    return moves, push, idle
+
+
+@inlined
+def two_orders(table, row, stride, flags, strips, k):
+    """Complete the derivatives k + 1 and k + 2 of so many strips and begin k + 3.
+
+    A row that has begun holds the movers' part alone.
+    """
+    before = spread(0.0)
+    before_2 = before
+    y = take(table, row + flags) * take(table, row + k)
+    y_2 = take(table, row + k + 1)
+    for s in range(strips):
+        following = spread(0.0)
+        following_2 = following
+        if s + 1 < strips:
+            following = take(table, row + stride + flags) * take(table, row + stride + k)
+            following_2 = take(table, row + stride + k + 1)
+        around = from_left(before, y) + from_right(y, following)
+        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
+        moves = take(table, row + flags)
+        rests = take(table, row + flags + 1)
+        holds = take(table, row + flags + 2)
+        put(table, row + k + 1, fused(rests, around, y_2))
+        after = fused(moves, around, holds * y)
+        put(table, row + k + 2, fused(rests, around_2, after))
+        put(table, row + k + 3, fused(moves, around_2, holds * y_2))
+        before, before_2, y, y_2 = y, y_2, following, following_2
+        row += stride
+
+
+@inlined
+def summed(table, row, orders, factors, first, square, t):
+    """Return in eight lanes the margins at t, and their integrals from 0, of `orders` derivatives.
+
+    `square` times entry k from row `first` of `factors` on is ``t**2 / (k (k + 1))``.
+    """
+    even = odd = even_sum = odd_sum = spread(0.0)
+    for k in range(orders - 2, -1, -2):
+        term = take(table, row + k + 1)
+        step = square * element(factors, first, k + 2)
+        odd = fused(odd, step, term)
+        odd_sum = fused(odd_sum, square * element(factors, first, k + 3), term)
+        term = take(table, row + k)
+        even = fused(even, square * element(factors, first, k + 1), term)
+        even_sum = fused(even_sum, step, term)
+    return fused(t, odd, even), t * fused(t * 0.5, odd_sum, even_sum)
 
 
 @inlined
 def watched(cell, i):
     """Return the mask of the lanes that move or have a moving neighbour."""
-    beside = abs(load(cell, at.SIDE, i - 1)) + abs(load(cell, at.SIDE, i + 1))
-    return abs(load(cell, at.SIDE, i)) + beside > 0.0
+    beside = abs(load(cell, cells.SIDE, i - 1)) + abs(load(cell, cells.SIDE, i + 1))
+    return abs(load(cell, cells.SIDE, i)) + beside > 0.0
 
 
 @inlined
@@ -62,14 +139,14 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
     Those whose margin lies between `low` and `high` on (0, t], and is `at_0` at 0; of the `scale`
     of its terms some ulp may have been rounded away.
     """
-    side = load(cell, at.SIDE, i)
+    side = load(cell, cells.SIDE, i)
     resting = abs(side) <= 0.0
-    fresh = load(cell, at.FRESH, i) > 0.0
+    fresh = load(cell, cells.FRESH, i) > 0.0
     low = min(low, choose(fresh, low, at_0))
     high = max(high, choose(fresh, high, at_0))
-    threshold = load(cell, at.EXCESS, i) + friction
-    bound = (16.0 * at.ULP) * (scale + choose(resting, threshold + friction, t * friction))
-    never = spread(at.NEVER)
+    threshold = load(cell, cells.EXCESS, i) + friction
+    bound = (16.0 * ULP) * (scale + choose(resting, threshold + friction, t * friction))
+    never = spread(NEVER)
     floor = choose(resting, threshold, choose(side < 0.0, never, 0.0))
     ceiling = choose(resting, threshold, choose(side > 0.0, never, 0.0))
     return low + floor <= bound, ceiling - high <= bound
@@ -82,17 +159,17 @@ def approach(cell, table, row, friction, i):
     Its coefficients, of the distance from the end that it is heading for; of a slider that has just
     started, whose distance is zero, of the distance over the time.
     """
-    side = load(cell, at.SIDE, i)
+    side = load(cell, cells.SIDE, i)
     resting = abs(side) <= 0.0
     c1 = take(table, row + 1)
     c2 = take(table, row + 2)
     heading = choose(c1 + c2 * 0.5 < 0.0, spread(-1.0), 1.0)
     way = choose(resting, heading, 0.0 - side)
-    edge = choose(resting, load(cell, at.EXCESS, i) + friction, 0.0)
+    edge = choose(resting, load(cell, cells.EXCESS, i) + friction, 0.0)
     p0 = max(edge - way * take(table, row), 0.0)
     p1 = 0.0 - way * c1
     p2 = 0.0 - way * (c2 * 0.5)
-    fresh = load(cell, at.FRESH, i) > 0.0
+    fresh = load(cell, cells.FRESH, i) > 0.0
     p0 = choose(fresh, p1, p0)
     p1 = choose(fresh, p2, p1)
     p2 = choose(fresh, 0.0 - way * (take(table, row + 3) * (1.0 / 6.0)), p2)
@@ -176,15 +253,15 @@ def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
 def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
-    if cell[at.SIDE, i] != 0.0:
-        return 16.0 * at.ULP * (scale + t * now.friction)
-    return 16.0 * at.ULP * (scale + 2.0 * now.friction + cell[at.EXCESS, i])
+    if cell[cells.SIDE, i] != 0.0:
+        return 16.0 * ULP * (scale + t * now.chain.friction)
+    return 16.0 * ULP * (scale + 2.0 * now.chain.friction + cell[cells.EXCESS, i])
 
 
 @inlined
 def end_of_range(cell, now, i):
     """Return how far the margin of a slider may be from zero, on the side of its next event."""
-    return 0.0 if cell[at.SIDE, i] != 0.0 else now.friction + cell[at.EXCESS, i]
+    return 0.0 if cell[cells.SIDE, i] != 0.0 else now.chain.friction + cell[cells.EXCESS, i]
 
 
 @inlined
@@ -199,14 +276,14 @@ def outwards(side, slope):
 @inlined
 def refined(cell, series, now, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
-    side = cell[at.SIDE, i]
+    side = cell[cells.SIDE, i]
     limit = end_of_range(cell, now, i)
     at_0 = element(series, row, lane)
     slope_0 = element(series, row + 1, lane)
     curve_0 = element(series, row + 2, lane)
     for _ in range(12):
         value, slope = at_time(series, row, lane, orders, t)
-        now.roots += 1
+        now.counts.roots += 1
         # the polynomial of degree four through the values, slopes and the curvature at 0
         turned = t * (slope - slope_0 - t * curve_0)
         bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
@@ -224,7 +301,7 @@ def refined(cell, series, now, i, row, lane, orders, t):
             return np.inf
         step = value * slope / lever
         t -= t * step
-        if not (t > 0.0 and t <= at.HORIZON):
+        if not (t > 0.0 and t <= HORIZON):
             return np.inf
         # what it misses by is of the third order in the step
         if abs(step * step * step) * (curve * curve + slope * slope) <= _MISS * (slope * slope):

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.solvers.exact import layout as at
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE, compiled, inlined
+from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact.layout import PAD, TENSION_TOLERANCE, compiled, inlined
 from exactcreep.solvers.exact.loop import follow
-from exactcreep.solvers.exact.rest import Origin, Workspace, place, placed, roomier
-from exactcreep.solvers.exact.rows import PLACE, PLACE_LOW, TENSION, TENSION_LOW, AtTargets
+from exactcreep.solvers.exact.pack import Origin, Workspace, place, readied, roomier
+from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 
 COPIES = 6
 OFF = 2.0**-51
@@ -91,19 +91,18 @@ def rounding_error(
         return RoundingError(0.0, "")
     n = chain.n
     spare = _SPARE.setdefault(n, [])
-    work = placed(chain, origin, seed, at.LOGS_EVENTS, spare.pop() if spare else None)
+    work = readied(chain, origin, seed, cells.LOGS_EVENTS, spare.pop() if spare else None)
     if work.series is None:
         work = roomier(work)
     high, low = (np.array([part]) for part in origin.load)
     if direction != 0 and n > 1:
         high, low = np.array([np.inf * direction]), np.zeros(1)
     numbers, end = origin.numbers.copy(), np.empty(n)
-    nothing = AtTargets.of(1, (), numbers, 0.0, 0.0)
     differs, distance = run_copies(
-        *work, work.now.copy(), numbers, origin.state.draws, high, low, nothing, 1, True,
+        *work, work.now.copy(), numbers, origin.state.draws, high, low, NOTHING, 1, True,
         log, numbers[TENSION_LOW].copy(), end, _mirrored(chain, origin),
     )  # fmt: skip
-    if n <= at.LONGEST_SHORT:
+    if n <= cells.LONGEST_SHORT:
         spare.append(work)
     if differs < 0:
         return RoundingError(MARGIN * distance, "")
@@ -114,9 +113,10 @@ def rounding_error(
 
 def _mirrored(chain: Chain, origin: Origin) -> bool:
     """Return whether the chain is, and therefore stays, the mirror image of itself."""
+    if chain.tan_alpha or chain.sigma_mu:
+        return False
     tensions = origin.numbers[TENSION : TENSION_LOW + 1, : chain.n - 1]
-    alike = bool((tensions == tensions[:, ::-1]).all())
-    return alike and chain.tan_alpha == 0 and chain.sigma_mu == 0
+    return bool((tensions == tensions[:, ::-1]).all())
 
 
 @compiled
@@ -134,7 +134,7 @@ def run_copies(
         The largest between tensions or displacements of a copy and of the rearrangement.
     """
     now = scalars[0]
-    n = now.n
+    n = now.chain.n
     distance, size = 0.0, 0.0
     load, load_low = 0.0, 0.0
     word = np.uint64(0x9E3779B97F4A7C15)
@@ -157,13 +157,13 @@ def run_copies(
             )  # fmt: skip
             differs, row = _compared(log.events, now.logged, rows, row)
             now.logged = 0
-            if reason != at.BUDGET:
+            if reason != cells.BUDGET:
                 break
             if copy == 0:
-                for i in range(at.PAD, at.PAD + n):
-                    here = abs(cell[at.REST, i]) + now.friction
-                    size = max(size, here, abs(cell[at.X, i]), cell[at.SPEED, i])
-            elif now.local == 0:
+                for i in range(PAD, PAD + n):
+                    here = abs(cell[cells.REST, i]) + now.chain.friction
+                    size = max(size, here, abs(cell[cells.X, i]), cell[cells.SPEED, i])
+            elif now.epoch.on == 0:
                 signs = _nudged(cell, now, signs, way * size, mirrored)
         if differs >= 0 or row < rows.size:
             return max(differs, row), distance
@@ -173,9 +173,9 @@ def run_copies(
         before = 0.0
         ramped = (now.theta - load) + (now.theta_low - load_low)
         for k in range(n):
-            i = k + at.PAD
-            moved = (cell[at.TRAVEL, i] - numbers[PLACE, k]) + cell[at.X, i]
-            moved += cell[at.TRAVEL_LOW, i] - numbers[PLACE_LOW, k]
+            i = k + PAD
+            moved = (cell[cells.TRAVEL, i] - numbers[PLACE, k]) + cell[cells.X, i]
+            moved += cell[cells.TRAVEL_LOW, i] - numbers[PLACE_LOW, k]
             if copy == 0:
                 end[k] = moved
             away = moved - end[k]
@@ -190,21 +190,21 @@ def run_copies(
 @compiled
 def _nudged(cell, now, word, size, mirrored):
     """Move thresholds and all that is in motion a little; return the next word of signs."""
-    n = now.n
+    n = now.chain.n
     word = _turned(word)
     for k in range(n):
-        i, image, way = k + at.PAD, k, 1.0
+        i, image, way = k + PAD, k, 1.0
         if mirrored and 2 * k > n - 1:
             image, way = n - 1 - k, -1.0
         sign = _sign(word, image)
-        if cell[at.SIDE, i] == 0.0:
-            if cell[at.EXCESS, i] > abs(size):
-                cell[at.EXCESS, i] += size * sign
-        elif cell[at.FRESH, i] == 0.0:
-            cell[at.X, i] += way * size * sign
-            speed = cell[at.SPEED, i] + size * _sign(word, image + 32)
+        if cell[cells.SIDE, i] == 0.0:
+            if cell[cells.EXCESS, i] > abs(size):
+                cell[cells.EXCESS, i] += size * sign
+        elif cell[cells.FRESH, i] == 0.0:
+            cell[cells.X, i] += way * size * sign
+            speed = cell[cells.SPEED, i] + size * _sign(word, image + 32)
             if speed > 0.0:
-                cell[at.SPEED, i] = speed
+                cell[cells.SPEED, i] = speed
     return word
 
 

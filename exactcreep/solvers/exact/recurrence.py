@@ -142,7 +142,7 @@ def _returned(cell, now, search, memory):
     bits = cell.view(np.uint64)
     state = np.uint64(14695981039346656037)
     for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
-        for i in range(now.n):
+        for i in range(now.chain.n):
             ring[here, k, i] = cell[kind, at.PAD + i]
             if k < 2:  # the sign of a number does not count, nor of a zero
                 state = _mixed(state, bits[kind, at.PAD + i] << np.uint64(1))
@@ -164,8 +164,8 @@ def _nearly_returned(count, now, search, memory):
     ring, slips = memory.ring, memory.slips
     rows = ring.shape[0]
     cycle = search.cycle
-    mark = np.uint64(now.events - search.before)
-    for i in range(now.n):
+    mark = np.uint64(now.counts.events - search.before)
+    for i in range(now.chain.n):
         made = count[at.SLIPS, at.PAD + i]
         mark = _mixed(mark, np.uint64(made - slips[i]))
         slips[i] = made
@@ -224,9 +224,9 @@ def _count(count, now, search):
     moved = (now.total - search.total) + (now.total_low - search.total_low)
     search.total = now.total
     search.total_low = now.total_low
-    rounded = search.rounding * (now.slips - search.slipped)
-    search.slipped = now.slips
-    if abs(moved) > max(rounded, now.n * NO_ADVANCE):
+    rounded = search.rounding * (now.counts.slips - search.slipped)
+    search.slipped = now.counts.slips
+    if abs(moved) > max(rounded, now.chain.n * NO_ADVANCE):
         search.advanced = search.cycle
     if now.total > search.highest + rounded:
         search.highest = now.total
@@ -237,12 +237,12 @@ def _count(count, now, search):
         search.furthest = search.cycle
         search.heading = -1
     inner = 0
-    for i in range(at.PAD + 1, at.PAD + now.n - 1):
+    for i in range(at.PAD + 1, at.PAD + now.chain.n - 1):
         inner += count[at.SLIPS, i]
     if inner != search.inner:
         search.inner = inner
         search.stirred = search.cycle
-    elif now.n > 2 and search.dormant < 0 and search.cycle - search.stirred >= search.calm:
+    elif now.chain.n > 2 and search.dormant < 0 and search.cycle - search.stirred >= search.calm:
         search.dormant = search.stirred
 
 
@@ -255,9 +255,9 @@ def settle(work, high, low, targets, searches, memory, most_work):
     """
     cell, count, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
-    begun = now.work, now.events
+    begun = now.counts.work, now.counts.events
     while search.settled < 0 and search.cycle < search.most_cycles:
-        left = most_work - max(now.work - begun[0], now.events - begun[1])
+        left = most_work - max(now.counts.work - begun[0], now.counts.events - begun[1])
         if left <= 0:
             return at.BUDGET
         half = search.reached
@@ -271,15 +271,15 @@ def settle(work, high, low, targets, searches, memory, most_work):
         search.reached = 0
         search.cycle += 1
         _count(count, now, search)
-        if now.events == search.before:
+        if now.counts.events == search.before:
             search.settled = search.cycle - 1
             search.period = 1
             search.exactly = 1
-        elif now.constant == 1:
+        elif now.chain.constant == 1:
             _returned(cell, now, search, memory)
             if search.settled < 0:
                 _nearly_returned(count, now, search, memory)
-        search.before = now.events
+        search.before = now.counts.events
     return at.DONE
 
 

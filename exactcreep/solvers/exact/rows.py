@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.solvers.exact import layout as at
-from exactcreep.solvers.exact.layout import inlined
-from exactcreep.solvers.exact.two_floats import plus, two_sum
+from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact.double_double import plus, two_sum
+from exactcreep.solvers.exact.layout import PAD, inlined
 
 _BOUNDLESS = 2**60
 _LEAST_FRESH = 64
@@ -57,6 +57,10 @@ class AtTargets(NamedTuple):
         return AtTargets._make([*kept, *self[5:]])
 
 
+NOTHING = AtTargets.of(1, (), np.empty((6, 1)), 0.0, 0.0)
+"""Where the loop may write what nobody asks for."""
+
+
 @inlined
 def increased(sums, value, low):
     """Add two floats to a sum, and what rounds and their own low part to its error."""
@@ -67,16 +71,16 @@ def increased(sums, value, low):
 @inlined
 def displacement(cell, i):
     """Return the displacement of the slider in column i since the start of the simulation."""
-    return cell[at.TRAVEL, i] + (cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+    return cell[cells.TRAVEL, i] + (cell[cells.TRAVEL_LOW, i] + cell[cells.X, i])
 
 
 @inlined
 def tension(cell, now, begun, load, load_low, k):
     """Return the tension below slider k: what displacements and theta have made of the first."""
-    i = k + at.PAD
-    right, left = cell[at.TRAVEL, i + 1], -cell[at.TRAVEL, i]
-    right_low = cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
-    left_low = -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+    i = k + PAD
+    right, left = cell[cells.TRAVEL, i + 1], -cell[cells.TRAVEL, i]
+    right_low = cell[cells.TRAVEL_LOW, i + 1] + cell[cells.X, i + 1]
+    left_low = -(cell[cells.TRAVEL_LOW, i] + cell[cells.X, i])
     sums = begun[TENSION, k], begun[TENSION_LOW, k]
     sums = increased(sums, right, right_low)
     sums = increased(sums, left, left_low)
@@ -91,18 +95,18 @@ def tension(cell, now, begun, load, load_low, k):
 def at_target(cell, count, now, targets, q):
     """Write what is asked for at the target that has just been reached."""
     targets.total[q] = now.total + now.total_low
-    targets.doubts[q] = now.undecided + now.long
+    targets.doubts[q] = now.counts.undecided + now.counts.long
     if targets.x.shape[0] > 0:
-        for k in range(now.n):
-            targets.x[q, k] = displacement(cell, k + at.PAD)
+        for k in range(now.chain.n):
+            targets.x[q, k] = displacement(cell, k + PAD)
     if targets.tension.shape[0] > 0:
-        for k in range(now.n - 1):
+        for k in range(now.chain.n - 1):
             load, low = targets.load, targets.load_low
             targets.tension[q, k] = tension(cell, now, targets.begun, load, low, k)
     if targets.slips.shape[0] > 0:
-        for k in range(now.n):
-            targets.slips[q, k] = count[at.SLIPS, k + at.PAD]
-            count[at.SLIPS, k + at.PAD] = 0
+        for k in range(now.chain.n):
+            targets.slips[q, k] = count[cells.SLIPS, k + PAD]
+            count[cells.SLIPS, k + PAD] = 0
 
 
 @inlined
@@ -120,7 +124,7 @@ def at_theta(cell, now, tables):
     if tables is None:
         return
     sums = tables.sums[0]
-    n = now.n
+    n = now.chain.n
     if sums.left_for > 0.0:
         sums.left_for -= 1.0
         step = (now.theta - sums.at_load) + (now.theta_low - sums.at_load_low)
@@ -132,9 +136,9 @@ def at_theta(cell, now, tables):
         energy = 0.0
         tensions = 0.0
         high, low = -now.theta, -now.theta_low
-        for i in range(at.PAD, at.PAD + n - 1):
-            high, low = plus(high, low + cell[at.FORCE_LOW, i], cell[at.FORCE, i])
-            high, low = plus(high, low, -now.sine)
+        for i in range(PAD, PAD + n - 1):
+            high, low = plus(high, low + cell[cells.FORCE_LOW, i], cell[cells.FORCE, i])
+            high, low = plus(high, low, -now.chain.sine)
             tensions += high
             energy += 0.5 * high * high
         sums.elastic = energy
@@ -157,11 +161,11 @@ def _no_slips(now, sums, way):
     """Begin a rearrangement after a ramp in direction `way`: nothing has slipped yet."""
     sums.way = way
     sums.began = 0.0
-    sums.began_first = now.n + 1.0
+    sums.began_first = now.chain.n + 1.0
     sums.began_last = 0.0
     sums.slips = 0.0
     sums.sliders = 0.0
-    sums.first = now.n + 1.0
+    sums.first = now.chain.n + 1.0
     sums.last = 0.0
     sums.largest_slip = 0.0
     sums.path = 0.0
@@ -172,22 +176,22 @@ def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
     if tables is None:
         return
-    tables.track[at.T_TIME, i] = now.time
-    tables.track[at.T_X, i] = cell[at.X, i]
-    tables.track[at.T_FIRST, i] = now.number == 0
+    tables.track[cells.T_TIME, i] = now.time
+    tables.track[cells.T_X, i] = cell[cells.X, i]
+    tables.track[cells.T_FIRST, i] = now.number == 0
 
 
 @inlined
 def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
     track, row, sums = tables.track, tables.slips[tables.used[1]], tables.sums[0]
-    slider = i + 1 - at.PAD
+    slider = i + 1 - PAD
     row.slider = slider
     row.rearrangement = number
     row.start = began
     row.stop = ended
     row.displacement = displacement
-    row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
+    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[cells.COEFFICIENT, i]
     tables.used[1] += 1
     sums.slips += 1.0
     sums.duration = ended
@@ -195,8 +199,8 @@ def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     sums.largest_slip = max(sums.largest_slip, abs(displacement))
     sums.first = min(sums.first, slider)
     sums.last = max(sums.last, slider)
-    if track[at.T_SLIPPED, i] != number + 1:
-        track[at.T_SLIPPED, i] = number + 1
+    if track[cells.T_SLIPPED, i] != number + 1:
+        track[cells.T_SLIPPED, i] = number + 1
         sums.sliders += 1.0
     if first:
         sums.began += 1.0
@@ -210,11 +214,10 @@ def stop(cell, now, tables, i):
     if tables is None:
         return
     track = tables.track
-    displacement = cell[at.X, i] - track[at.T_X, i]
-    _slip(
-        cell, now, tables, i, now.rearrangements - 1, track[at.T_TIME, i], now.time, displacement,
-        track[at.T_FIRST, i],
-    )  # fmt: skip
+    displacement = cell[cells.X, i] - track[cells.T_X, i]
+    number, began = now.counts.rearrangements - 1, track[cells.T_TIME, i]
+    first = track[cells.T_FIRST, i]
+    _slip(cell, now, tables, i, number, began, now.time, displacement, first)
 
 
 @inlined
@@ -222,7 +225,7 @@ def _rest(now, tables, events, moved, gained):
     """Write what is known at the end of a rearrangement."""
     sums = tables.sums[0]
     row = tables.rests[tables.used[0]]
-    row.half_cycle = now.target
+    row.half_cycle = now.counts.target
     row.theta = now.theta + now.theta_low
     row.direction = sums.way
     row.events = events
@@ -230,7 +233,7 @@ def _rest(now, tables, events, moved, gained):
     row.elastic_before = sums.elastic
     sums.elastic += gained
     row.elastic_after = sums.elastic
-    row.undecided = now.undecided - sums.undecided_before
+    row.undecided = now.counts.undecided - sums.undecided_before
     row.began = sums.began
     row.began_first = sums.began_first
     row.began_last = sums.began_last
@@ -241,7 +244,7 @@ def _rest(now, tables, events, moved, gained):
     row.last = sums.last
     row.largest_slip = sums.largest_slip
     row.path = sums.path
-    sums.undecided_before = now.undecided
+    sums.undecided_before = now.counts.undecided
     tables.used[0] += 1
 
 
@@ -253,12 +256,12 @@ def end(cell, now, tables):
     moved = 0.0
     gained = 0.0
     for i in range(now.touched_first, now.touched_last + 1):
-        x = cell[at.X, i]
-        around = cell[at.X, i - 1] + cell[at.X, i + 1]
-        elastic = cell[at.REST, i] - now.sine
-        gained -= x * (elastic + 0.5 * (around - cell[at.STIFFNESS, i] * x))
+        x = cell[cells.X, i]
+        around = cell[cells.X, i - 1] + cell[cells.X, i + 1]
+        elastic = cell[cells.REST, i] - now.chain.sine
+        gained -= x * (elastic + 0.5 * (around - cell[cells.STIFFNESS, i] * x))
         moved += x
-    tables.sums[0].tensions += cell[at.X, at.PAD + now.n - 1] - cell[at.X, at.PAD]
+    tables.sums[0].tensions += cell[cells.X, PAD + now.chain.n - 1] - cell[cells.X, PAD]
     _rest(now, tables, now.number, moved, gained)
 
 
@@ -272,9 +275,9 @@ def end_slip(cell, now, tables, i, way, moved):
         return
     sums = tables.sums[0]
     _no_slips(now, sums, way)
-    sums.tensions += moved if i > at.PAD else -moved
+    sums.tensions += moved if i > PAD else -moved
     # from its threshold against friction, by twice the excess: what friction and gravity leave
-    gained = now.sine * moved - now.friction * abs(moved)
+    gained = now.chain.sine * moved - now.chain.friction * abs(moved)
     duration = math.pi if moved != 0.0 else 0.0
-    _slip(cell, now, tables, i, now.rearrangements, 0.0, duration, moved, 1.0)
+    _slip(cell, now, tables, i, now.counts.rearrangements, 0.0, duration, moved, 1.0)
     _rest(now, tables, 2, moved, gained)

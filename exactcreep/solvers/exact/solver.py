@@ -23,17 +23,17 @@ from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import finished
 from exactcreep.solvers.exact import layout, local_clocks, loop
+from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
 from exactcreep.solvers.exact.layout import PAD
-from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
-from exactcreep.solvers.exact.rest import (
+from exactcreep.solvers.exact.pack import (
     Origin,
     Workspace,
     dilation,
     placed,
     roomier,
 )
-from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
-from exactcreep.solvers.exact.two_floats import split, split_ratio, two_product, two_sum
+from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
+from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
     Ending,
@@ -55,8 +55,6 @@ _KEPT = (
     layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.COEFFICIENT,
     layout.EXCESS, layout.DOUBTED,
 )  # fmt: skip
-_TALLY = ["rearrangements", "events", "slips", "below", "undecided", "long"]
-_COUNTED = [*_TALLY, "steps", "tests", "roots", "work", "calm", "retry", "target"]
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
@@ -87,7 +85,7 @@ class ExactSimulation(Simulation):
     def _present(self) -> Workspace:
         """The arrays with all sliders at the present time."""
         work = self.work
-        if work.clock is None or not work.now["local"][0]:
+        if work.clock is None or not work.now["epoch"]["on"][0]:
             return work
         present = work._replace(cell=work.cell.copy(), now=work.now.copy())
         local_clocks.at_once(present.cell, work.clock.copy(), present.now[0])
@@ -105,17 +103,17 @@ class ExactSimulation(Simulation):
     @property
     def tally(self) -> Tally:  # type: ignore[override]
         """Counts since the start."""
-        return Tally(*self.work.now[_TALLY][0].item())
+        return Tally(*self.work.now["counts"][0].item()[: len(layout.TALLY)])
 
     @property
     def seed(self) -> int:
         """The seed of its random numbers."""
-        return int(self.work.now["seed"].view(np.uint64)[0])
+        return int(self.work.now["chain"]["seed"][0]) % 2**64
 
     @property
     def events(self) -> int:
         """The events since the start."""
-        return int(self.work.now["events"].item())
+        return int(self.work.now["counts"]["events"][0])
 
     def targets(
         self, drive: Drive, first: int, count: int, seed: int = 0
@@ -139,7 +137,7 @@ class ExactSimulation(Simulation):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         high, low = self.targets(drive, first, count, self.seed)
-        self.work.now["target"] = first
+        self.work.now["counts"]["target"] = first
         targets = self.at_targets(count, self.record)
         logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in tables.LOGS]
         begun = self.events
@@ -190,7 +188,7 @@ class ExactSimulation(Simulation):
         high, low = self.load()
         if direction != 0 and self.chain.n > 1:
             high, low = np.inf * direction, 0.0
-        target = np.array([high]), np.array([low]), self.at_targets(1, ())
+        target = np.array([high]), np.array([low]), NOTHING
         reason = layout.BUDGET
         while reason in _GOES_ON:
             left = min(most - self.events, at_once)
@@ -263,13 +261,10 @@ class ExactSimulation(Simulation):
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         """Let the rearrangement under way end, if the limits allow it; return what is logged."""
         begun, logs = self.events, []
-        high, low = self.load()
-        target = np.array([high]), np.array([low]), self.at_targets(1, ())
-        reason = layout.BUDGET
-        while not self.at_rest and reason in _GOES_ON and limits.stop(self.events - begun) is None:
-            self._room_for_more()
-            left = begun + limits.events_left - self.events
-            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK, True)
+        goes_on = self.single(0, begun + limits.events_left)
+        while not self.at_rest and limits.stop(self.events - begun) is None:
+            if next(goes_on, None) is None:
+                break
             logs.append(self._drain_tables())
         return tables.joined(logs)
 
@@ -281,7 +276,7 @@ class ExactSimulation(Simulation):
             "whole": work.tally[: layout.EVENT, own].copy(),
             "theta": np.array(self.load()),
             "total": np.array(work.now[["total", "total_low"]][0].item()),
-            "counts": np.array(work.now[_COUNTED][0].item(), dtype=np.int64),
+            "counts": np.array(work.now["counts"][0].item()),
         }
         if work.log.tables is not None:
             taken["energy"] = work.log.tables.sums.view(np.float64).copy()
@@ -301,8 +296,7 @@ class ExactSimulation(Simulation):
         now = work.now
         now["theta"], now["theta_low"] = taken["theta"]
         now["total"], now["total_low"] = taken["total"]
-        for name, count in zip(_COUNTED, counts, strict=True):
-            now[name] = count
+        now["counts"][0] = tuple(counts.tolist())
         now["stage"] = layout.AT_REST
         if work.log.tables is not None:
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
@@ -331,7 +325,7 @@ class ExactSimulation(Simulation):
         if mine.clock is not None and its.clock is not None:
             its.clock[:] = mine.clock
         its.now[:] = mine.now
-        its.now["logging"], its.now["logged"] = _logging(record), 0
+        its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
     def perturbed(self) -> ExactSimulation | None:
@@ -358,17 +352,17 @@ class ExactSimulation(Simulation):
         """Undecided if a comparison is, or once an avalanche is too long for the promise."""
         now = self.work.now[0]
         moving = now["stage"] != layout.AT_REST
-        if now["long"] or (moving and now["number"] > layout.PROMISED_EVENTS):
+        if now["counts"]["long"] or (moving and now["number"] > layout.PROMISED_EVENTS):
             return Evidence.UNDECIDED
         return super().evidence
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        now = self.work.now
+        counts = self.work.now["counts"][0]
         return {
-            "cluster_steps": now["steps"].item(),
-            "windows_certified": now["tests"].item(),
-            "root_evaluations": now["roots"].item(),
+            "cluster_steps": counts["steps"].item(),
+            "windows_certified": counts["tests"].item(),
+            "root_evaluations": counts["roots"].item(),
         }
 
 

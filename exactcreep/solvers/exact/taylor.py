@@ -22,9 +22,9 @@ import math
 
 import numpy as np
 
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import margins
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP, compiled, inlined
 from exactcreep.solvers.exact.margins import is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
@@ -44,11 +44,11 @@ from exactcreep.solvers.exact.simd import (
     take,
 )
 
-_NEGLECTED = (2.0 * at.HORIZON) ** at.ORDERS / math.factorial(at.ORDERS)
+_NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
 _REACH = np.array(
     [0.0]
-    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, at.ORDERS)]
-    + [at.HORIZON]
+    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
+    + [HORIZON]
 )
 """For how long the terms before order p suffice: the first neglected one is as small as ever."""
 _SHORTEST = 12
@@ -80,19 +80,9 @@ def _expand(cell, series, friction, first, strips):
     """
     forceless = 0
     for s in range(strips):
-        i = first + WIDTH * s
-        row = at.SERIES * s
-        side = load(cell, at.SIDE, i)
-        stiffness = load(cell, at.STIFFNESS, i)
-        moves = side * side
-        rests = 1.0 - moves
-        pull, push, idle = margins.forces(cell, friction, i)
+        row, i = SERIES * s, first + WIDTH * s
+        _, _, idle = margins.expand(cell, series, row, cells.MOVES, friction, i)
         forceless |= idle
-        put(series, row + at.MOVES, moves)
-        put(series, row + at.RESTS, rests)
-        put(series, row + at.HOLDS, 0.0 - moves * stiffness)
-        put(series, row, fused(rests, pull, side * load(cell, at.SPEED, i)))
-        put(series, row + 1, side * push)
     return forceless != 0
 
 
@@ -102,45 +92,16 @@ def _differentiate_all(series, zero, begin, end):
 
     Its outer lanes are at rest: what turns round at its ends is zero.
     """
-    moves = across(series, at.MOVES, at.SERIES, zero)
-    rests = across(series, at.RESTS, at.SERIES, zero)
-    holds = across(series, at.HOLDS, at.SERIES, zero)
-    y = moves * across(series, begin, at.SERIES, zero)
-    after = across(series, begin + 1, at.SERIES, zero)
+    moves = across(series, cells.MOVES, SERIES, zero)
+    rests = across(series, cells.RESTS, SERIES, zero)
+    holds = across(series, cells.HOLDS, SERIES, zero)
+    y = moves * across(series, begin, SERIES, zero)
+    after = across(series, begin + 1, SERIES, zero)
     for k in range(begin + 1, end):
         around = from_left(y, y) + from_right(y, y)
-        put_across(series, k, at.SERIES, fused(rests, around, after))
+        put_across(series, k, SERIES, fused(rests, around, after))
         y, after = after, fused(moves, around, holds * y)
-    put_across(series, end, at.SERIES, after)
-
-
-@inlined
-def _two_orders(series, strips, k):
-    """Complete rows k + 1 and k + 2 of all strips and begin row k + 3."""
-    before = spread(0.0)
-    before_2 = before
-    y = take(series, at.MOVES) * take(series, k)
-    y_2 = take(series, k + 1)
-    for s in range(strips):
-        row = at.SERIES * s
-        following = spread(0.0)
-        following_2 = following
-        if s + 1 < strips:
-            following = take(series, row + at.SERIES + at.MOVES) * take(series, row + at.SERIES + k)
-            following_2 = take(series, row + at.SERIES + k + 1)
-        around = from_left(before, y) + from_right(y, following)
-        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        moves = take(series, row + at.MOVES)
-        rests = take(series, row + at.RESTS)
-        holds = take(series, row + at.HOLDS)
-        put(series, row + k + 1, fused(rests, around, y_2))
-        after = fused(moves, around, holds * y)
-        put(series, row + k + 2, fused(rests, around_2, after))
-        put(series, row + k + 3, fused(moves, around_2, holds * y_2))
-        before = y
-        before_2 = y_2
-        y = following
-        y_2 = following_2
+    put_across(series, end, SERIES, after)
 
 
 @inlined
@@ -158,7 +119,7 @@ def _differentiate(series, strips, begin, end):
     else:
         # one more than asked for: `begin` is odd if it is not the first
         for k in range(begin + begin % 2, end, 2):
-            _two_orders(series, strips, k)
+            margins.two_orders(series, 0, SERIES, cells.MOVES, strips, k)
 
 
 @inlined
@@ -167,8 +128,8 @@ def _largest_late(series, strips):
     even = abs(take(series, _LANEWISE))
     odd = abs(take(series, _LANEWISE + 1))
     for s in range(1, strips):
-        even = max(even, abs(take(series, at.SERIES * s + _LANEWISE)))
-        odd = max(odd, abs(take(series, at.SERIES * s + _LANEWISE + 1)))
+        even = max(even, abs(take(series, SERIES * s + _LANEWISE)))
+        odd = max(odd, abs(take(series, SERIES * s + _LANEWISE + 1)))
     return largest(even), largest(odd)
 
 
@@ -178,11 +139,11 @@ def _candidate(cell, series, friction, first, strips):
 
     A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
     """
-    best = at.HORIZON
+    best = HORIZON
     lane = -1
     for s in range(strips):
         i = first + WIDTH * s
-        row = at.SERIES * s
+        row = SERIES * s
         p0, p1, p2 = margins.approach(cell, series, row, friction, i)
         square = p1 * p1 - 4.0 * p2 * p0
         # most strips have no zero before what has been found, neither past it nor in between
@@ -204,8 +165,8 @@ def _at_both_ends(series, row, lane):
     return (
         element(series, row, lane),
         element(series, row + 1, lane),
-        element(series, row + at.AT_END, lane),
-        element(series, row + at.SLOPE_AT_END, lane),
+        element(series, row + cells.AT_END, lane),
+        element(series, row + cells.SLOPE_AT_END, lane),
     )
 
 
@@ -222,9 +183,9 @@ def _falls(slope, bound):
 @compiled
 def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
-    if cell[at.DOUBTED, i] != now.rearrangements:
-        cell[at.DOUBTED, i] = now.rearrangements
-        now.undecided += 1
+    if cell[cells.DOUBTED, i] != now.counts.rearrangements:
+        cell[cells.DOUBTED, i] = now.counts.rearrangements
+        now.counts.undecided += 1
 
 
 @compiled
@@ -235,17 +196,17 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     bisection, with a certificate for every piece left behind. What is neither
     clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
     """
-    moving = cell[at.SIDE, i] != 0.0
+    moving = cell[cells.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
     threshold = margins.end_of_range(cell, now, i)
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
-    bend = series[row + at.BENT, lane]
+    bend = series[row + cells.BENT, lane]
     bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
     slope_a = side * slope_a
-    begins = cell[at.FRESH, i] != 0.0
+    begins = cell[cells.FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
         # exactly at its threshold: it starts at once if it is pushed outwards
         _doubt(cell, now, i)
@@ -263,7 +224,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     for _ in range(_MOST_PIECES):
         if b != t:
             at_b, slope_b = margins.at_time(series, row, lane, orders, b)
-            now.roots += 1
+            now.counts.roots += 1
         else:
             at_b = at_t
             slope_b = slope_t
@@ -306,8 +267,8 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
                     b = 0.5 * (a + far) if crossed else far
             else:
                 b = 0.5 * (a + b)
-        if b - a <= 4.0 * at.ULP * t:
-            if crossed and far - a <= 64.0 * at.ULP * t:
+        if b - a <= 4.0 * ULP * t:
+            if crossed and far - a <= 64.0 * ULP * t:
                 return far
             b = 0.5 * (a + far)
     _doubt(cell, now, i)
@@ -321,8 +282,8 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11; see `_LANEWISE`.
     """
     u = t * t
-    ladder = series.shape[0] - at.LADDER
-    for k in range(at.LADDER):
+    ladder = series.shape[0] - LADDER
+    for k in range(LADDER):
         put(series, ladder + k, u * take(margins.STEP_FACTORS, k))
     zero = spread(0.0)
     tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
@@ -333,37 +294,30 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         following = zero
         running_following = zero
         if s < strips:
-            row = at.SERIES * s
-            even = odd = even_sum = odd_sum = zero
-            for k in range(orders - 2, -1, -2):
-                term = take(series, row + k + 1)
-                step = element(series, ladder, k + 2)
-                odd = fused(odd, step, term)
-                odd_sum = fused(odd_sum, element(series, ladder, k + 3), term)
-                term = take(series, row + k)
-                even = fused(even, element(series, ladder, k + 1), term)
-                even_sum = fused(even_sum, step, term)
-            value = fused(t, odd, even)
-            moves = take(series, row + at.MOVES)
-            following = moves * (t * fused(t * 0.5, odd_sum, even_sum))
+            row = SERIES * s
+            value, moved_on = margins.summed(series, row, orders, series, ladder, 1.0, t)
+            moves = take(series, row + cells.MOVES)
+            following = moves * moved_on
             running_following = moves * value
-            put(series, row + at.AT_END, value)
-            put(series, row + at.MOVED, following)
+            put(series, row + cells.AT_END, value)
+            put(series, row + cells.MOVED, following)
             bent = abs(take(series, row + 9))
             bent = fused(bent, t * (1.0 / 5.0), abs(take(series, row + 8)))
             bent = fused(bent, t * (1.0 / 4.0), abs(take(series, row + 7)))
             bent = fused(bent, t * (1.0 / 3.0), abs(take(series, row + 6)))
             bent = fused(bent, t * (1.0 / 2.0), abs(take(series, row + 5)))
             bent = fused(bent, t, abs(take(series, row + 4)))
-            put(series, row + at.BENT, bent + tail)
+            put(series, row + cells.BENT, bent + tail)
         if s > 0:
-            row = at.SERIES * (s - 1)
+            row = SERIES * (s - 1)
             around = from_left(before, moved) + from_right(moved, following)
             flow = from_left(running_before, running) + from_right(running, running_following)
-            moves = take(series, row + at.MOVES)
-            held = take(series, row + at.HOLDS) * moved
+            moves = take(series, row + cells.MOVES)
+            held = take(series, row + cells.HOLDS) * moved
             push = fused(moves, around + take(series, row + 1), held)
-            put(series, row + at.SLOPE_AT_END, fused(take(series, row + at.RESTS), flow, push))
+            put(
+                series, row + cells.SLOPE_AT_END, fused(take(series, row + cells.RESTS), flow, push)
+            )
         before = moved
         moved = following
         running_before = running
@@ -377,13 +331,13 @@ def _suspects(cell, series, friction, first, s, t):
     The first mask is for the lower end of the range, the second for the upper.
     """
     i = first + WIDTH * s
-    row = at.SERIES * s
+    row = SERIES * s
     third = t * (1.0 / 3.0)
     g0 = take(series, row)
     slope0 = take(series, row + 1)
-    g1 = take(series, row + at.AT_END)
-    slope1 = take(series, row + at.SLOPE_AT_END)
-    rest = take(series, row + at.BENT) * (t * t * t * t * (1.0 / 144.0))
+    g1 = take(series, row + cells.AT_END)
+    slope1 = take(series, row + cells.SLOPE_AT_END)
+    rest = take(series, row + cells.BENT) * (t * t * t * t * (1.0 / 144.0))
     b1 = fused(third, slope0, g0)
     b2 = g1 - third * slope1
     q1 = 0.25 * fused(3.0, b1, g0)
@@ -406,15 +360,15 @@ def _tangential(cell, count, series, first, last):
     """
     events = 0
     for i in range(first, last + 1):
-        if cell[at.SIDE, i] == 0.0 or cell[at.FRESH, i] == 0.0 or cell[at.DRIVE, i] > 0.0:
+        if cell[cells.SIDE, i] == 0.0 or cell[cells.FRESH, i] == 0.0 or cell[cells.DRIVE, i] > 0.0:
             continue
-        row = at.SERIES * ((i - first) // WIDTH)
+        row = SERIES * ((i - first) // WIDTH)
         lead = 0.0
-        for k in range(2, at.ORDERS):
+        for k in range(2, ORDERS):
             if lead == 0.0:
                 lead = series[row + k, (i - first) % WIDTH]
-        if lead * cell[at.SIDE, i] <= 0.0:
-            count[at.EVENT, events] = i
+        if lead * cell[cells.SIDE, i] <= 0.0:
+            count[cells.EVENT, events] = i
             events += 1
     return events
 
@@ -431,15 +385,15 @@ def _together(cell, count, series, now, first, contenders, t):
     for turn in range(2):
         events = 0
         for k in range(contenders):
-            i = count[at.EVENT, k]
-            row = at.SERIES * ((i - first) // WIDTH)
+            i = count[cells.EVENT, k]
+            row = SERIES * ((i - first) // WIDTH)
             lane = (i - first) % WIDTH
             at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
             off = abs(abs(at_1) - margins.end_of_range(cell, now, i))
-            outward = -cell[at.SIDE, i] * slope_1
-            if cell[at.SIDE, i] == 0.0:
+            outward = -cell[cells.SIDE, i] * slope_1
+            if cell[cells.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
-            found = series[row + at.CROSSING, lane] == t
+            found = series[row + cells.CROSSING, lane] == t
             if turn == 0:
                 if found:
                     missed = max(missed, off)
@@ -448,12 +402,12 @@ def _together(cell, count, series, now, first, contenders, t):
             near = off <= max(missed, bound)
             known = not (found or _falls(-outward, bound))
             for earlier in range(events):
-                known = known or count[at.EVENT, earlier] == i
+                known = known or count[cells.EVENT, earlier] == i
             if near and not known:
-                count[at.EVENT, events] = i
+                count[cells.EVENT, events] = i
                 events += 1
                 residual = max(residual, off)
-    now.undecided += max(events - 1, 0)
+    now.counts.undecided += max(events - 1, 0)
     return events, residual
 
 
@@ -472,23 +426,23 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     proved : bool
         Whether the margin stays in its range until t, and leaves it there.
     """
-    row = at.SERIES * (lane // WIDTH)
+    row = SERIES * (lane // WIDTH)
     j = lane % WIDTH
     limit = margins.end_of_range(cell, now, i)
     for turn in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
-        outward = margins.outwards(cell[at.SIDE, i], slope_1)
+        outward = margins.outwards(cell[cells.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would go unseen
         if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
             break
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
-    fresh = cell[at.FRESH, i] != 0.0
+    fresh = cell[cells.FRESH, i] != 0.0
     room = limit - outward * at_0
     holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
-    bend = series[row + at.BENT, j]
+    bend = series[row + cells.BENT, j]
     proved = (
         holds
         and (fresh or room > bound)
@@ -503,7 +457,7 @@ def _located(cell, series, now, first, strips, orders):
 
     The lane is -1, and the time the `HORIZON`, if there is none until then.
     """
-    lane, t = _candidate(cell, series, now.friction, first, strips)
+    lane, t = _candidate(cell, series, now.chain.friction, first, strips)
     while True:
         wanted = orders
         while t > _REACH[wanted]:
@@ -513,11 +467,11 @@ def _located(cell, series, now, first, strips, orders):
             orders = wanted
         if lane < 0:
             return lane, t, orders
-        row = at.SERIES * (lane // WIDTH)
+        row = SERIES * (lane // WIDTH)
         t = margins.refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
-        if t > at.HORIZON:
+        if t > HORIZON:
             lane = -1
-            t = at.HORIZON
+            t = HORIZON
         elif t <= _REACH[orders]:
             return lane, t, orders
 
@@ -541,8 +495,8 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
     looked = 0
     soonest = np.inf
     for s in range(strips):
-        now.tests += 1
-        lower, upper = _suspects(cell, series, now.friction, first, s, t)
+        now.counts.tests += 1
+        lower, upper = _suspects(cell, series, now.chain.friction, first, s, t)
         if spared >= 0 and spared // WIDTH == s:
             own = np.int64(1) << (spared % WIDTH)
             if outward > 0.0:
@@ -550,7 +504,7 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
             else:
                 lower &= ~own
         suspects = lower | upper
-        row = at.SERIES * s
+        row = SERIES * s
         while suspects != 0:
             lane = lowest_bit(suspects)
             suspects &= suspects - 1
@@ -560,12 +514,12 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
                 if ((upper if side == 1 else lower) >> lane) & 1 == 0:
                     continue
                 crossing = _first_crossing(cell, series, now, i, row, lane, orders, side == 1, t)
-                if events == 0 or count[at.EVENT, events - 1] != i:
-                    count[at.EVENT, events] = i
+                if events == 0 or count[cells.EVENT, events - 1] != i:
+                    count[cells.EVENT, events] = i
                     events += 1
-                    series[row + at.CROSSING, lane] = np.inf
+                    series[row + cells.CROSSING, lane] = np.inf
                 if crossing <= min(soonest, t):
-                    series[row + at.CROSSING, lane] = crossing
+                    series[row + cells.CROSSING, lane] = crossing
                     soonest = crossing
     return looked, events, soonest
 
@@ -585,9 +539,9 @@ def step(cell, count, series, now, first, last):
         How far the margins are from the end of their ranges.
     """
     strips = (last - first + WIDTH) // WIDTH
-    now.steps += 1
-    forceless = _expand(cell, series, now.friction, first, strips)
-    orders = at.ORDERS if forceless else _SHORTEST
+    now.counts.steps += 1
+    forceless = _expand(cell, series, now.chain.friction, first, strips)
+    orders = ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
     if forceless:
         events = _tangential(cell, count, series, first, last)
@@ -606,8 +560,8 @@ def step(cell, count, series, now, first, last):
         )
         if holds:
             events = 1
-            count[at.EVENT, 0] = first + lane
-            series[at.SERIES * (lane // WIDTH) + at.CROSSING, lane % WIDTH] = t
+            count[cells.EVENT, 0] = first + lane
+            series[SERIES * (lane // WIDTH) + cells.CROSSING, lane % WIDTH] = t
         if proved:
             spared = lane
     found = events > 0
@@ -624,10 +578,10 @@ def step(cell, count, series, now, first, last):
             events, residual = _together(cell, count, series, now, first, contenders, t)
     for s in range(strips):
         i = first + WIDTH * s
-        row = at.SERIES * s
-        side = load(cell, at.SIDE, i)
-        store(cell, at.X, i, load(cell, at.X, i) + take(series, row + at.MOVED))
-        store(cell, at.SPEED, i, max(side * take(series, row + at.AT_END), 0.0))
+        row = SERIES * s
+        side = load(cell, cells.SIDE, i)
+        store(cell, cells.X, i, load(cell, cells.X, i) + take(series, row + cells.MOVED))
+        store(cell, cells.SPEED, i, max(side * take(series, row + cells.AT_END), 0.0))
         if t > 0.0:
-            store(cell, at.FRESH, i, 0.0)
+            store(cell, cells.FRESH, i, 0.0)
     return t, events, residual

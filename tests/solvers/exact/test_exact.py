@@ -309,6 +309,22 @@ def ledger(result) -> float:
     return worst
 
 
+@pytest.mark.parametrize("most", [37, 2_000])
+def test_where_a_run_is_cut_changes_no_bit_of_its_tables(most: int) -> None:
+    # one slip of an end slider after the other, of which the log takes some four thousand
+    chain, record = paper_chain(2), ("rearrangements", "slip_table")
+    whole, parts = (ExactSimulation(chain, State.relaxed(chain, 5), 5, record) for _ in range(2))
+    known = whole.follow(Cycles("0.01", 30), 1, 60).recorded
+    done, pieces = 0, []
+    while done < 60:
+        stretch = parts.follow(Cycles("0.01", 30), 1 + done, 60 - done, Limits(most))
+        done += stretch.completed
+        pieces.append(stretch.recorded)
+    assert len(known["slip_slider"]) > 5000
+    for name in known:
+        assert np.array_equal(np.concatenate([piece[name] for piece in pieces]), known[name]), name
+
+
 @pytest.mark.parametrize("n", [2, 3, 6, 10, 30])
 def test_the_energy_ledger_of_every_rearrangement_closes(n):
     chain = paper_chain(n, tan_alpha="0.35")

@@ -29,13 +29,13 @@ def drive(n: int) -> Cycles:
 def simulation(chain: Chain, *, whole: bool = False) -> ExactSimulation:
     """Return a simulation from the relaxed chain; `whole`: it expands whole windows only."""
     found = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("events",))
-    found.work.now["retry"][0] = 2**62 if whole else 0
+    found.work.now["counts"]["retry"][0] = 2**62 if whole else 0
     return found
 
 
 def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
     """Go on for so many events or a few more, and return them."""
-    first = int(found.work.now["target"][0])
+    first = int(found.work.now["counts"]["target"][0])
     return event_rows(found.follow(drive(found.chain.n), first, 100, Limits(events)))
 
 
@@ -46,7 +46,7 @@ def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulati
         rows(run, events)
         pair = run.copied(("events",)), run.copied(("events",))
         for found, retry in zip(pair, (0, 2**62), strict=True):
-            found.work.now["retry"][0] = retry
+            found.work.now["counts"]["retry"][0] = retry
         yield pair
 
 
@@ -144,9 +144,9 @@ def test_the_mirror_image_of_long_avalanches_is_the_same_bit_for_bit(n: int) -> 
     for found in (here, there):
         recorded = []
         for _ in range(30):
-            first = int(found.work.now["target"][0])
+            first = int(found.work.now["counts"]["target"][0])
             recorded.append(found.follow(drive(n), first, 9, Limits(3001)).recorded)
-            local += int(found.work.now["local"][0])
+            local += int(found.work.now["epoch"]["on"][0])
         times.append(np.concatenate([each["event_time"] for each in recorded]))
         sliders.append(np.concatenate([each["event_slider"] for each in recorded]))
     shared = min(map(len, times))
@@ -169,7 +169,7 @@ def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> Non
     while len(pieces) < len(events):
         second = first.copied(("events",))
         pieces += rows(second, 101)
-        inside += int(second.work.now["local"][0])
+        inside += int(second.work.now["epoch"]["on"][0])
         first = second
     assert pieces[: len(events)] == events
     assert inside > 3
@@ -181,8 +181,8 @@ def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -
         for _ in range(20):
             for found in pair:
                 rows(found, 1)
-            counts = [int(found.work.now["events"][0]) for found in pair]
-            if pair[0].work.now["local"][0] and counts[0] == counts[1]:
+            counts = [int(found.work.now["counts"]["events"][0]) for found in pair]
+            if pair[0].work.now["epoch"]["on"][0] and counts[0] == counts[1]:
                 seen += 1
                 here, there = (found.state().displacements for found in pair)
                 assert np.abs(here - there).max() < 1e-12
@@ -200,8 +200,8 @@ def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
     for _ in range(200):
         rows(run, 7)
         now = run.work.now[0]
-        if run.work.now["local"][0]:
-            spent.append(now["spent"] * now["wild"] / now["friction"])
+        if run.work.now["epoch"]["on"][0]:
+            spent.append(now["epoch"]["spent"] * now["epoch"]["wild"] / now["chain"]["friction"])
             speeds = 2 * np.abs(run.cell(layout.SPEED)).max()
-            assert speeds <= math.exp(2 * layout.EPOCH) * now["wild"]
+            assert speeds <= math.exp(2 * layout.EPOCH) * now["epoch"]["wild"]
     assert 0 < max(spent) <= clocks._BUDGET

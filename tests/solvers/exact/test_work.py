@@ -66,15 +66,15 @@ def test_a_call_of_the_compiled_loop_ends_with_its_work_even_if_nothing_happens(
     work = simulation.work
     targets = np.array([-1000.0 * 30]), np.zeros(1), simulation.at_targets(1, ())
     allowed, calls, calm = 40_000, 0, 0
-    while work.now["events"][0] < 100_000:
-        spent, events = work.now["work"][0], work.now["events"][0]
+    while work.now["counts"]["events"][0] < 100_000:
+        spent, events = work.now["counts"]["work"][0], work.now["counts"]["events"][0]
         reason, _ = kernel.follow(*work, *targets, 10**9, allowed, False)
         assert reason == layout.BUDGET
         strips = n // 8 + 2
         dearest = kernel.MODES_WORK * n**2 + kernel.STEP_WORK + kernel.STRIP_WORK * strips
-        assert work.now["work"][0] - spent < allowed + dearest
-        assert work.now["events"][0] - events <= allowed
+        assert work.now["counts"]["work"][0] - spent < allowed + dearest
+        assert work.now["counts"]["events"][0] - events <= allowed
         calls += 1
-        calm += work.now["events"][0] == events
+        calm += work.now["counts"]["events"][0] == events
     assert calls > 20
     assert calm > 0

@@ -16,13 +16,22 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.avalanche_table import REST_LOG
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import rows
+from exactcreep.solvers.exact.double_double import split, split_ratio, two_sum
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import Log, Tables, compiled
+from exactcreep.solvers.exact.layout import (
+    CLOCKS,
+    LADDER,
+    NEVER,
+    PAD,
+    SERIES,
+    Log,
+    Tables,
+    compiled,
+)
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
-from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
 from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
@@ -116,21 +125,20 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
     """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
-    made = np.zeros(1, dtype=at.NOW)
-    now = made[0]
-    now["friction"] = chain.friction
-    now["mu_d"], now["mu_d_low"] = split(chain.mu_d)
-    now["cosine"] = chain.cos_alpha
-    now["sine"] = chain.sin_alpha
-    now["mean"] = nearest_float(chain.mu_s)
-    now["width"] = nearest_float(chain.sigma_mu)
-    now["mean_excess"] = chain.excess
-    now["n"] = chain.n
-    now["stage"] = at.UNSTABLE
-    now["constant"] = chain.sigma_mu == 0
-    now["target"] = 1
+    made = np.zeros(1, dtype=cells.NOW)
+    made["stage"], made["counts"]["target"] = cells.UNSTABLE, 1
+    known = made["chain"][0]
+    known["friction"] = chain.friction
+    known["mu_d"], known["mu_d_low"] = split(chain.mu_d)
+    known["cosine"] = chain.cos_alpha
+    known["sine"] = chain.sin_alpha
+    known["mean"] = nearest_float(chain.mu_s)
+    known["width"] = nearest_float(chain.sigma_mu)
+    known["mean_excess"] = chain.excess
+    known["n"] = chain.n
+    known["constant"] = chain.sigma_mu == 0
     if chain.may_run_away:
-        now["downhill"] = 1 if chain.tan_alpha >= 0 else -1
+        known["downhill"] = 1 if chain.tan_alpha >= 0 else -1
     return made.view(np.int64)
 
 
@@ -141,59 +149,67 @@ def placed(
 
     They are those of `used`, if that is given: of a chain as long that logged as much.
     """
+    work = readied(chain, origin, seed, logging, used)
+    place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
+    return work
+
+
+def readied(
+    chain: Chain, origin: Origin, seed: int, logging: int, used: Workspace | None
+) -> Workspace:
+    """Return the arrays of `placed` before `place` has filled them."""
     work = _room(chain.n, logging) if used is None else used
     work.now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
     now = work.now
     now["theta"], now["theta_low"] = origin.load
     now["total"] = origin.numbers[PLACE].sum()
-    now["logging"] = logging
-    now["seed"] = seed if seed < 2**63 else seed - 2**64
-    place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
+    now["chain"]["logging"] = logging
+    now["chain"]["seed"] = seed if seed < 2**63 else seed - 2**64
     return work
 
 
 def _room(n: int, logging: int) -> Workspace:
-    m = at.columns(n)
-    cell, deviate = _aligned((at.CELLS, m), (m, KEPT))
+    m = cells.columns(n)
+    cell, deviate = _aligned((cells.CELLS, m), (m, KEPT))
     return Workspace(
         cell=cell,
-        tally=np.zeros((at.COUNTS, m), dtype=np.int64),
+        tally=np.zeros((cells.COUNTS, m), dtype=np.int64),
         deviate=deviate,
-        clock=_clock(n) if n > at.LONGEST_SHORT else None,
+        clock=_clock(n) if n > cells.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
-        now=np.empty(1, dtype=at.NOW),
+        now=np.empty(1, dtype=cells.NOW),
         log=_log(n, m, logging),
     )
 
 
 def _log(n: int, m: int, logging: int) -> Log:
-    events = 4 * n + 256 if logging & at.LOGS_EVENTS else 0
+    events = 4 * n + 256 if logging & cells.LOGS_EVENTS else 0
     most = 2 * n + _ROWS
     tables = Tables(
         rests=np.empty(most, dtype=REST_LOG),
         slips=np.empty(most, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
-        track=np.zeros((at.TRACKS, m)),
-        sums=np.zeros(1, dtype=at.UNDER_WAY),
+        track=np.zeros((cells.TRACKS, m)),
+        sums=np.zeros(1, dtype=cells.UNDER_WAY),
     )
     return Log(
-        np.empty(events, dtype=at.LOGGED_EVENT), tables if logging > at.LOGS_EVENTS else None
+        np.empty(events, dtype=cells.LOGGED_EVENT), tables if logging > cells.LOGS_EVENTS else None
     )
 
 
 def roomier(work: Workspace) -> Workspace:
     """Return the same arrays with `series`, which have no memory."""
-    return work._replace(series=_series(int(work.now["n"][0])))
+    return work._replace(series=_series(int(work.now["chain"]["n"][0])))
 
 
 def _clock(n: int) -> NDArray[np.float64]:
-    clock = _aligned((at.CLOCKS * (at.columns(n) // 8) + at.keys(n), 8))[0]
-    at.forget(clock, n)
+    clock = _aligned((CLOCKS * (cells.columns(n) // 8) + cells.keys(n), 8))[0]
+    cells.forget(clock, n)
     return clock
 
 
 def _series(n: int) -> NDArray[np.float64]:
-    return _aligned((at.SERIES * (at.columns(n) // 8) + at.LADDER, 8))[0]
+    return _aligned((SERIES * (cells.columns(n) // 8) + LADDER, 8))[0]
 
 
 def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
@@ -211,41 +227,41 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 def place(cell, count, deviate, scalars, numbers, draws):
     """Fill in forces, displacements and contacts, and prepare the draws."""
     now = scalars[0]
-    n = now.n
+    n = now.chain.n
     cell[:] = 0.0
     count[:] = 0
     before, before_low = 0.0, 0.0
     for k in range(n):
-        i = k + at.PAD
+        i = k + PAD
         after = numbers[TENSION, k] if k < n - 1 else 0.0
         after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
         force, low = two_sum(after, -before)
         low += after_low - before_low
-        force, error = two_sum(force, now.sine)
+        force, error = two_sum(force, now.chain.sine)
         low += error
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
             force, low = rows.increased((force, low), way * now.theta, way * now.theta_low)
-        cell[at.FORCE, i] = force
-        cell[at.REST, i] = force
-        cell[at.FORCE_LOW, i] = low
-        cell[at.TRAVEL, i] = numbers[PLACE, k]
-        cell[at.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
+        cell[cells.FORCE, i] = force
+        cell[cells.REST, i] = force
+        cell[cells.FORCE_LOW, i] = low
+        cell[cells.TRAVEL, i] = numbers[PLACE, k]
+        cell[cells.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
         before, before_low = after, after_low
     for i in range(cell.shape[1]):
-        cell[at.STIFFNESS, i] = 2.0
-        cell[at.EXCESS, i] = at.NEVER
+        cell[cells.STIFFNESS, i] = 2.0
+        cell[cells.EXCESS, i] = NEVER
     for k in range(n):
-        i = k + at.PAD
+        i = k + PAD
         held = numbers[HELD, k]
-        above = ((held - now.mu_d) - now.mu_d_low) + numbers[HELD_LOW, k]
-        cell[at.EXCESS, i] = max(above, 0.0) * now.cosine
-        if now.constant == 1 and held == now.mean:
-            cell[at.EXCESS, i] = now.mean_excess
-        cell[at.COEFFICIENT, i] = held
-        count[at.DRAWS, i] = draws[k]
-    cell[at.STIFFNESS, at.PAD] = 1.0 if n > 1 else 0.0
-    cell[at.STIFFNESS, at.PAD + n - 1] = cell[at.STIFFNESS, at.PAD]
+        above = ((held - now.chain.mu_d) - now.chain.mu_d_low) + numbers[HELD_LOW, k]
+        cell[cells.EXCESS, i] = max(above, 0.0) * now.chain.cosine
+        if now.chain.constant == 1 and held == now.chain.mean:
+            cell[cells.EXCESS, i] = now.chain.mean_excess
+        cell[cells.COEFFICIENT, i] = held
+        count[cells.DRAWS, i] = draws[k]
+    cell[cells.STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
+    cell[cells.STIFFNESS, PAD + n - 1] = cell[cells.STIFFNESS, PAD]
     prepare(cell, count, deviate, scalars)
 
 
@@ -257,10 +273,10 @@ def _read(
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
     now = scalars[0]
     for k in range(draws.size):
-        i = k + at.PAD
+        i = k + PAD
         displacements[k] = rows.displacement(cell, i)
-        draws[k] = count[at.DRAWS, i]
-        renewed = now.constant == 1 and draws[k] > drawn[k]
-        coefficients[k] = now.mean if renewed else cell[at.COEFFICIENT, i]
+        draws[k] = count[cells.DRAWS, i]
+        renewed = now.chain.constant == 1 and draws[k] > drawn[k]
+        coefficients[k] = now.chain.mean if renewed else cell[cells.COEFFICIENT, i]
     for k in range(tensions.size):
         tensions[k] = rows.tension(cell, now, begun, load, load_low, k)

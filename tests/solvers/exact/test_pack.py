@@ -12,7 +12,7 @@ import pytest
 from exactcreep import Chain, Outcome, State, rearrange
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import solver as exact
-from exactcreep.solvers.exact.rest import Origin, dilation, placed
+from exactcreep.solvers.exact.pack import Origin, dilation, placed
 
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
 
