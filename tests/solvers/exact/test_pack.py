@@ -17,66 +17,51 @@ from exactcreep.solvers.exact.pack import Origin, dilation, placed
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
 
 
-def chain_of(n: int) -> Chain:
-    return Chain(n, Fraction(2, 7), "0.5", "0.6", tan_alpha="0.3")
+def begun(n: int, theta: Fraction) -> tuple[Chain, Origin]:
+    chain = Chain(n, Fraction(2, 7), "0.5", "0.6", tan_alpha="0.3")
+    return chain, Origin.of(chain, State.prepared(chain, THIRDS[: n - 1], theta=theta))
 
 
+@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11), Fraction(-2, 3)])
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
-@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11)])
-def test_forces_are_placed_to_twice_the_digits_of_a_float(n: int, theta: Fraction) -> None:
-    chain = chain_of(n)
-    tensions = THIRDS[: n - 1]
-    origin = Origin.of(chain, State.prepared(chain, tensions, theta=theta))
-    cell = placed(chain, origin, 0, 0).cell[:, layout.PAD : layout.PAD + n]
+def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, theta: Fraction):
+    chain, origin = begun(n, theta)
+    work = placed(chain, origin, 0, layout.LOGS_EVENTS)
+    cell = work.cell[:, layout.PAD : layout.PAD + n]
     load = chain.l0 * theta if n > 1 else Fraction(0)
-    bare = [0, *(tension + load for tension in tensions), 0]  # theta is added to the ends apart
+    bare = [0, *(tension + load for tension in THIRDS[: n - 1]), 0]  # theta is added apart
     for k, (before, after) in enumerate(pairwise(bare)):
         placed_force = Fraction(cell[layout.FORCE, k]) + Fraction(cell[layout.FORCE_LOW, k])
         true = after - before + Fraction(chain.sin_alpha)
         assert abs(placed_force - true) < Fraction(1, 2**100)
         assert cell[layout.REST, k] == cell[layout.FORCE, k]
+    assert origin.read(work)[0].tolist() == [float(t) for t in THIRDS[: n - 1]]
+    assert dilation(chain, origin.load) == float(theta)
+    for table in (work.cell, work.deviate, work.series):
+        assert table is None or (table.ctypes.data % 64 == 0 and table.flags.c_contiguous)
 
 
 @pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11)])
-def test_tensions_are_read_back_rounded_once(theta: Fraction) -> None:
-    chain = chain_of(5)
-    origin = Origin.of(chain, State.prepared(chain, THIRDS, theta=theta))
+def test_tensions_of_a_chain_that_has_moved_are_rounded_once(theta: Fraction) -> None:
+    chain, origin = begun(5, theta)
     work = placed(chain, origin, 0, 0)
-    assert origin.read(work)[0].tolist() == [float(t) for t in THIRDS]
-    here = placed(chain, origin, 0, 0)
-    here.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
-    here.cell[layout.X, layout.PAD + 1] = 1e-17
-    here.now["theta"][0] += 0.1
-    more = Fraction(0.7) + Fraction(1e-17)
-    less = Fraction(here.now["theta"][0]) - Fraction(work.now["theta"][0])
+    before = Fraction(work.now["theta"][0])
+    work.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
+    work.cell[layout.X, layout.PAD + 1] = 1e-17
+    work.now["theta"][0] += 0.1
+    more, less = Fraction(0.7) + Fraction(1e-17), Fraction(work.now["theta"][0]) - before
     moved = [THIRDS[0] + more, THIRDS[1] - more, *THIRDS[2:]]
-    assert origin.read(here)[0].tolist() == [float(t - less) for t in moved]
-    load = float(here.now["theta"][0]), float(here.now["theta_low"][0])
+    assert origin.read(work)[0].tolist() == [float(t - less) for t in moved]
+    load = float(work.now["theta"][0]), float(work.now["theta_low"][0])
     assert origin.ramped(load).tolist() == [float(t - less) for t in THIRDS]
 
 
-def test_theta_is_the_float_nearest_to_the_load_over_the_length() -> None:
-    chain = chain_of(3)
-    for theta in (Fraction(1, 11), Fraction(-2, 3), Fraction(10) ** -30, Fraction(0)):
-        origin = Origin.of(chain, State.prepared(chain, theta=theta))
-        assert dilation(chain, origin.load) == float(theta)
-
-
-def test_every_table_begins_at_a_multiple_of_64_bytes() -> None:
-    for n in (3, 7, 30):
-        chain = chain_of(n)
-        work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, layout.LOGS_EVENTS)
-        for table in (work.cell, work.deviate, work.series):
-            assert table.ctypes.data % 64 == 0
-            assert table.flags.c_contiguous
-
-
 def test_balls_are_taken_at_their_midpoints() -> None:
-    chain = chain_of(3)
+    chain, _ = begun(3, Fraction(0))
     proved = rearrange(chain, State.relaxed(chain), direction=1, solver="certified").state
-    tensions = proved.tensions.astype(float)
     origin = Origin.of(chain, proved)
-    assert origin.read(placed(chain, origin, 0, 0))[0].tolist() == tensions.tolist()
+    read = origin.read(placed(chain, origin, 0, 0))[0]
+    assert read.tolist() == proved.tensions.astype(float).tolist()
     assert dilation(chain, origin.load) == float(proved.theta)
 
 
