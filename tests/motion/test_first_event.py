@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
 from exactcreep.motion.first_event import Search, lone_event, root_time
 from exactcreep.motion.modes import Flow
@@ -30,6 +31,14 @@ def first_time(arithmetic, flow, thresholds):
     search = Search(flow, flow.runs(), arithmetic.vector(thresholds), {})
     found = search.first()
     return found, root_time(search, found[0]), search
+
+
+@pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(24), digits_of(2000)])
+def test_one_operation_is_rounded_by_as_much_as_is_said(arithmetic):
+    thirds = [(arithmetic.number(1) / k, k) for k in range(3, 99, 2)]
+    worst = max(abs(exact_value(x) * k - 1) for x, k in thirds)
+    least = Fraction(arithmetic.roundoff) if arithmetic.bits < 1000 else 0  # a float has no less
+    assert least / 4 < worst <= arithmetic.roundoff
 
 
 @every_arithmetic

@@ -121,9 +121,7 @@ def test_a_run_with_two_free_ends_is_uniformly_accelerated_as_a_whole():
 @pytest.mark.parametrize("ends", ALL_ENDS)
 def test_frequencies_and_vectors_are_those_that_are_derived(ends):
     [kind] = [
-        kind
-        for kind in derived.KINDS
-        if (kind.left == "free", kind.right == "free") == tuple(ends)
+        kind for kind in derived.KINDS if (kind.left == "free", kind.right == "free") == tuple(ends)
     ]
     for p in range(1, 9):
         table = modes(FLOAT64, p, ends)

@@ -54,13 +54,7 @@ def test_a_lone_slip_is_rebuilt_from_its_two_events() -> None:
     assert max(Replay(chain, state, events).residuals()) <= 1e-16
 
 
-def test_a_wrong_event_time_shows_in_its_residual() -> None:
-    chain, state, late = lone_slip(math.pi + 1e-9)
-    residuals = Replay(chain, state, late).residuals()
-    assert residuals[1] == pytest.approx(chain.excess * 1e-9, rel=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_each_event_that_is_moved_by_1e_9_has_a_residual_that_says_so(seed: int) -> None:
     result = avalanche(seed)
     honest = replayed(result).residuals()
@@ -88,8 +82,7 @@ def rate_of(replay: Replay, event: Event) -> float:
     return float(sum(flow.velocities[m] for m in (n - 1, n + 1) if 0 <= m < replay.chain.n))
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("sigma", ["0", "0.05"])
+@pytest.mark.parametrize(("seed", "sigma"), [(0, "0"), (1, "0"), (2, "0.05"), (3, "0.05")])
 def test_a_replay_ends_in_the_state_that_the_solver_reached(seed: int, sigma: str) -> None:
     result = avalanche(seed, sigma=sigma)
     replay = replayed(result)
@@ -164,24 +157,17 @@ def test_in_balls_a_replay_encloses_the_certified_end() -> None:
 # -- the contacts ----------------------------------------------------------------------------------
 
 
-def test_a_coefficient_below_mu_d_acts_as_mu_d() -> None:
-    chain = Chain(4, 1, "0.5", "0.5", "0.2", tan_alpha="0.1")
-    contacts = Contacts(chain, 3)
-    drawn = [contacts.coefficient(n, k) for n in range(1, 5) for k in range(20)]
-    low = [c for c in drawn if c < 0.5]
-    assert 0 < len(low) < len(drawn)
-    for c in drawn:
-        assert contacts.is_low(c) == (c in low)
-        assert contacts.acting(c) == max(Fraction(c), Fraction(1, 2))
-
-
 @pytest.mark.parametrize("sigma", ["0", "0.2"])
-def test_a_threshold_is_the_same_number_in_every_arithmetic(sigma: str) -> None:
+def test_a_contact_holds_the_same_in_every_arithmetic_and_never_less_than_mu_d(sigma: str) -> None:
     chain = Chain(3, 1, "0.5", "0.6", sigma, tan_alpha="0.1")
-    contacts, balls, digits = Contacts(chain, 11), balls_of(200), digits_of(150)
+    contacts, balls, digits, low = Contacts(chain, 11), balls_of(200), digits_of(150), 0
+    assert contacts.acting(0.75) == Fraction(3, 4)  # of a start: one of its own
     for slider in range(1, 4):
         for draw in range(6):
             drawn = contacts.coefficient(slider, draw)
+            low += contacts.is_low(drawn)
+            assert contacts.is_low(drawn) == (drawn < Fraction(1, 2))
+            assert contacts.acting(float(drawn)) == max(Fraction(drawn), Fraction(1, 2))
             plain = contacts.holds(drawn, FLOAT64)
             with balls.active():
                 sure = contacts.holds(drawn, balls)
@@ -190,11 +176,4 @@ def test_a_threshold_is_the_same_number_in_every_arithmetic(sigma: str) -> None:
             assert abs(float(contacts.holds(drawn, digits) - plain)) <= 1.5 * 2**-53
             coefficient = np.array([float(drawn)])
             assert contacts.thresholds(coefficient, FLOAT64)[0] == plain
-
-
-def test_without_scatter_a_coefficient_of_its_own_counts_until_the_slider_stops() -> None:
-    chain = Chain(2, 1, "0.5", "0.6", tan_alpha="0")
-    contacts = Contacts(chain)
-    assert contacts.acting(0.6) == Fraction(3, 5)
-    assert contacts.acting(0.75) == Fraction(3, 4)
-    assert contacts.coefficient(1, 5) == Fraction(3, 5)
+    assert (low > 0) == (sigma != "0")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from typing import Any, ClassVar
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS
 from exactcreep.model.contacts import Contacts, start_direction
-from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.numbers import exact_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
@@ -118,16 +119,16 @@ class ChainAtRest:
         return self.contacts.acting(self.coefficients[n])
 
     def _exactly(self, state: State) -> ExactState | None:
+        exact, rational = cache(exact_number), cache(self.field.rational)  # most of them are alike
         try:
-            tensions = [exact_number(x, "tension") for x in state.tensions.tolist()]
-            displacements = [exact_number(x, "x") for x in state.displacements.tolist()]
-            theta = exact_number(state.theta, "theta")
-        except InputError:  # balls or mpmath numbers that came out of another calculation
+            tensions = [exact(x, "tension") for x in state.tensions.tolist()]
+            places = [rational(exact(x, "x")) for x in state.displacements.tolist()]
+            theta = rational(exact_number(state.theta, "theta"))
+        except ValueError:  # balls or mpmath numbers that came out of another calculation
             return None
-        field, weight = self.field, self.field.times_cosine(self.chain.tan_alpha)
-        bare = [Fraction(0), *tensions, Fraction(0)]
-        forces = [field.rational(after - before) + weight for before, after in pairwise(bare)]
-        return ExactState(forces, [field.rational(x) for x in displacements], field.rational(theta))
+        weight = self.field.times_cosine(self.chain.tan_alpha)
+        pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
+        return ExactState([rational(b - a) + weight for a, b in pairs], places, theta)
 
     def _is_mirrored(self, state: State) -> bool:
         """Whether the chain is, and therefore stays, the mirror image of itself."""

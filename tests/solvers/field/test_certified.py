@@ -20,7 +20,7 @@ from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.field import certified, set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
-from exactcreep.solvers.solver import Start, Stretch
+from exactcreep.solvers.solver import Start
 from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import event_rows, paper_chain
 
@@ -43,7 +43,7 @@ def assert_overlap(one, other, *names):
         assert all(x.overlaps(y) for x, y in zip(a.ravel(), b.ravel(), strict=True))
 
 
-@pytest.mark.parametrize(("n", "sigma_mu"), [(3, "0.01"), (6, "0.01"), (5, "0")])
+@pytest.mark.parametrize(("n", "sigma_mu"), [(6, "0.01"), (5, "0")])
 def test_more_precision_changes_no_proved_itinerary_and_enclosures_overlap(n, sigma_mu):
     chain = paper_chain(n, sigma_mu)
     coarse, first = followed(chain, Cycles("0.004", 1), 15)
@@ -124,9 +124,7 @@ def agree_with_plain_balls(scenes, seed, events):
         assert narrow.evidence is Evidence.PROVED
         assert event_rows(first) == event_rows(second)
         together += many
-        assert_overlap(
-            first.recorded, second.recorded, "x", "tension", "event_time", "event_theta"
-        )
+        assert_overlap(first.recorded, second.recorded, "x", "tension", "event_time", "event_theta")
         assert_overlap(narrow.state(), plain.state(), "tensions", "displacements")
         if narrow.mechanics.flow is None:
             forces = narrow.mechanics.known_forces(), plain.mechanics.forces
@@ -173,23 +171,12 @@ def test_lone_slips_stay_exact_for_ever():
     assert len(event_rows(stretch)) > 100
 
 
-def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
-    chain, drive = paper_chain(6), Cycles("0.003", 1)
-    simulation = Certified(digits=30).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
-    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(110))
-    simulation.tally = simulation.mechanics.tally
-    stretch = simulation.follow(drive, 1, 2)
-    assert simulation.restarts > 0
-    for x in stretch.recorded["x"].ravel():
-        assert float(x.rad()) <= 1e-30 * (1 + abs(float(x)))
-
-
 def test_a_restart_hands_out_no_row_twice():
     chain, drive = paper_chain(6), Cycles("0.003", 1)
     _, expected = followed(chain, drive, 60, record=tuple(LOGS))
-    solver = Certified(digits=1, most_digits=2000)
+    solver = Certified(digits=30, most_digits=2000)
     simulation = CertifiedSimulation(relaxed(chain), tuple(LOGS), solver)
-    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(72))
+    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(110))
     simulation.tally = simulation.mechanics.tally
     rows, parts, done = [], [], 0
     while done < 2:
@@ -198,12 +185,14 @@ def test_a_restart_hands_out_no_row_twice():
         parts.append(stretch.recorded)
         done += stretch.completed
     assert simulation.restarts > 0
+    assert simulation.tally.events == len(rows)
     assert rows == event_rows(expected)
     for name, values in joined(parts).items():
         for value, truth in zip(values.flat, expected.recorded[name].flat, strict=True):
             one, other = enclosure(value), enclosure(truth)
             assert abs(one.middle - other.middle) <= one.radius + other.radius
-    assert simulation.tally.events == len(rows)
+    places = simulation.state().displacements.tolist()
+    assert all(x.rad() <= 1e-30 * (1 + abs(x)) for x in places)  # as many digits as were asked for
 
 
 def crossings(chain, state, **options):
@@ -279,9 +268,6 @@ def test_a_hundred_calls_keep_their_digits_and_are_what_one_run_is():
     assert simulation.tally.events == sum(len(one.events) for one in found)
     x = found[-1].state.displacements
     assert all(a.overlaps(b) for a, b in zip(x, stretch.recorded["x"][0], strict=True))
-
-
-def test_what_is_known_exactly_stays_so_from_call_to_call():
     chain = Chain(5, 1000, "1/2", "3/5", tan_alpha="1/5")
     assert [one.report["exact_in_q_c"] for one in chained(chain, 2, 30)] == [True, True]
 
@@ -314,22 +300,9 @@ def test_a_state_keeps_its_past_in_a_pickle_and_loses_it_when_it_is_changed():
     assert all(float(a - b) > 0.9 for a, b in zip(there, later.state.displacements, strict=True))
 
 
-@pytest.mark.parametrize("k", [3, 6, 9, 12])
-def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
-    tangent = Fraction(1, 2) + Fraction(1, 10**k)
-    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha=tangent)
-    solver = Certified(digits=20)
-    simulation = solver.simulation(chain, State.relaxed(chain), 0, ("events",))
-    stretch = simulation.follow(Cycles("0.01", 1), 1, 1, Limits(4))
-    assert event_rows(Stretch(0, stretch.whole))[1] == (1, 0, 1, 1)
-    assert simulation.evidence is Evidence.PROVED
-
-
-@pytest.mark.parametrize("sigma_mu", ["0", "0.01"])
-@pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("cycles", [1, 2])
+@pytest.mark.parametrize(("n", "sigma_mu", "cycles"), [(2, "0", 1), (3, "0", 2), (3, "0.01", 2)])
 def test_a_snapshot_loses_nothing_of_a_ball(n, sigma_mu, cycles):
-    chain = Chain(n, 1000, "1/2", "3/5", sigma_mu, tan_alpha="1/4")
+    chain = paper_chain(n, sigma_mu)
     simulation, _ = followed(chain, Cycles("0.004", cycles), 20)
     other = Certified(digits=20).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
     other.restore(from_bytes(to_bytes(simulation.snapshot())))
@@ -345,7 +318,9 @@ def test_plain_data_hold_middle_and_radius_of_any_ball():
     random = np.random.default_rng(3)
     balls = balls_of(120)
     with balls.active():
-        for _ in range(2000):
+        with pytest.raises(Undecided):
+            balls.sign(flint.arb(0, 1e-30))  # they do not guess
+        for _ in range(500):
             size, width = 10.0 ** random.integers(-300, 300), 10.0 ** random.integers(-300, -1)
             x = flint.arb((1 + random.random()) * size, size * width).sqrt().sin()
             x = x * balls.number(size)
@@ -361,12 +336,6 @@ def test_nothing_is_left_of_the_precision_outside():
     iterator = Certified(digits=40).iterate(chain, State.relaxed(chain), 1, 0)
     next(iterator)
     assert flint.ctx.prec == before
-
-
-def test_balls_refuse_to_guess():
-    balls = balls_of(64)
-    with balls.active(), pytest.raises(Undecided):
-        balls.sign(flint.arb(0, 1e-30))
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ def told(found: Fate) -> tuple[object, ...]:
 @pytest.mark.parametrize(
     ("n", "amplitude", "outcome", "period", "settled"),
     [
+        (1, "0.01", Outcome.AT_REST, 1, 0),
         (2, "0.0003", Outcome.AT_REST, 1, 0),
         (2, "0.0004", Outcome.CREEPING, 1, 1),
         (3, "0.0007", Outcome.CREEPING, 3, 9),
@@ -57,10 +58,6 @@ def test_float64_agrees_with_a_proved_advance(n: int, amplitude: str) -> None:
     middle, radius = proved.advance_enclosure
     noise = Fraction(2) ** -44 * proved.period
     assert abs(Fraction(computed.advance) - middle) <= radius + noise
-
-
-def test_a_chain_of_one_rests() -> None:
-    assert told(fate(captions(1), "0.01")) == (Outcome.AT_REST, Evidence.PROVED, 1, 0)
 
 
 def test_a_steep_chain_is_proved_to_run_away() -> None:
