@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import json
 import math
 import re
@@ -39,28 +40,23 @@ _LABELS = {
 # --- JSON -----------------------------------------------------------------------------------------
 
 
-def as_json(value: Any, indent: str = "") -> str:
+def as_json(value: Any) -> str:
     """Return `value` as JSON; a decimal of a scene keeps every digit that was written."""
+    text = json.dumps(_plain(value), indent=2)
+    return re.sub(r'"\\u0000([^"]*)"', r"\1", text)
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON holds: nan as null, and decimals as text that says they are none."""
     from exactcreep.scene import Literal
 
-    inner = indent + "  "
     if isinstance(value, Mapping):
-        items = [f"{json.dumps(str(key))}: {as_json(part, inner)}" for key, part in value.items()]
-        return _bracketed(items, "{}", indent)
+        return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return _bracketed([as_json(part, inner) for part in value], "[]", indent)
+        return [_plain(part) for part in value]
     if isinstance(value, Literal) and _JSON_NUMBER.fullmatch(value):
-        return str(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return "null"
-    return json.dumps(value)
-
-
-def _bracketed(items: list[str], brackets: str, indent: str) -> str:
-    if not items:
-        return brackets
-    lines = f",\n{indent}  ".join(items)
-    return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
+        return f"\0{value}"
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def of_members(
@@ -184,20 +180,22 @@ def grouped(
     Of each group: the values of every key, a range as ``first … last``, and its members. The
     settings are those of each member by its keys; the results are compared by ``==``.
     """
-    rows: list[tuple[list[list[Any]], list[int]]] = []
-    for number, (setting, _) in enumerate(zip(settings, results, strict=False)):
-        rows.append(([[value] for value in setting.values()], [number]))
+    rows = [
+        ([[value] for value in setting.values()], [number])
+        for number, (setting, _) in enumerate(zip(settings, results, strict=False))
+    ]
+
+    def alike(row: tuple[list[list[Any]], list[int]]) -> tuple[list[Any], Any]:
+        values, members = row
+        return values[:column] + values[column + 1 :], results[members[0]]
+
     for column in reversed(range(len(settings[0]) if settings else 0)):
-        kept: list[tuple[list[list[Any]], list[int]]] = []
-        for values, members in rows:
-            if kept and results[kept[-1][1][0]] == results[members[0]]:
-                before = kept[-1][0]
-                if all(k == column or before[k] == values[k] for k in range(len(values))):
-                    before[column] += values[column]
-                    kept[-1][1].extend(members)
-                    continue
-            kept.append((values, members))
-        rows = kept
+        groups, rows = [list(group) for _, group in itertools.groupby(rows, alike)], []
+        for (values, members), *others in groups:
+            for more, further in others:
+                values[column] += more[column]
+                members += further
+            rows.append((values, members))
     return [([_range(values) for values in row], members) for row, members in rows]
 
 
@@ -315,14 +313,14 @@ class Output:
         def draw(path: Path) -> None:
             from exactcreep.figures.style import save_picture
 
-            with self.printed():
-                save_picture(answer.draw(), path)
+            save_picture(answer.draw(), path)
 
         written, failed = list[Path](), None
         for path, write in ((self.out, answer.save), (self.plot, draw)):
             if path is not None:
                 try:
-                    write(path)
+                    with self.printed():
+                        write(path)
                     written.append(path)
                 except exactcreep.InputError as error:
                     failed = failed or error

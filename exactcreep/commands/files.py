@@ -9,6 +9,7 @@ import webbrowser
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,21 +99,17 @@ def show(
         PNG, PDF or SVG file; default RUN.png.
     """
     from exactcreep.figures.run import draw_portrait, portrait
-    from exactcreep.figures.style import save_picture
-    from exactcreep.quasistatic.files import check_plot
     from exactcreep.quasistatic.result import load_members
 
     members = load_members(run)
-    target = out or run.with_suffix(".png")
-    check_plot(target, force=force)
-    pictures.check(target)
+    output = replace(pictures, plot=out or run.with_suffix(".png"), force=force)
+    output.check()
     seen = chosen(members, member)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    with pictures.printed():
-        save_picture(draw_portrait(portrait(seen, wanted, wide or 1)), target)
-    if seen.course:
-        typer.echo(f"{seen.evidence.value}: {seen.course}")
-    typer.echo(f"written: {target}")
+    view = portrait(seen, wanted, wide or 1)
+    said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
+    say_all = partial(typer.echo, said, nl=False)
+    output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 
 
 def export(
@@ -194,7 +191,7 @@ def animate(
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.limits import Limits
-    from exactcreep.quasistatic.files import check_output, write_file
+    from exactcreep.quasistatic.files import write_file
 
     wanted = scene.with_settings(run_settings(solver=solver, seed=seed))
     experiment = chosen(wanted.members(), member).experiment
@@ -211,21 +208,23 @@ def animate(
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
     target = out or Path(f"{wanted.name}-{number}.gif")
-    check_output(target, "out", force=force)
+    output = replace(pictures, out=target, force=force)
+    output.check(target)
     avalanche = find_avalanche(experiment, number, limits)
-    if ending == ".html":
+
+    def save(path: Path) -> None:
+        if ending == ".gif":
+            return draw_avalanche(avalanche, path, frames=count or 2)
         from exactcreep.figures.explorer import saved
 
-        write_file(target, saved(avalanche).encode(), "out", force=force)
-    else:
-        with pictures.printed():
-            draw_avalanche(avalanche, target, frames=count or 2)
+        write_file(path, saved(avalanche).encode(), "out", force=force)
+
     motion = avalanche.rearrangement
-    typer.echo(
+    said = (
         f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
-    typer.echo(f"written: {target}")
+    output.deliver(Answer({}, partial(typer.echo, said), save))
 
 
 def explore(*, port: str = "0", browser: bool = True) -> None:
@@ -294,19 +293,17 @@ def sweep(
         Draw the velocities to this PNG, PDF or SVG file.
     """
     from exactcreep.model.outcome import behaviour
-    from exactcreep.quasistatic.files import check_plot
 
     given = run_settings(solver=solver)
     if (count := whole(seeds, "seeds", most=10**6)) is not None:
         given["vary.run.seed"] = list(range(count))
     wanted = scene.with_settings(given)
     folder = out or Path(f"{wanted.name}-sweep")
-    if plot is not None:
-        check_plot(plot, force=force)
-        if not set(wanted.vary) - {"run.seed"}:
-            allowed = "needs something that varies besides the seed"
-            raise exactcreep.InputError("plot", str(plot), allowed)
-    replace(pictures, plot=plot, force=True).check()
+    output = replace(pictures, plot=plot, force=force)
+    output.check()
+    if plot is not None and not set(wanted.vary) - {"run.seed"}:
+        allowed = "needs something that varies besides the seed"
+        raise exactcreep.InputError("plot", str(plot), allowed)
     if workers is not None and scheduler is not None:
         allowed = "cannot be given together with a scheduler"
         raise exactcreep.InputError("workers", workers, allowed)
@@ -324,15 +321,15 @@ def sweep(
     outcomes = counted(
         behaviour(exactcreep.Outcome(outcome), way) for outcome, way in zip(*words, strict=True)
     )
-    typer.echo(f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}")
-    typer.echo(f"written: {folder / 'sweep.nc'}")
-    if plot is not None:
-        from exactcreep.figures.style import save_picture
+    said = f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}"
+    said += f"\nwritten: {folder / 'sweep.nc'}"
+
+    def draw() -> Any:
         from exactcreep.figures.sweep import draw_sweep
 
-        with pictures.printed():
-            save_picture(draw_sweep(grid, wanted.title or wanted.name), plot)
-        typer.echo(f"written: {plot}")
+        return draw_sweep(grid, wanted.title or wanted.name)
+
+    output.deliver(Answer({}, partial(typer.echo, said), draw=draw))
 
 
 def _cluster(scheduler: str) -> Any:

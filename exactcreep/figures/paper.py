@@ -290,14 +290,17 @@ def _mark_outside(axes: Axes) -> None:
         edge, sign, side = (high, "^", "top") if above else (low, "v", "bottom")
         axes.plot(x, edge, sign, color="black", markersize=5, clip_on=False, zorder=4)
         words = ", ".join(f"{value:.4g}" for value in sorted(values))
-        axes.annotate(words, (x, edge), xytext=(-6, -5 if above else 5), va=side, ha="right",
-                      textcoords="offset points", fontsize=7)  # fmt: skip
+        where, inwards = axes.transData.transform((x, edge)), axes.bbox.x0 + axes.bbox.x1
+        apart = 6 if 2 * where[0] < inwards else -6  # to the middle, off the labels of the axis
+        _note(axes, words, (x, edge), (apart, -5 if above else 5), va=side, fontsize=7)
 
 
-def _note(axes: Axes, text: str, place: tuple[float, float], apart: float, **style: Any) -> None:
-    """Write beside a place, so many points apart."""
-    side = "left" if apart > 0 else "right"
-    axes.annotate(text, place, xytext=(apart, 0), textcoords="offset points", ha=side, **style)
+def _note(
+    axes: Axes, text: str, place: tuple[float, float], apart: tuple[float, float], **style: Any
+) -> None:
+    """Write beside a place, so many points to the right and above."""
+    about = {"textcoords": "offset points", "ha": "left" if apart[0] > 0 else "right", **style}
+    axes.annotate(text, place, xytext=apart, **about)
 
 
 def _degrees(axes: Axes) -> None:
@@ -379,8 +382,8 @@ def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
         (float(friction), r"$\alpha_\mathrm{c}$", 2),
     ):
         axes.axvline(place, **GUIDE, zorder=0)
-        _note(axes, name, (place, 0.35), apart, fontsize=9)
-    axes.set(xlim=(-0.01, 0.53), ylim=(0, 7), xlabel=SLOPE, ylabel=VELOCITY)
+        _note(axes, name, (place, 0.35), (apart, 0), fontsize=9)
+    axes.set(xlim=(-0.01, 0.53), ylim=(-0.6, 7), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.12))
     _degrees(axes)
 
@@ -418,7 +421,7 @@ def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     star = mean_law(threshold_width, parameters | {"mu_d": parameters["mu_s"]})
     for axes in (top, bottom):
         axes.axvline(star, **GUIDE, zorder=0)
-    _note(top, r"$\sigma_\theta^*$", (star, 20.0), 3)
+    _note(top, r"$\sigma_\theta^*$", (star, 20.0), (3, 0))
     bottom.set(
         xscale="log", ylim=(-0.1, 1.15), xlim=(8e-5, 0.13), ylabel="velocity / asymptote",
         xlabel=r"$\sigma_\theta$   ($\tilde{l}_0 = 10^3$)",
@@ -461,7 +464,7 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
         draw_points(axes, rows, "tan_alpha", **marks, label=rf"computed, $N={n}$")
         _mark_angles(axes, n, parameters)
     axes.axvline(float(parameters["mu_d"]), **GUIDE)
-    _note(axes, r"$\alpha_\mathrm{c}$", (0.5, 1), 3)
+    _note(axes, r"$\alpha_\mathrm{c}$", (0.5, 1), (3, 0))
     axes.set(xlim=(-0.01, 0.53), ylim=(-4.2, 42), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="upper left", ncols=1)
     _degrees(axes)
@@ -493,8 +496,7 @@ def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:
                   solid_capstyle="butt", zorder=1, label=name)  # fmt: skip
         axes.plot([upper], [height], marker="|", color=INKS[2], markersize=6)
         if i == 2:
-            axes.annotate(f"$N={n}$", (upper, height), xytext=(5, -3), textcoords="offset points",
-                          fontsize=7, color=INKS[2])  # fmt: skip
+            _note(axes, f"$N={n}$", (upper, height), (5, -3), fontsize=7, color=INKS[2])
 
 
 @partial(
@@ -523,7 +525,7 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     ):  # fmt: skip
         place = mean_law(law, chain)
         axes.plot([place, place], [-3, 34], **GUIDE)
-        _note(axes, text, (place, 29), apart)
+        _note(axes, text, (place, 29), (apart, 0))
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set(
         xlim=(0, 0.0125), xlabel=r"$A_\theta$ or $\sigma_\theta$   ($\tilde{l}_0 = 10^3$)",

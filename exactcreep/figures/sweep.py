@@ -196,17 +196,10 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     What varies besides makes families, each in a colour of its own. The law of the sliding
     limit, where there is one, is a broken line. Two quantities of which each has at least
     `MAPPED` values, and nothing else, make a map with contours of the law.
-
-    Raises
-    ------
-    InputError
-        If nothing varies but the seed.
     """
     points = points_of(dataset)
     values = {key: list(dict.fromkeys(point.varied[key] for point in points))
               for key in points[0].varied}  # fmt: skip
-    if not values:
-        raise InputError("plot", "sweep", "needs something that varies besides the seed")
     many = {key: not any(isinstance(one, str) for one in each) and len(each)
             for key, each in values.items()}  # fmt: skip
     if len(values) == 2 and min(many.values()) >= MAPPED:

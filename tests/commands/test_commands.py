@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import subprocess
@@ -22,10 +21,11 @@ from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, environment, finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
+QUICK = "run six-sliders-cycles --set drive.cycles=10"
 SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 VARIED = (*SHORT, "--set", "vary.drive.amplitude=[0.005,0.01]")
 EVERY = {
-    "scenes": ((), ""),
+    "scenes": (("--show", "six-sliders-cycles"), ""),
     "run": (SHORT, "out plot"),
     "resume": (("begun.ckpt",), "out plot"),
     "sweep": ((*VARIED, "--out", "cells", "--resume"), "plot"),
@@ -56,8 +56,9 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     name: str, command: Command, drawn: list[Figure], tmp_path: Path
 ) -> None:
     given, outputs = EVERY[name]
-    begun = ("run", *SHORT, "--record", "x_G,events", "--checkpoint", "begun.ckpt")
-    assert command(*begun, "--out", "run.nc").code == 0
+    if given[0] in ("run.nc", "begun.ckpt"):
+        begun = ("run", *SHORT, "--record", "x_G,events", "--checkpoint", "begun.ckpt")
+        assert command(*begun, "--out", "run.nc").code == 0
     line = (name, *given)
     options: list[str] = []
     for output in outputs.split():
@@ -75,9 +76,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     assert bool(drawn) == ("plot" in outputs or name == "show")
     assert told.out.strip()
     if name not in SILENT:
-        keys = command(*line, "--json").json.keys()
-        assert keys
-        assert all(isinstance(key, str) for key in keys)
+        assert command(*line, "--json").json.keys()
 
 
 def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
@@ -89,47 +88,21 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
         assert f"exactcreep {name}" in told.partition("Options")[0].partition("Example")[2]
 
 
-@pytest.mark.parametrize("name", ["tradeoff", "envelope"])
-def test_a_command_that_is_no_more_names_the_one_that_answers(name: str, command: Command) -> None:
-    said = f"{name} is no more: exactcreep compare SCENE answers its question"
-    assert command(name, "six-sliders-cycles").sentence == said
-
-
-# --- pictures of any size ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
-    ("asked", "pixels"),
-    [("--size 5x2.5 --dpi 40", (200, 100)), ("--size 3x3", (450, 450)), ("--dpi 50", (320, 260))],
-)
-def test_a_picture_has_the_size_and_the_dots_that_were_asked_for(
-    asked: str, pixels: tuple[int, int], command: Command
-) -> None:
-    assert command("run", *SHORT, "--plot", "a.png", *asked.split()).code == 0
-    with Image.open("a.png") as image:
-        assert image.size == pixels
-
-
-def test_an_animation_has_the_size_that_was_asked_for(command: Command) -> None:
-    scene = ("animate", "two-sliders-cycles", "--frames", "2", "--out", "moving.gif")
-    assert command(*scene, "--size", "4x4", "--dpi", "50").code == 0
-    with Image.open("moving.gif") as image:
-        assert image.size == (200, 200)
-
-
-@pytest.mark.parametrize(
-    ("asked", "said"),
+    ("line", "pixels"),
     [
-        *((f"--plot a.png --size {size}", "size = ") for size in ("5", "0x3", "3x99")),
-        *((f"--plot a.png --dpi {dpi}", "dpi = ") for dpi in ("3", "fine")),
-        ("--size 5x5", "needs --plot"),
+        (f"{QUICK} --plot a.png --size 5x2.5 --dpi 40", (200, 100)),
+        (f"{QUICK} --plot a.png --dpi 50", (320, 260)),
+        ("animate two-sliders-cycles --frames 2 --out a.gif --size 4x4 --dpi 50", (200, 200)),
     ],
 )
-def test_a_size_that_is_none_is_refused_before_anything_runs(
-    asked: str, said: str, command: Command
+def test_a_picture_has_the_size_and_the_dots_that_were_asked_for(
+    line: str, pixels: tuple[int, int], command: Command, tmp_path: Path
 ) -> None:
-    assert said in command("run", *SHORT, *asked.split()).sentence
-    assert not Path("a.png").exists()
+    assert command(*line.split()).code == 0
+    (written,) = tmp_path.iterdir()
+    with Image.open(written) as image:
+        assert image.size == pixels
 
 
 # --- what is said --------------------------------------------------------------------------------
@@ -147,10 +120,7 @@ def test_a_threshold_lists_its_edges_and_those_of_seeded_starts(command: Command
 def test_a_study_that_finds_no_time_shows_what_is_known_with_status_3(command: Command) -> None:
     told = command("threshold", "--n", "2", "--max-seconds", "0")
     assert told.code == 3
-    assert "reason max_seconds = 0 was reached" in words(told.out)
-    assert "outcome evidence computed" in words(told.out)
-    scene = ("animate", "thirty-sliders-cycles", "--rearrangement", "999999")
-    assert "max_seconds = 0 was reached" in command(*scene, "--max-seconds", "0").sentence
+    assert "reason max_seconds = 0 was reached outcome evidence computed" in words(told.out)
 
 
 def test_a_long_itinerary_is_cut_and_says_by_how_much(command: Command) -> None:
@@ -194,7 +164,6 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
     assert Path("run.png").exists()
     for asked, said in (("--half-cycle 9", "at most 8"), ("--member 2", "member = ")):
         assert said in command("show", "run.nc", *asked.split(), "--out", "b.png").sentence
-    assert "missing.nc" in command("show", "missing.nc").sentence
 
 
 @pytest.mark.parametrize(
@@ -212,8 +181,6 @@ def test_tables_fit_eighty_columns(
 
 # --- refusals ------------------------------------------------------------------------------------
 
-QUICK = "run six-sliders-cycles --set drive.cycles=10"
-
 
 @pytest.mark.parametrize(
     ("line", "said"),
@@ -224,12 +191,9 @@ QUICK = "run six-sliders-cycles --set drive.cycles=10"
         ("run .", "scene = '.': is a directory"),
         (f"{QUICK} --set chain.n", "set = 'chain.n': must be KEY=VALUE"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
-        (f"{QUICK} --set chain.n=three", "chain.n = 'three': must be a whole number"),
         (f"{QUICK} --solver euler", "run.solver = 'euler': must be one of exact"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
         (f"{QUICK} --solver verlet --dt 0", "run.dt = '0': must be"),
-        (f"{QUICK} --solver verlet --dt 5e-324", "whose square is a float64"),
-        (f"{QUICK} --seed 1.5", "run.seed = '1.5': must be a whole number"),
         (f"{QUICK} --record velocity", "run.record = 'velocity': must be among x_G"),
         (f"{QUICK} --max-events -1", "max_events = -1: must be a whole number"),
         (f"{QUICK} --max-seconds nan", "max_seconds = 'nan': must be a finite number"),
@@ -238,12 +202,24 @@ QUICK = "run six-sliders-cycles --set drive.cycles=10"
         (f"{QUICK} --out a.png --plot a.png", "must not be the file of --out"),
         (f"{QUICK} --plot run.txt", "plot = 'run.txt': must end in .png"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among what is recorded"),
+        *((f"{QUICK} --plot a.png --size {size}", "size = ") for size in ("5", "0x3", "3x99")),
+        *((f"{QUICK} --plot a.png --dpi {dpi}", "dpi = ") for dpi in ("3", "fine")),
+        (f"{QUICK} --size 5x5", "needs --plot"),
         (f"{QUICK} --checkpoint a.ckpt --every -1", "every = '-1': must not be negative"),
         ("resume none.ckpt", "checkpoint = 'none.ckpt': must be a file"),
         ("sweep chain-size --workers 2 --scheduler tcp://a", "with a scheduler"),
         ("scenes --show six-slider-cycles", "(did you mean six-sliders-cycles?)"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("animate two-sliders-cycles --rearrangement -1", "rearrangement = "),
+        (
+            "animate thirty-sliders-cycles --rearrangement 999999 --max-seconds 0",
+            "max_seconds = 0 was reached",
+        ),
+        ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
+        ("sweep chain-size --plot a.txt", "must end in"),
+        ("tradeoff chain-size", "tradeoff is no more: exactcreep compare SCENE answers its"),
+        ("envelope", "envelope is no more: exactcreep compare SCENE answers its question"),
+        ("show missing.nc", "missing.nc"),
         ("animate two-sliders-cycles --out page.html --dpi 50", "a page fits its window"),
         ("animate two-sliders-cycles --out page.html --frames 5", "frames = "),
         ("explore --port 70000", "port = "),
@@ -273,13 +249,11 @@ def test_debug_shows_the_traceback(line: str) -> None:
 @pytest.mark.parametrize(
     ("line", "variables", "expected", "said"),
     [
-        ("", {"NUMBA_DISABLE_JIT": "1"}, 2,
-         "exactcreep: NUMBA_DISABLE_JIT must not be set: the solvers are compiled\n"),
-        ("--out a.nc", {"GONE": "1"}, 2,
-         "exactcreep: the working directory is gone: No such file or directory\n"),
+        ("", {"NUMBA_DISABLE_JIT": "1"}, 2, "NUMBA_DISABLE_JIT must not be set: the solvers are"),
+        ("--out a.nc", {"GONE": "1"}, 2, "the working directory is gone: No such file or"),
         ("--plot a.png", {"MPLBACKEND": "nonsense"}, 0, ""),
     ],
-)  # fmt: skip
+)
 def test_an_environment_that_does_not_fit_costs_a_sentence(
     line: str, variables: dict[str, str], expected: int, said: str, tmp_path: Path
 ) -> None:
@@ -287,7 +261,9 @@ def test_an_environment_that_does_not_fit_costs_a_sentence(
     script += "if 'GONE' in os.environ: os.rmdir(os.getcwd())\n"
     script += "from exactcreep.cli import main; main()"
     told = finished(sys.executable, "-c", script, "run", *SHORT, *line.split(), **variables)
-    assert (told.returncode, told.stderr) == (expected, said)
+    assert told.returncode == expected
+    assert told.stderr.startswith(f"exactcreep: {said}" if said else "")
+    assert told.stderr.count("\n") == bool(said)
 
 
 # --- stopped -------------------------------------------------------------------------------------
@@ -314,7 +290,6 @@ INT, TERM = signal.SIGINT, signal.SIGTERM
 @pytest.mark.parametrize(
     ("number", "line", "known"),
     [
-        (TERM, "threshold --n 3 --digits 12", "interrupted"),
         (INT, "survival --n 6 --amplitude 0.000969 --starts 400", "cycles lived"),
         (TERM, "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact", "last advance"),
         (INT, "sweep chain-jumps --set drive.cycles=3000 --workers 1", "--resume goes on"),
@@ -418,13 +393,6 @@ def test_a_pair_has_a_default_of_two_texts() -> None:
 
 def test_the_version_is_printed(command: Command) -> None:
     assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", command("--version").out)
-
-
-def test_a_directory_that_cannot_be_written_is_refused_before_the_run(command: Command) -> None:
-    if os.geteuid() == 0:
-        pytest.skip("root may write everywhere")
-    Path("closed").mkdir(mode=0o500)
-    assert "can be written" in command(*QUICK.split(), "--out", "closed/run.nc").sentence
 
 
 def test_each_amplitude_of_a_half_life_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -175,6 +175,19 @@ def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
         portrait(run, 41)
 
 
+def test_the_shades_of_slips_are_those_of_their_counts_in_the_legend() -> None:
+    run = creep(SIX, Cycles("0.01", 3), record=("x_G",))
+    for window in (1, 6):
+        figure = draw_portrait(portrait(run, window=window))
+        (mesh,) = (one for axes in figure.axes for one in axes.collections if one.colorbar)
+        names = [text.get_text() for text in mesh.colorbar.ax.get_yticklabels()]
+        counts = np.unique(np.asarray(mesh.get_array()))
+        assert counts.max() > 7
+        for count, shade in zip(counts, mesh.norm(counts), strict=True):
+            low, _, high = names[shade].partition("-")
+            assert int(low) <= count <= int(high or low)
+
+
 @pytest.mark.parametrize("n", [1, 2, 90])
 def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
     figure = draw_portrait(portrait(creep(paper_chain(n), Cycles("0.002", 2))))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,8 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import VELOCITY
 from exactcreep.figures.sweep import draw_sweep
 from exactcreep.laws import sliding_velocity, sliding_velocity_random
-from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
-from tests.conftest import Command
 from tests.pictures import assert_shows_data
 
 
@@ -30,40 +27,36 @@ def drawn(grid: xr.Dataset, title: str = "") -> Figure:
     return assert_shows_data(draw_sweep(grid, title))
 
 
-def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit() -> None:
-    grid = swept(
-        vary__chain__tan_alpha=["0.1", "0.2", "0.3"],
-        vary__drive__amplitude=["0.005", "0.01"],
-        vary__run__seed=[1, 2],
-    )
+@pytest.mark.parametrize(
+    ("scene", "length", "size", "name", "law"),
+    [
+        ("cycles", "cycles", "amplitude", r"$A_\theta$", sliding_velocity),
+        ("angle", "steps", "sigma_theta", r"$\sigma_\theta$", sliding_velocity_random),
+    ],
+)
+def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
+    scene: str, length: str, size: str, name: str, law: Callable[..., Any]
+) -> None:
+    vary = {"chain.tan_alpha": ["0.1", "0.2", "0.3"], f"drive.{size}": ["0.005", "0.01"]}
+    settings = {f"vary.{key}": values for key, values in {**vary, "run.seed": [1, 2]}.items()}
+    loaded = load_scene(f"two-sliders-{scene}").with_settings({f"drive.{length}": 20} | settings)
+    grid = sweep(loaded, workers=1)
     (axes,) = drawn(grid).axes
     assert axes.get_xlabel() == r"$\tan\alpha$"
-    for number, amplitude in enumerate((0.005, 0.01)):
+    for number, value in enumerate((0.005, 0.01)):
         points = axes.containers[number]
         x, y = points.lines[0].get_data(orig=False)
-        mean = grid.velocity.mean("seed").sel(amplitude=amplitude).to_numpy()
+        mean = grid.velocity.mean("seed").sel({size: value}).to_numpy()
         assert x.tolist() == [0.1, 0.2, 0.3]
         np.testing.assert_allclose(y, mean, rtol=1e-15, atol=0)
-        assert points.get_label() == rf"$A_\theta$ = {amplitude}"
+        assert points.get_label() == f"{name} = {value}"
         (line,) = [
             one for one in axes.lines
             if one.get_color() == points.lines[0].get_color() and one.get_linestyle() == "--"
         ]  # fmt: skip
-        given = {"n": 2, "l0": 1000, "mu_d": 0.5, "amplitude": amplitude}
-        expected = [float(sliding_velocity(**given, tan_alpha=t)) for t in x]
+        given = {"n": 2, "l0": 1000, "mu_d": 0.5, size: value}
+        expected = [float(law(**given, tan_alpha=t)) for t in x]
         np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
-
-
-def test_the_line_of_random_dilations_is_their_own_law() -> None:
-    scene = load_scene("two-sliders-angle").with_settings(
-        {"drive.steps": 20, "vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1]}
-    )
-    (axes,) = drawn(sweep(scene, workers=1)).axes
-    (line,) = [line for line in axes.lines if len(line.get_xdata()) == 2
-               and line.get_linestyle() == "--"]  # fmt: skip
-    given = {"n": 2, "l0": 1000, "mu_d": 0.5, "sigma_theta": 0.01}
-    expected = [float(sliding_velocity_random(**given, tan_alpha=t)) for t in (0.1, 0.2)]
-    np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
 def test_where_there_is_no_law_there_is_no_line() -> None:
@@ -72,23 +65,6 @@ def test_where_there_is_no_law_there_is_no_line() -> None:
     assert [np.isnan(line.get_ydata()).tolist() for line in lines if len(line.get_xdata())] == [
         [True, False, True]
     ]
-
-
-def test_seeds_alone_make_no_picture() -> None:
-    with pytest.raises(InputError, match="besides the seed"):
-        draw_sweep(swept(vary__run__seed=[1, 2]))
-
-
-def test_the_command_draws_its_sweep_and_refuses_before_it_runs(
-    command: Command, tmp_path: Path
-) -> None:
-    words = ["sweep", "two-sliders-cycles", "--set", "drive.cycles=4", "--out", "grid"]
-    vary = "vary.drive.amplitude=" + json.dumps([0.005, 0.01])
-    assert "besides the seed" in command(*words, "--seeds", "2", "--plot", "grid.png").sentence
-    assert "must end in" in command(*words, "--set", vary, "--plot", "grid.txt").sentence
-    assert not (tmp_path / "grid").exists()
-    assert command(*words, "--set", vary, "--plot", "grid.png").code == 0
-    assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_title_is_drawn_as_it_is_written() -> None:
