@@ -208,8 +208,6 @@ def answer(what: str, given: Mapping[str, str]) -> str:
 class _Server(ThreadingHTTPServer):
     """Answers in threads, which keep nothing alive when it ends."""
 
-    daemon_threads, block_on_close = True, False
-
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of a visitor that has gone in the middle of an answer."""
 
