@@ -6,12 +6,11 @@ import io
 import itertools
 import os
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -196,6 +195,7 @@ def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames:
     events = [float(event.time) for event in motion.events]
     below.vlines(events, *below.get_ylim(), color="0.9", linewidth=0.5, zorder=0)
     heading = figure.suptitle(" ", fontsize=9)
+    canvas: Any = figure.canvas
     pictures = []
     for k in range(frames):
         for move in moves:
@@ -208,7 +208,6 @@ def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames:
         )
         if k == 1:
             figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        canvas = FigureCanvasAgg(figure)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     times_shown, drawn = [_MILLISECONDS] * (frames - 1) + [_LINGER], io.BytesIO()
