@@ -1,4 +1,4 @@
-"""What a command comes to: printed as one JSON object or for the eye, saved, drawn; its status."""
+"""Print, save and draw what a command computed, as JSON or for the eye, and give its status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page to play with: what a run does, seen at once, and each of its rearrangements as it moves.
+"""The interactive page: change a parameter, see the run, and play any of its rearrangements.
 
 The page is one file that needs no other and no network. `exactcreep explore` serves it with sliders
 for the parameters; `exactcreep animate --out FILE.html` writes it with one rearrangement inside.

@@ -1,4 +1,4 @@
-"""Pictures of what becomes of a chain: its trajectory until it settles, and the lives of many."""
+"""Pictures of fates: the trajectory of a chain until it settles, and the survival of many."""
 
 from __future__ import annotations
 

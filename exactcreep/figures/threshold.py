@@ -1,4 +1,4 @@
-"""The picture of a threshold: what it was found from over the amplitude, and the laws."""
+"""The picture of a threshold: what a search computed over the amplitude, beside the laws."""
 
 from __future__ import annotations
 

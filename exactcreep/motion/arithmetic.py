@@ -1,4 +1,4 @@
-"""A number field as a value: float64, mpmath at any number of digits, and balls.
+"""Arithmetics as values: float64, mpmath at any number of digits, and balls.
 
 An algorithm written over an `Arithmetic` runs in any of the three. Comparisons have three results:
 floats and mpmath numbers carry their rounding bound beside them (the `slack` of `Arithmetic.sign`),

@@ -1,4 +1,4 @@
-"""Numbers a + b c with rational a, b and c = cos(alpha): all that is not oscillation stays there.
+"""Exact numbers a + b cos(alpha), a and b rational: tensions after ramps and lone slips.
 
 Ramps, lone slips and the sliding limit add, compare and take rational multiples of such numbers.
 As ``c^2 = 1 / (1 + tan^2(alpha))`` is rational, the sign of such a number is decided by squaring.

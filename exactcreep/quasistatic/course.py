@@ -1,4 +1,4 @@
-"""How far the courses of runs are known, in one sentence."""
+"""Say in one sentence up to which half-cycle the trajectories of runs are known."""
 
 from __future__ import annotations
 

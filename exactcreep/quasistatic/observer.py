@@ -1,4 +1,4 @@
-"""What looks at a run on its way: what it needs, what it takes, what a checkpoint keeps of it."""
+"""Observers of a run: what each needs next, what it takes, and what a checkpoint keeps of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a run leaves the model's physical range: springs without length, sliders that cross."""
+"""Count where a run leaves the model's physical range: springs without length, crossing sliders."""
 
 from __future__ import annotations
 

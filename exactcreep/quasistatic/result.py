@@ -1,4 +1,4 @@
-"""What a run came to: `Creep`, and the files that keep it."""
+"""The result of a run, `Creep`, and the files that keep it."""
 
 from __future__ import annotations
 

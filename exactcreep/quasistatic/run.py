@@ -1,4 +1,4 @@
-"""A run on its way: a simulation, the observers beside it, and what they make of it together."""
+"""One run: a simulation, the observers beside it, and the result that they make together."""
 
 from __future__ import annotations
 

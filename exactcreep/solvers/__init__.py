@@ -1,1 +1,1 @@
-"""From unstable rest to rest: the algorithms."""
+"""The solvers: algorithms that take a chain from one state of rest to the next."""

@@ -1,4 +1,4 @@
-"""Has the chain come back? Tensions at the ends of cycles, compared with those of earlier cycles.
+"""Find out whether a chain has come back: compare tensions at the ends of cycles with earlier ones.
 
 Without disorder the tensions at the end of a cycle decide all that follows: once they return, the
 chain goes round on a limit cycle for ever. With disorder no contact gets back its threshold; what

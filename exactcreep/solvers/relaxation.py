@@ -1,4 +1,4 @@
-"""From a start that friction cannot hold to the nearest state at rest, in elastic energy.
+"""Relax a start that friction cannot hold to the state at rest that is nearest in elastic energy.
 
 That is the step a rate-independent chain makes: without inertia it slides to where the balance of
 forces holds it, and no further.

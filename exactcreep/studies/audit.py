@@ -1,4 +1,4 @@
-"""Check a finished run from its events: does the motion they make obey the model, and again so?
+"""Audit a finished run: do its events obey the model, and does running it again give the same?
 
 The sliders are set in motion and at rest as the events say, and followed in closed form; this
 shares the motion of a run with the solvers, and none of their searches. Does each event's condition

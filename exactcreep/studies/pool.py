@@ -1,4 +1,4 @@
-"""Tasks on the threads of this process, or on an executor that is given, as they finish.
+"""Run tasks on threads of this process or on an executor, and yield them as they finish.
 
 joblib does not replace this: its generator of results ends at the first task that fails, and on
 dask (1.6) waits for ever for a task whose worker died. Executors of `concurrent.futures` give each

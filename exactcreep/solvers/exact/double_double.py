@@ -1,4 +1,4 @@
-"""Numbers kept as the sum of two floats, good to about 2**-106, and sums that round only there."""
+"""Double-double numbers: sums of two floats, good to about 2**-106."""
 
 from __future__ import annotations
 

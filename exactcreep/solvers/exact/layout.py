@@ -1,4 +1,4 @@
-"""Where the compiled exact solver keeps what: the rows of its arrays, and its scalars.
+"""Memory layout of the compiled exact solver: the rows of its arrays, and its scalars.
 
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for

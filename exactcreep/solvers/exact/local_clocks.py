@@ -1,4 +1,4 @@
-"""Many movers far apart: each part of a long cluster keeps the series of its own last change.
+"""Asynchronous events: each part of a long cluster keeps the Taylor series of its own last change.
 
 An event changes one slider. That alters the margin (see `taylor`) of another, d sliders away, by
 at most ``J t**(2 d) / (2 d)!`` after a time t, where J is the jump of its acceleration: every two

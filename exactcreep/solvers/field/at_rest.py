@@ -1,4 +1,4 @@
-"""A chain at rest and on a ramp, in one arithmetic: what is known of it, exactly if it can be.
+"""The state of a chain at rest and on a ramp in one arithmetic, exactly where that is possible.
 
 Beside the numbers of an arithmetic, a chain in balls keeps exact ones of Q(c) (`cosine_field`) as
 long as ramps and lone slips are all that happens; with these, ties and grazes can be decided.

@@ -1,4 +1,4 @@
-"""What is known of the fate of a chain: the result of both ways to find it."""
+"""The result of `fate`: what a chain does for ever, computed in float64 or proved."""
 
 from __future__ import annotations
 

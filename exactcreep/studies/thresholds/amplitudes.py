@@ -1,4 +1,4 @@
-"""Where a threshold is looked for: which question has a sense, scans, bisection, decimals."""
+"""Search for amplitudes: which question makes sense, scans, bisection, decimals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands beside every threshold of a chain: the laws and theorems it may be compared with."""
+"""The base of all thresholds: the laws and theorems beside which they stand."""
 
 from __future__ import annotations
 
