@@ -289,9 +289,7 @@ def _arithmetic(
     """Return the arithmetic in which a log is followed, and its digits."""
     if all(isinstance(time, (float, np.floating, int)) for time in times) and digits is None:
         return FLOAT64, 15
-    wanted = int(bits or 0)
-    if digits is not None:
-        wanted = max(wanted, math.ceil(digits * BITS_PER_DIGIT))
+    wanted = max(int(bits or 0), math.ceil((digits or 0) * BITS_PER_DIGIT))
     arithmetic = digits_of(max(wanted, 64) + _EXTRA_BITS)
     return arithmetic, digits or max(1, math.floor((wanted or 64) / BITS_PER_DIGIT) - 15)
 

@@ -45,18 +45,10 @@ def test_a_chain_that_locked_early_is_cycling_since_then_in_every_solver(solver:
     result = creep(chain, Cycles(amplitude, 9), solver=solver, **options)
     assert (result.outcome, result.since) == (Outcome.CYCLING, settled.settled_after)
     assert result.velocity == 0
-
-
-@pytest.mark.parametrize(("solver", "cycles"), [("exact", 150), ("certified", 30)])
-def test_a_chain_that_locked_in_cycle_25_is_cycling_since_then(solver: str, cycles: int) -> None:
-    result = creep(captions(5), Cycles("0.0007590", cycles), solver=solver)
-    x = result.recorded["x_G"][1::2]
-    assert result.outcome is Outcome.CYCLING
-    assert result.since == 25 == fate(captions(5), "0.0007590", solver="exact").settled_after
-    assert (x[24:] == x[24]).all()
-    assert x[23] < x[24]
-    assert (result.velocity, result.velocity_error) == (0, 0)
-    assert "up to cycle 25" in result.reason
+    if result.evidence is not Evidence.UNDECIDED:  # its tensions return exactly
+        assert result.velocity_error == 0
+        assert f"up to cycle {result.since}" in result.reason
+    assert result.evidence is not Evidence.UNDECIDED or solver not in ("exact", "certified")
 
 
 def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
