@@ -15,7 +15,6 @@ from exactcreep import (
     Chain,
     Creep,
     Cycles,
-    Experiment,
     InputError,
     Method,
     Outcome,
@@ -38,7 +37,7 @@ ENDLESS = {"mu_d = 0, tan_alpha = 0.05"} | {
 }
 METHODS = [Method("exact"), Method("reference"), Method("mpmath", digits=30),
            Method("verlet", dt="0.01")]  # fmt: skip
-EVENTS = 400
+EVENTS = 250
 ROUNDING = 32 * 2.0**-52
 """What float64 may be off at a rest, over the largest force, for each event: errors add up."""
 @cache
@@ -54,6 +53,7 @@ def largest_force(chain: Chain) -> float:
 @pytest.mark.parametrize("name", sorted(HARD.keys() - ENDLESS - {"N = 1000"}))
 def test_no_event_is_wrong_unless_the_solver_calls_itself_undecided(name: str) -> None:
     data, chain = held(name), HARD[name].chain
+    assert len(HARD) >= 50
     assert data.truth_evidence.item() == "proved"
     for place, method in enumerate(METHODS[:3]):
         own = data.isel(method=place, seed=0)
@@ -117,21 +117,8 @@ def test_a_chain_that_is_not_driven_never_moves(amplitude: str) -> None:
     assert (result.event_count, result.x_G, result.velocity) == (0, 0.0, 0.0)
 
 
-def test_repeated_targets_change_no_bit() -> None:
-    once = ["0.001", "0.002", "-0.001", "0.0005"]
-    often = [theta for theta in once for _ in range(7)]
-    one, other = (creep(chain_of(4), Path(theta), seed=4) for theta in (once, often))
-    assert np.array_equal(one.state.displacements, other.state.displacements)
-    assert one.event_count == other.event_count > 20
-
-
 @pytest.mark.slow
 def test_a_thousand_sliders_are_right_too() -> None:
     own = compare(HARD["N = 1000"], METHODS[:1], seeds=1, events=EVENTS).isel(method=0, seed=0)
     assert not own.differs
     assert own.error < 1e-13
-
-
-def test_there_are_fifty_of_them() -> None:
-    assert len(HARD) >= 50
-    assert all(isinstance(experiment, Experiment) for experiment in HARD.values())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,21 +13,24 @@ import pytest
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
 from exactcreep.solvers.solver import Rearrangement
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
+FILE = Path(__file__).parents[1] / "data" / "hard_cases.json"
+CASES = {case["label"]: case for case in json.loads(FILE.read_text("utf-8"))}
 
 
-def found_by(solver: str, case: dict[str, Any]) -> Rearrangement:
+@cache
+def found_by(solver: str, label: str) -> Rearrangement:
+    case: dict[str, Any] = CASES[label]
     chain = Chain(**case["chain"])
     state = State.prepared(chain, case["start"], seed=case["seed"])
     return rearrange(chain, state, direction=case["direction"], seed=case["seed"], solver=solver)
 
 
 @pytest.mark.parametrize("solver", ["exact", "reference"])
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["label"])
+@pytest.mark.parametrize("label", CASES)
 def test_float64_finds_what_was_proved_or_says_that_it_cannot_decide(
-    case: dict[str, Any], solver: str
+    label: str, solver: str
 ) -> None:
-    found = found_by(solver, case)
+    found, case = found_by(solver, label), CASES[label]
     proved = tuple((kind, tuple(who), tuple(how)) for kind, who, how in case["itinerary"])
     undecided = found.evidence is Evidence.UNDECIDED
     own = found.itinerary
@@ -39,12 +43,11 @@ def test_float64_finds_what_was_proved_or_says_that_it_cannot_decide(
     assert own == proved
     assert found.outcome.value == case["outcome"]
     ends = zip(found.state.displacements, case["displacements"], strict=bool(case["displacements"]))
-    for x, true in ends:
-        assert undecided or abs(Fraction(float(x)) - Fraction(true)) < 1e-12
+    assert undecided or all(abs(Fraction(float(x)) - Fraction(true)) < 1e-12 for x, true in ends)
 
 
 @pytest.mark.parametrize("solver", ["exact", "reference"])
 def test_float64_decides_all_of_them_but_two(solver: str) -> None:
-    evidence = [found_by(solver, case).evidence for case in CASES]
+    evidence = [found_by(solver, label).evidence for label in CASES]
     assert len(evidence) > 40
     assert evidence.count(Evidence.UNDECIDED) <= 2

@@ -318,6 +318,18 @@ def test_a_simulation_makes_the_rearrangements_that_are_made_one_at_a_time():
         state = result.state
 
 
+def test_a_restored_chain_at_rest_is_not_tested_for_unstable_sliders_again():
+    """Slider 2 stands at its threshold, which is counted once."""
+    chain, drive = Chain(3, 1, "1/2", "3/5", tan_alpha=0), Path(["0.01", "0.02"])
+    begin = State.prepared(chain, ["-0.3", "0.3"])
+    one, other = (Verlet().simulation(chain, begin, 0, ()) for _ in range(2))
+    one.follow(drive, 1, 1)
+    other.restore(one.snapshot())
+    for simulation in (one, other):
+        simulation.follow(drive, 2, 1)
+        assert (simulation.tally.undecided, simulation.tally.events) == (1, 0)
+
+
 def test_resting_sliders_cost_nothing():
     """The same slips at the lower end, in a short chain and in a long one: as many steps."""
     short, long = (run(paper_chain(n), Path(["0.002"]), seed=0, record=())[0] for n in (40, 4000))
