@@ -10,7 +10,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.velocity import Mark, MeanVelocity
-from exactcreep.solvers.recurrence import Returns
+from exactcreep.solvers.recurrence import Recurrence
 from exactcreep.solvers.solver import Tally
 
 NEARLY = "the tensions return to within "
@@ -33,7 +33,7 @@ class Behaviour:
 
 
 def behaviour(
-    velocity: MeanVelocity, recurrence: Returns | None, state: State, tally: Tally, done: int
+    velocity: MeanVelocity, recurrence: Recurrence | None, state: State, tally: Tally, done: int
 ) -> Behaviour:
     """Return what the chain does at the end, once every target is reached; see `creep`."""
     begin = velocity.burnt(done)

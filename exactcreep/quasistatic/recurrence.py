@@ -1,4 +1,4 @@
-"""Whether a run has come back: its `Returns`, fed at the ends of cycles."""
+"""Whether a run has come back: a `Recurrence` fed at the ends of its cycles."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NUMBER, Observer
-from exactcreep.solvers.recurrence import LONGEST_PERIOD, Returns
+from exactcreep.solvers.recurrence import LONGEST_PERIOD, Recurrence
 from exactcreep.solvers.solver import Simulation, Stretch, require
 
 
-class RecurrenceObserver(Returns, Observer):
+class RecurrenceObserver(Recurrence, Observer):
     """Feeds the recurrence of a run with what it records."""
 
     needs = ("tension", "slips")

@@ -21,6 +21,8 @@ NEAR = 2.0**-40
 """How nearly what returns does so, in units of what is largest."""
 LONGEST_PERIOD = 1000
 """Cycles: how far back the tensions at the end are looked for."""
+PATIENCE = 100
+"""Cycles in a row that return nearly before `fate` takes them to go on like this."""
 _REMEMBERED = 1024  # cycles, at least, whose ends are kept
 _MOST_KEPT = 2**21  # numbers of all of them
 _APPROACH = 64  # equal cycles: fewer do not show how tensions approach theirs
@@ -49,7 +51,12 @@ class Settled(NamedTuple):
     velocity: Enclosure | None
 
 
-class Returns:
+def nearness(chain: Chain) -> float:
+    """Return how far apart forces may be that have nearly returned, unit m g."""
+    return NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+
+
+class Recurrence:
     """Remembers how a chain stood at the ends of the last thousand cycles, and since when.
 
     Every so many cycles the older half is forgotten, with a note of the shortest period that held;
@@ -70,7 +77,7 @@ class Returns:
         self.noted = (0, 0)  # a period, and since which cycle it held
         self.known: list[Any] = []  # x_G and tensions of the last cycles, exactly
         self.most = max(min(_REMEMBERED, _MOST_KEPT // chain.n), 2)
-        self._close = NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+        self._close = nearness(chain)
 
     @property
     def cycles(self) -> int:

@@ -30,7 +30,8 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import MOST_PERIOD, PATIENCE, Recurrence
+from exactcreep.solvers.exact.recurrence import SettlingChain
+from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.proof import proved_fate
@@ -100,7 +101,7 @@ def fate(
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
     if solver == "exact":
-        return numerical_fate(Recurrence(chain, drive, begin), begin, limits, say)[0]
+        return numerical_fate(SettlingChain(chain, drive, begin), begin, limits, say)[0]
     return proved_fate(chain, drive, begin, limits, say).fate
 
 
@@ -115,7 +116,7 @@ def refuse_sliding(chain: Chain) -> None:
 
 
 def numerical_fate(
-    course: Recurrence,
+    course: SettlingChain,
     start: State,
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] | None = None,
@@ -124,32 +125,34 @@ def numerical_fate(
     while True:
         pause = limits if say is None else replace(limits, pause=time.perf_counter() + _SAYING)
         stop, reason = course.follow(pause)
+        noted = course.noted
         if say is not None:
-            say("cycles", course.cycles, course.drive.cycles, "cycles")
+            say("cycles", noted.cycles, course.drive.cycles, "cycles")
         if stop is not Stop.BUDGET:
             break
     simulation, drive = course.simulation, course.drive
     evidence, outcome = simulation.evidence, Outcome.LIMIT
     known: dict[str, Any] = {}
-    if course.period is not None:
-        moved, itinerary = _one_period(course, course.period)
+    if (settled := course.settled) is not None:
+        moved, itinerary = _one_period(course, settled.period)
         noise = nearest_float(simulation.chain.rounding) * sum(len(one) for _, one in itinerary)
         advance = moved if abs(moved) > noise else 0.0
-        known = {"period": course.period, "advance": advance, "itinerary": itinerary}
+        known = {"settled_after": settled.since, "period": settled.period}
+        known |= {"advance": advance, "itinerary": itinerary}
         outcome = Outcome.CREEPING if advance else Outcome.CYCLING
         if not itinerary:
             outcome = Outcome.AT_REST
-        if course.distance:
+        if settled.apart:
             evidence = Evidence.UNDECIDED
-            reason = f"the forces return to within {course.distance:.1e} m g, not bit for bit"
+            reason = f"the forces return to within {settled.apart:.1e} m g, not bit for bit"
     elif stop is Stop.RUNAWAY:
         outcome = Outcome.RUNAWAY
     elif stop is Stop.DONE and (approach := _approach(course)):
         outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
         reason, known = approach
     elif not reason:
-        reason = f"not settled with a period up to {MOST_PERIOD} within {drive.cycles} cycles"
-    known = {"settled_after": course.settled_after, "last_advance": course.last_advance} | known
+        reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
+    known = {"last_advance": noted.last_advance} | known
     found = Fate(
         chain=simulation.chain,
         amplitude=drive.amplitude,
@@ -157,7 +160,7 @@ def numerical_fate(
         solver="exact",
         outcome=outcome,
         evidence=evidence,
-        cycles=course.cycles,
+        cycles=noted.cycles,
         reason=reason,
         report={"events": simulation.tally.events, "undecided": simulation.tally.undecided},
         **known,
@@ -165,19 +168,17 @@ def numerical_fate(
     return found, stop
 
 
-def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
+def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
     """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
-    alike, last_advance = course.alike
-    steps = course.steps(alike // 2)
-    if alike < PATIENCE:
-        return None
-    if not falls_like_inverse_square(steps):
+    noted, chain = course.noted, course.simulation.chain
+    steps = course.steps(noted.alike // 2)
+    if chain.sigma_mu != 0 or noted.alike < PATIENCE or not falls_like_inverse_square(steps):
         return None
     ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
-    simulation, chain = course.simulation.copied(("events",)), course.simulation.chain
+    simulation = course.simulation.copied(("events",))
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):
-        recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
+        recorded = simulation.follow(drive, 2 * noted.cycles + half, 1).recorded
         log += [(half, one.itinerary) for one in rearrangements(recorded)]
         forces.append(np.diff(simulation.state().tensions, prepend=0.0, append=0.0))
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
@@ -197,17 +198,17 @@ def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
         "marginal": True,
         "period": 1,
         "advance": 0.0,
-        "settled_after": course.cycles - alike,
-        "last_advance": last_advance,
+        "settled_after": noted.cycles - noted.alike,
+        "last_advance": noted.advance_before,
         "itinerary": tuple(log),
     }
 
 
-def _one_period(course: Recurrence, period: int) -> tuple[float, Period]:
+def _one_period(course: SettlingChain, period: int) -> tuple[float, Period]:
     """Return by how much x_G moves in the period that follows, and its rearrangements."""
     simulation = course.simulation.copied(("events",))
     before = simulation.state().displacements
-    first = 2 * course.cycles + 1
+    first = 2 * course.noted.cycles + 1
     events = simulation.follow(Cycles(course.drive.amplitude, period), first, 2 * period).recorded
     moved = (simulation.state().displacements - before).mean()
     return float(moved), tuple(

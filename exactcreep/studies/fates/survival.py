@@ -40,7 +40,7 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import Recurrence
+from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
@@ -500,20 +500,20 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
     drive = Cycles(asked.amplitude, asked.cycles)
-    trajectory = Recurrence(chain, drive, start, seed, asked.dormant)
+    trajectory = SettlingChain(chain, drive, start, seed, asked.dormant)
     fate, stop = numerical_fate(trajectory, start, limits)
-    heading = direction_of(trajectory.heading, chain.tan_alpha)
+    noted = trajectory.noted
     return StartRecord(
         fate.outcome.value,
         fate.evidence.value,
         fate.cycles,
         fate.last_advance,
-        trajectory.furthest,
+        noted.furthest,
         -1 if fate.settled_after is None else fate.settled_after,
         fate.period or 0,
-        -1 if trajectory.dormant_after is None else trajectory.dormant_after,
+        noted.dormant_after,
         marginal=fate.marginal,
-        dormant=chain.sigma_mu != 0 and trajectory.dormant_now,
+        dormant=chain.sigma_mu != 0 and trajectory.dormant,
         over=bool(limits.reason(stop)),
-        direction=fate.direction if fate.period else heading,
+        direction=fate.direction if fate.period else direction_of(noted.heading, chain.tan_alpha),
     )

@@ -11,7 +11,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.recurrence import Recurrence
+from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
@@ -48,7 +48,7 @@ class Lasting(Question):
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         drive = Cycles(amplitude, self.cycles)
-        course = Recurrence(self.chain, drive, start)
+        course = SettlingChain(self.chain, drive, start)
         found, stop = numerical_fate(course, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(found.reason)

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.exact import recurrence
+from exactcreep.solvers.recurrence import PATIENCE
 from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
 from tests.paper import captions
@@ -75,7 +76,7 @@ def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
     assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
     assert found.evidence is Evidence.UNDECIDED
     assert "not bit for bit" in found.reason
-    assert found.cycles - found.settled_after >= recurrence.PATIENCE
+    assert found.cycles - found.settled_after >= PATIENCE
     at_ends = tensions(found, found.settled_after + 100)
     steps = np.abs(np.diff(at_ends, axis=0)).max(axis=1)
     assert steps[found.settled_after - 1 :].max() < 1e-12
@@ -197,7 +198,7 @@ def test_two_sliders_creep_where_their_law_says() -> None:
 
 
 def test_a_longer_period_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recurrence, "MOST_PERIOD", 14)
+    monkeypatch.setattr(recurrence, "LONGEST_PERIOD", 14)
     assert fate(captions(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
 
 
