@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import inspect
 import itertools
 import json
@@ -11,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -22,6 +24,7 @@ from exactcreep.display import Display
 
 FAILED, LIMIT, STALE, INTERRUPTED = 1, 3, 4, 130
 """Exit statuses: a promise is broken, a limit was reached, the checkpoint is stale, Ctrl-C."""
+_RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
 _NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
@@ -127,11 +130,25 @@ def _worded(value: Any) -> str:
         parts = [(f"{key}{colon}".replace("_", " "), _worded(part)) for key, part in value.items()]
         return between.join(f"{name} {text}" for name, text in parts if text)
     if isinstance(value, (list, tuple)):
+        if len(value) == 2 and all(_RATIO.fullmatch(str(part)) for part in value):
+            return _decimals(value)
         several = any(isinstance(part, (Mapping, list)) for part in value)
         most, between = (_MOST_LINES, "\n") if several else (_MOST_WORDS, ", ")
         more = [f"and {len(value) - most} more"] if len(value) > most else []
         return between.join([*map(_worded, value[:most]), *more])
     return str(value)
+
+
+def _decimals(ends: Sequence[str]) -> str:
+    """Return the ends of an interval as decimals, outward, with digits that tell them apart."""
+    low, high = map(Fraction, ends)
+    digits = 9
+    if high > low:
+        digits = max(digits, 2 + len(str(int(max(abs(low), abs(high)) / (high - low)))))
+    return ", ".join(
+        str(decimal.Context(digits, way).divide(*map(decimal.Decimal, end.as_integer_ratio())))
+        for end, way in ((low, decimal.ROUND_FLOOR), (high, decimal.ROUND_CEILING))
+    )
 
 
 def say_table(

@@ -1,5 +1,6 @@
 """What a chain without disorder does in the end, as float64 finds it."""
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -218,6 +219,16 @@ def test_the_command_prints_what_the_function_returns(
     refused = command(*words)
     assert refused.code == 2
     assert "plot" in refused.sentence
+
+
+def test_the_command_prints_an_enclosure_as_decimals_that_enclose_it(command: Command) -> None:
+    words = ("fate", "--n", "3", "--amplitude", "0.00095")
+    exact = [Fraction(end) for end in command(*words, "--json").json["advance_enclosure"]]
+    printed = " ".join(command(*words).out.split())
+    shown = re.search(r"advance enclosure ([\d.]+), ([\d.]+)", printed)
+    low, high = map(Fraction, shown.groups())
+    assert low < exact[0] < exact[1] < high
+    assert high - low < 2 * (exact[1] - exact[0])
 
 
 def test_the_command_leaves_with_3_if_nothing_has_settled(command: Command, tmp_path: Path) -> None:
