@@ -28,17 +28,21 @@ def test_every_start_of_eight_sliders_is_locked_and_its_life_ends_at_its_last_ad
     assert 5 <= found.lifetimes.min() < 20
     assert 1000 < found.lifetimes.max() < 1500
     assert found.evidence is Evidence.UNDECIDED
-    later = survival(EIGHT, AMPLITUDE, starts=40, cycles=8000)
+    later = survival(EIGHT, AMPLITUDE, starts=40, cycles=4000)
     assert np.array_equal(later.lifetimes, found.lifetimes)
     assert later.rate == found.rate  # it does not narrow with the horizon
     assert found.summary()["marginal"] == marginal.sum()
 
 
-@pytest.mark.parametrize("number", [12, 19, 29])
+@pytest.mark.parametrize("number", [12, 29])
 def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles(number: int) -> None:
     """A slip that begins y before the end's neighbour stops leaves y - y^2/(6 D) for the next."""
     found = fate(EIGHT, AMPLITUDE, start=start(number), cycles=4000, solver="exact")
-    assert found.marginal
+    assert (found.outcome, found.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    assert (found.marginal, found.period, found.advance) == (True, 1, 0.0)
+    assert found.last_advance <= found.settled_after
+    assert found.reason.startswith("locked in the limit: forces that change by ")
+    assert found.summary()["marginal"]
     run = creep(EIGHT, AMPLITUDE, 4000, start=start(number), record=("tension", "slips"))
     tensions = run.recorded["tension"][1::2]
     cycles = np.array([1000, 2000, 3900])
@@ -48,16 +52,6 @@ def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles(number:
     slips = run.recorded["slips"][2 * found.settled_after :]
     assert not slips[:, 2:6].any()
     assert (slips[2:] == slips[:-2]).all()
-
-
-@pytest.mark.parametrize("number", [1, 20])
-def test_the_fate_of_a_marginal_start_is_locked_undecided_and_says_why(number: int) -> None:
-    found = fate(EIGHT, AMPLITUDE, start=start(number), cycles=1500, solver="exact")
-    assert (found.outcome, found.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
-    assert (found.marginal, found.period, found.advance) == (True, 1, 0.0)
-    assert found.last_advance <= found.settled_after
-    assert found.reason.startswith("locked in the limit: forces that change by ")
-    assert found.summary()["marginal"]
 
 
 @pytest.mark.slow
