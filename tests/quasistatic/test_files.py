@@ -5,15 +5,11 @@ from __future__ import annotations
 import errno
 import io
 import itertools
-import json
 import os
 import random
 import signal
-import stat
-import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +21,8 @@ from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import files
 from exactcreep.quasistatic.files import Occupied, check_output, remove_parts, write_file
 from exactcreep.quasistatic.netcdf import netcdf
-from tests.processes import PATIENCE, PROGRAM, finished
+from tests.processes import PATIENCE, finished
 
-QUICK = ("run", "two-sliders-cycles", "--json", "--set", "drive.cycles=20000")
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
 
@@ -110,18 +105,6 @@ def test_only_regular_files_are_replaced_and_links_are_followed(tmp_path: Path) 
                 refusing(tmp_path / name)
     assert left(tmp_path) == before
     assert (tmp_path / "pipe").is_fifo()
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
-def test_a_device_is_not_replaced(tmp_path: Path) -> None:
-    node = tmp_path / "null"
-    try:
-        os.mknod(node, 0o666 | stat.S_IFCHR, os.makedev(1, 3))
-    except OSError as error:
-        pytest.skip(f"no device can be made here: {error}")
-    with pytest.raises(InputError, match="must be a regular file, not a device"):
-        write_file(node, NEW, "out")
-    assert node.is_char_device()
 
 
 @pytest.mark.parametrize("links", [True, False])
@@ -234,30 +217,6 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(tmp_path: 
     for writer, name in WRITERS.items():
         assert (tmp_path / writer / name).read_bytes() == OLD
     assert not [path for path in tmp_path.rglob("*") if path.suffix == ".part"]
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """Yield a directory on a disk of 100 kB."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mounted = sys.platform == "linux" and os.geteuid() == 0 and subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=100k", "none", str(folder)],
-        check=False, capture_output=True,
-    ).returncode == 0  # fmt: skip
-    if not mounted:
-        pytest.skip("only root can mount a small disk")
-    yield folder
-    subprocess.run(["umount", str(folder)], check=True)
-
-
-def test_a_result_too_large_for_its_disk_is_told_and_nothing_is_left(small_disk: Path) -> None:
-    for out in ("a.nc", "b.nc"):
-        done = finished(*PROGRAM, *QUICK, "--out", str(small_disk / out))
-        assert done.returncode == 2
-        assert json.loads(done.stdout)["half_cycles"] == 40_000
-        assert done.stderr.strip().endswith("cannot be written: No space left on device")
-        assert left(small_disk) == []
 
 
 def test_groups_of_one_netcdf_file_are_the_datasets_that_were_given(tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ def test_memory_holds_no_more_than_the_bound_and_a_block() -> None:
 
 @pytest.mark.parametrize("solver", ["exact", "certified"])
 def test_a_run_beyond_its_memory_has_the_same_bits(solver: str, tmp_path: Path) -> None:
-    drive = DRIVE if solver == "exact" else Cycles("0.002", 1)
+    drive = DRIVE if solver == "exact" else Cycles("0.0012", 1)
     plain = creep(CHAIN, drive, solver=solver, record=RECORDED)
     spilled = creep(CHAIN, drive, solver=solver, record=RECORDED, memory=1000)
     assert_same(plain, spilled)
