@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -136,8 +136,11 @@ class Rearrangement(Shown):
         vars(self).update(_USUAL, **known)
 
     @classmethod
-    def of(cls, moved: Rearranged, solver: str, ended: Ending, **known: Any) -> Self:
-        """Return the rearrangement that ended so; what only this solver knows is `known`."""
+    def of(cls, moved: Any, solver: str, ended: Ending, **known: Any) -> Self:
+        """Return what `moved`, a simulation or what moves in one, was taken through.
+
+        What only this solver knows is `known`.
+        """
         tally = moved.tally
         return cls(
             chain=moved.chain,
@@ -270,19 +273,6 @@ class Ending(NamedTuple):
 
     stop: Stop
     reason: str = ""
-
-
-class Rearranged(Protocol):
-    """A chain that was taken through a rearrangement."""
-
-    @property
-    def chain(self) -> Chain: ...
-    @property
-    def seed(self) -> int: ...
-    @property
-    def tally(self) -> Tally: ...
-    def state(self) -> State: ...
-    def velocities(self) -> NDArray[Any]: ...
 
 
 @lists_columns(*TABLES)
