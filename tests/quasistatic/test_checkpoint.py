@@ -254,7 +254,13 @@ def test_a_full_disk_leaves_what_was_there_and_the_run_goes_on(
         result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0, force=True)
     assert len(seen) == 1
     assert result == whole
-    monkeypatch.undo()
+    assert resume(file) == whole
+    fails = iter([False, False, True])  # once: then it is written after all
+    monkeypatch.setattr(os, "fsync", lambda one: at_once(one) if next(fails, False) else sync(one))
+    kept = Checkpoint(file, 0, force=True)
+    with pytest.warns(CheckpointWarning, match="No space left"):
+        assert run_members([Experiment.of(SIX, Cycles("0.005", 20))], checkpoint=kept) == [whole]
+    assert kept.stale == ""
     assert resume(file) == whole
 
 

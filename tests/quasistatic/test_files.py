@@ -230,7 +230,7 @@ def test_groups_of_one_netcdf_file_are_the_datasets_that_were_given(tmp_path: Pa
     assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").attrs == {"n": 2}
 
 
-@pytest.mark.parametrize("room", [0, 3000, 20_000])
+@pytest.mark.parametrize("room", [0, 3000, 20_000, 10**9])
 def test_a_library_that_fills_the_disk_lives_on_and_leaves_what_was_there(
     room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,6 +240,9 @@ def test_a_library_that_fills_the_disk_lives_on_and_leaves_what_was_there(
             if left <= 0:
                 raise OSError(errno.ENOSPC, "No space left on device")
             return super().write(data[:left])
+
+        def truncate(self, size: int | None = None) -> int:
+            raise OSError(errno.ENOSPC, "No space left on device")
 
     class Full(files._Part, Disk):
         """A file on a disk with so little room."""
