@@ -74,7 +74,7 @@ def test_events_come_one_by_one_as_from_the_whole(solver: dict[str, Any]) -> Non
         start = State.prepared(chain := Chain(**case["chain"]), case["start"], seed=case["seed"])
         asked.append((chain, start, known))
     few = 6 if solver["solver"] in ("mpmath", "certified") else 25
-    asked += [(*random_start(seed), {"direction": 0, "seed": 3}) for seed in range(few)]
+    asked += [(*random_start(seed), {"direction": 0}) for seed in range(few)]
     compared = 0
     for chain, state, known in asked:
         whole = rearrange(chain, state, max_events=400, **known, **solver)
