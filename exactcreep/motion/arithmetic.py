@@ -324,8 +324,11 @@ class Balls(_ObjectArithmetic):
 
     def number(self, value: Any) -> Any:
         """Return a ball around `value` (exact for floats and ints)."""
-        if isinstance(value, flint.arb):
+        kind = type(value)
+        if kind is flint.arb:
             return value
+        if kind is float or kind is int:
+            return flint.arb(value)
         if isinstance(value, Enclosure):
             return ball_of(value)
         if isinstance(value, Fraction):

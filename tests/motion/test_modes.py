@@ -109,15 +109,6 @@ def test_eigenvectors_are_orthonormal_in_balls():
                         assert gram[i][j].rad() < 1e-30
 
 
-def test_a_run_with_two_free_ends_is_uniformly_accelerated_as_a_whole():
-    ends = Ends(True, True)
-    motion = Run(FLOAT64, ends, np.array([1.0, 2.0, 0.5]), np.array([0.25, -0.5, 1.0]))
-    for t in (0.5, 3.0, 50.0):
-        displacement, velocity = motion.moved(t)
-        assert displacement.mean() == pytest.approx(3.5 / 3 * t + 0.25 / 2 * t * t, rel=1e-14)
-        assert velocity.mean() == pytest.approx(3.5 / 3 + 0.25 * t, rel=1e-14)
-
-
 @pytest.mark.parametrize("ends", ALL_ENDS)
 def test_frequencies_and_vectors_are_those_that_are_derived(ends):
     [kind] = [

@@ -304,8 +304,8 @@ class SetIntegrator(ChainIntegrator):
         return FirstEvent(self.arithmetic.pi(), (end,), (), shifts, alike=True)
 
     def _may_run_away(self, flow: Flow) -> bool:
-        steep = int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
-        return steep and bool(flow.signs.all())
+        whole = bool(flow.signs.all())
+        return whole and int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""

@@ -43,19 +43,6 @@ def assert_overlap(one, other, *names):
         assert all(x.overlaps(y) for x, y in zip(a.ravel(), b.ravel(), strict=True))
 
 
-@pytest.mark.parametrize(("n", "sigma_mu"), [(6, "0.01"), (5, "0")])
-def test_more_precision_changes_no_proved_itinerary_and_enclosures_overlap(n, sigma_mu):
-    chain = paper_chain(n, sigma_mu)
-    coarse, first = followed(chain, Cycles("0.004", 1), 15)
-    fine, second = followed(chain, Cycles("0.004", 1), 60)
-    assert coarse.evidence is fine.evidence is Evidence.PROVED
-    assert coarse.report()["precision_bits"] < fine.report()["precision_bits"]
-    assert len(event_rows(first)) > 100
-    assert event_rows(first) == event_rows(second)
-    names = "x_G", "x", "tension", "event_time", "event_theta"
-    assert_overlap(first.recorded, second.recorded, *names)
-
-
 def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     chain = paper_chain(6)
     simulation, proved = followed(chain, Cycles("0.003", 1), 15)
