@@ -81,6 +81,8 @@ def test_a_chain_that_cannot_be(field, value):
         (disorder.static_coefficient, (CHAIN, 0, 0, 0), "n"),
         (disorder.static_coefficient, (CHAIN, 0, 4, 0), "n"),
         (disorder.static_coefficient, (CHAIN, 0, 1, -1), "k"),
+        (disorder.static_coefficient, (CHAIN, 0, 1, 2**62 + 1), "k"),
+        (disorder.dilation, (GaussianSteps("0.1", 100), 0, 2**62 + 1), "q"),
         (State.prepared, (CHAIN, [1]), "tensions"),
         (State.prepared, (CHAIN, [1, 2, 3]), "tensions"),
         (State.prepared, (CHAIN, "00"), "tensions"),
