@@ -52,7 +52,7 @@ _LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
 _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
-_DEGREES = "\N{DEGREE SIGN}C"
+_UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 
 
@@ -184,7 +184,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
     called = "above\n" + r"that of $\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
-        called = f"({_DEGREES if drive.unit == 'C' else 'K'})"
+        called = f"({_UNITS[drive.unit]})"
     several = yearly.size > 4
     years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
     figure = new_figure(7.2, 5.2, title)
@@ -480,7 +480,7 @@ class Plots:
             raise InputError("plot", "x_G", 'was not recorded: the run needs record = ["x_G"]')
         if solid is not None and solid.chain != result.chain:
             raise InputError("solid", solid, "must be the solid of the run's chain")
-        axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
+        axes = ax or plt.subplots(layout="constrained")[1]
         if not isinstance(drive, TemperatureRecord):
             draw_one(axes, result)
             return axes
@@ -491,8 +491,7 @@ class Plots:
             moved, name = 1000 * solid.metres(moved), "descent (mm)"
         beside = axes.twinx()
         beside.plot(over, drive.temperatures[:reached], color="0.7", linewidth=0.6)
-        unit = _DEGREES if drive.unit == "C" else "K"
-        beside.set_ylabel(f"temperature ({unit})", color="0.5")
+        beside.set_ylabel(f"temperature ({_UNITS[drive.unit]})", color="0.5")
         axes.plot(over, moved, color=INKS[6], linewidth=1.6)
         axes.set_zorder(beside.get_zorder() + 1)
         axes.patch.set_visible(False)
@@ -517,7 +516,7 @@ class Plots:
             burnt = f"the burn-in of {self._result.burn_in} half-cycles"
             raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
         found = distribution(counted, measure)
-        axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
+        axes = ax or plt.subplots(layout="constrained")[1]
         kept = found.density > 0
         y, error = found.density[kept], np.nan_to_num(found.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}

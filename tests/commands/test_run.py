@@ -40,14 +40,6 @@ def words(text: str) -> str:
 # --- what is printed -----------------------------------------------------------------------------
 
 
-def test_json_is_one_object_with_the_numbers_of_the_run(command: Command) -> None:
-    told = command(*QUICK, "--json", "--seed", "4").json
-    names = {"velocity", "velocity_error", "outcome", "evidence", "solver", "half_cycles",
-             "rearrangements", "events", "slips", "undecided", "seconds"}  # fmt: skip
-    assert names <= set(told)
-    assert (told["half_cycles"], told["solver"]) == (20, "exact")
-
-
 def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> None:
     told = command(*JUMPS, *cycles(3, "--json"))
     members = told.json["members"]
@@ -150,9 +142,13 @@ def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(
 
 
 def test_the_data_that_are_written_are_those_of_the_run(command: Command) -> None:
-    told = command(*QUICK, "--out", "run.nc", "--record", "x_G,slips", "--json")
+    told = command(*QUICK, "--out", "run.nc", "--record", "x_G,slips", "--json").json
+    names = {"velocity", "velocity_error", "outcome", "evidence", "solver", "half_cycles",
+             "rearrangements", "events", "slips", "undecided", "seconds"}  # fmt: skip
+    assert names <= set(told)
     loaded = Creep.load("run.nc")
-    assert loaded.velocity == told.json["velocity"]
+    assert loaded.velocity == told["velocity"] > 0
+    assert (loaded.half_cycles, loaded.solver) == (told["half_cycles"], told["solver"])
     assert set(loaded.recorded) == {"x_G", "slips"}
 
 
