@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from PIL import Image
 
 from exactcreep import Cycles, State, creep
@@ -16,7 +17,7 @@ from exactcreep.figures.animation import (
     largest_avalanche,
     moments_of,
 )
-from exactcreep.figures.style import new_figure
+from exactcreep.figures.style import INKS, new_figure
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
@@ -76,6 +77,21 @@ def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None
     assert np.array_equal(shown.moving[:, :-1], motion.sol(times).velocities != 0)
     assert not shown.moving[:, -1].any()
     assert np.array_equal(shown.held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
+
+
+def test_sliders_have_the_colour_of_their_direction(experiment) -> None:
+    seen = set()
+    for number in (0, 20, 40, 57):
+        motion = find_avalanche(experiment, number).rearrangement
+        shown = moments_of(motion, np.linspace(0, float(motion.duration), 6)[1:])
+        axes = new_figure(4, 1).subplots()
+        move = animation._draw_chain(axes, shown, 1.0)
+        for k in range(5):
+            move(k)
+            ways = np.where(shown.moving[:, k], np.sign(shown.velocities[:, k]), 0).tolist()
+            inks = [to_hex(ink).upper() for ink in axes.collections[0].get_facecolor()]
+            seen |= set(zip(ways, inks, strict=True))
+    assert seen == {(1, INKS[1]), (-1, INKS[0]), (0, "#DDDDDD")}
 
 
 def test_a_chain_that_does_not_move_has_no_largest_avalanche() -> None:
