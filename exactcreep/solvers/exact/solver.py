@@ -517,7 +517,7 @@ class Exact(Solver):
 
 
 def _logging(record: tuple[str, ...]) -> int:
-    """Return what the compiled loop logs, see `layout.NOW`."""
+    """Return what the compiled loop logs, see `layout.CHAIN`."""
     avalanches = not {"rearrangements", "slip_table"}.isdisjoint(record)
     return layout.LOGS_EVENTS * ("events" in record) + layout.LOGS_AVALANCHES * avalanches
 
