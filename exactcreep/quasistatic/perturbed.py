@@ -22,7 +22,7 @@ TRUSTED = 1e-9
 """What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
 MOST_EVENTS = 2**14
 """A copy that was not asked for goes along for so many events."""
-_FIRST, _LONGEST = 64, 2**14  # targets at once
+_FIRST, _LONGEST = 256, 2**14  # targets at once; the first over n**2: long chains part soon
 
 
 class PerturbedCopy(Observer):
@@ -42,6 +42,7 @@ class PerturbedCopy(Observer):
         self.drive, self._asked = experiment.drive, experiment.twin
         self._made = simulation.perturbed  # when the first target is reached: it may be large
         self.copy: Simulation | None = None
+        self._first = max(_FIRST // experiment.chain.n**2, 4)
         self.doubted_from, self.trusted, self.checked = 0, 0, 0
         self.parted = False
         self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
@@ -57,7 +58,7 @@ class PerturbedCopy(Observer):
     def next(self, done: int) -> int:
         """Return the next target at which the run is compared."""
         if self.followed:
-            return done + min(max(_FIRST, done), _LONGEST)
+            return done + min(max(self._first, done), _LONGEST)
         if self._known or self.doubted_from:  # each target says for itself whether it is decided
             return NEVER
         return max(self.checked + max(1, self.checked // 4), done + 1)
