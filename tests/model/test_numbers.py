@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import exactcreep
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.enclosure import Enclosure, as_written
 from exactcreep.model.numbers import exact_number, nearest_float, shown, whole_number
 from exactcreep.model.state import State
 
@@ -80,3 +81,10 @@ def test_a_value_is_shown_in_short():
     assert "tensions=[0, 0, 0, ... 999 values ..., 0, 0, 0]" in repr(
         State.relaxed(Chain(1000, 10, 1, 2, tan_alpha=0))
     )
+
+
+@pytest.mark.parametrize("radius", [Fraction(1, 3), Fraction(1, 10), Fraction(1, 4), Fraction(0)])
+def test_a_radius_is_written_rounded_up(radius):
+    number = np.array([Enclosure(Fraction(1, 7), radius), None], dtype=object)[:1]
+    written = as_written("x", number, 20)
+    assert 0 <= Fraction(written["x_radius"][0]) - radius <= radius / 2**52
