@@ -43,6 +43,7 @@ def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles(number:
     assert found.last_advance <= found.settled_after
     assert found.reason.startswith("locked in the limit: forces that change by ")
     assert found.summary()["marginal"]
+    assert {half for half, _ in found.itinerary} == {1, 2}
     run = creep(EIGHT, AMPLITUDE, 4000, start=start(number), record=("tension", "slips"))
     tensions = run.recorded["tension"][1::2]
     cycles = np.array([1000, 2000, 3900])

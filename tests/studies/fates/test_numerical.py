@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.exact import recurrence
-from exactcreep.solvers.recurrence import PATIENCE
+from exactcreep.solvers.recurrence import PATIENCE, nearness
 from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
 from tests.paper import captions
@@ -88,6 +88,10 @@ def test_what_comes_to_its_cycle_from_either_side_has_the_shortest_period() -> N
     at_ends = tensions(found, found.settled_after + 30)
     once = np.abs(at_ends[1:] - at_ends[:-1]).max(axis=1)
     twice = np.abs(at_ends[2:] - at_ends[:-2]).max(axis=1)
+    forces = np.diff(at_ends, prepend=0.0, append=0.0)
+    steps = np.abs(np.diff(forces, axis=0)).max(axis=1)
+    close = nearness(found.chain)
+    assert steps[found.settled_after - 1 :].max() <= close < steps[found.settled_after - 2]
     # two cycles before it settles the tensions come back better after two cycles than after one
     assert twice[found.settled_after - 3] < 0.5 * once[found.settled_after - 3]
     assert found.velocity == pytest.approx(0.35258442721957, rel=1e-12)

@@ -199,6 +199,7 @@ def test_lifetimes_that_are_not_exponential_have_no_interval_but_a_sentence() ->
     for times in (random.uniform(9e3, 1.1e4, 200), random.exponential(1, 400) ** 4 * 1e4):
         found = escape_rate(times)
         assert found.exponential < 0.05
+        assert found.before == 3 * times.size // 4  # two cuts
         assert np.isnan([found.low, found.high]).all()
         assert "do not come at a constant rate" in found.reason
 
