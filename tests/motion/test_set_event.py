@@ -208,6 +208,17 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when(unit):
     assert done > 40
 
 
+def test_an_event_is_steep_if_its_slope_outweighs_its_change_until_the_last_state_comes():
+    def steep(late, haste):
+        slope, still = np.array([-0.01, 0.0]), np.zeros(2)
+        signs = np.array([1, 0])
+        return Crossing(springs_of(2), signs, still, slope, 0.0, 1.0, late, haste, 0, 0, -1).steep
+
+    assert steep(2.0**-9, 0.5)
+    assert not steep(2.0**-9, 1.0)
+    assert not steep(0.2, 0.0)
+
+
 def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
     done = 0
     with BALLS.active():
