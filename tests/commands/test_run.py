@@ -131,7 +131,7 @@ def test_a_velocity_that_is_not_known_is_null_and_has_a_reason(
 def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(
     command: Command,
 ) -> None:
-    scene = ("run", "thirty-sliders-cycles", *cycles(10))
+    scene = ("run", "thirty-sliders-cycles", *cycles(40))
     count = command(*scene, "--json").json["long_rearrangements"]
     assert count > 1
     assert f"{count} rearrangements of more than 200 events, for which 1e-12" in command(*scene).out

@@ -32,6 +32,8 @@ ASKED = {
         ("threshold --bracket 0.0004 0.0005 --from 0.0001", "bracket"),
         ("threshold --from 0.001 --to 0.0001", "to"),
         ("threshold --from 0.0001 --to 0.0002", "to"),
+        ("threshold --to 1e306", "to = "),
+        ("threshold --bracket 0.0001 1e306", "bracket = "),
         ("threshold --from 0.001 --to 0.002", "from"),
         ("threshold --refine 2", "refine"),
         ("threshold --bracket 0.0004 0.0005 --windows", "windows"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
@@ -63,7 +64,7 @@ class Span(NamedTuple):
     def of(cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any) -> Span:
         """Return the span that is asked for; the default decides nothing about where the edge is.
 
-        `InputError` if an end is negative, or a range is empty.
+        `InputError` if an end is negative or beyond floats, or a range is empty.
         """
         between = None
         if bracket is not None:
@@ -84,6 +85,11 @@ class Span(NamedTuple):
             ends = [exact_number(high, "to")]
             if begin >= ends[0]:
                 raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
+        largest = max(between or (begin, *ends))
+        if math.isinf(nearest_float(2 * chain.l0 * largest)):
+            field, given = ("bracket", bracket) if between else ("to", high)
+            allowed = "must keep l0 theta below half the largest float, 1.8e308"
+            raise InputError(field, given, allowed)
         scans = list(pairwise([begin, *ends]))
         return cls(between, scans, low is None and between is None)
 
