@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import flint
 import numpy as np
 import pytest
@@ -149,27 +151,47 @@ def arrived(state, event, shift, unit=UNIT):
     return at, flow
 
 
+def passing(state, event):
+    """Return when the event comes, the flow there, and the crossing of this state alone."""
+    (forces, *_, signs, _), (slider, side, _, radius) = state, event
+    n = len(forces)
+    at, middle = arrived(state, event, np.zeros((2, n)))
+    fast = np.array([float(x) for x in middle.velocities])
+    pulls = np.array([float(x) for x in middle.forces])
+    pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
+    haste = max(abs(pulls).max(), 4 * abs(fast).max()) + 5 * UNSURE
+    crossing = Crossing(
+        springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, haste, slider, side, -1
+    )
+    return at, middle, crossing
+
+
+def widened(crossing, rows, unit, late):
+    """Return the crossing of the set of these rows, whose states are `late` at most."""
+    wide = unit * np.linalg.norm(abs(rows[:2]).sum(axis=2)) * (3 + crossing.time)
+    haste = crossing.haste + 5 * wide
+    return crossing._replace(unsure=UNSURE + wide, late=late, haste=haste)
+
+
 def crossings(seed, least):
     """Yield random states in motion, their first event, the middle's flow there, the crossing."""
     random = np.random.default_rng(seed)
     for _ in range(60):
-        n = int(random.integers(least, 8))
-        state = *_, signs, _ = in_motion(random, n)
-        event = slider, side, _, radius = proved(*state)
-        if slider < 0:
-            continue
-        at, middle = arrived(state, event, np.zeros((2, n)))
-        fast = np.array([float(x) for x in middle.velocities])
-        pulls = np.array([float(x) for x in middle.forces])
-        pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
-        haste = max(abs(pulls).max(), 4 * abs(fast).max()) + 5 * UNSURE
-        crossing = Crossing(
-            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, haste, slider, side, -1
-        )
-        yield random, state, event, at, middle, crossing
+        state = in_motion(random, int(random.integers(least, 8)))
+        event = proved(*state)
+        if event[0] >= 0:
+            yield random, state, event, *passing(state, event)
 
 
 NUMBERS = ("forces", "velocities", "moved")
+
+
+def assert_lies(flow, middle, unit, rows, errors):
+    """Hold how far a state lies from the middle, in units, against numbers and their errors."""
+    for name, row, most in zip(NUMBERS, rows, errors, strict=True):
+        gaps = (getattr(flow, name) - getattr(middle, name)) / BALLS.number(unit)
+        for gap, expected, error in zip(gaps.tolist(), row.tolist(), most.tolist(), strict=True):
+            assert abs(gap - expected) <= error + 1e-13
 
 
 @pytest.mark.parametrize("unit", [UNIT, 2.0**-16])
@@ -181,11 +203,8 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when(unit):
             n, velocities = len(state[0]), state[1]
             rows = random.normal(size=(3, n, n + 2))
             rows[1, velocities == 0] = rows[2] = 0.0
-            if unit > UNIT:  # nothing but the slope tells how late the states of a wide set are
-                wide = unit * np.linalg.norm(abs(rows[:2]).sum(axis=2)) * (3 + crossing.time)
-                haste = crossing.haste + 5 * wide
-                crossing = crossing._replace(unsure=UNSURE + wide, late=2.0**-9, haste=haste)
-                event = (*event[:3], 2.0**-9)
+            if unit > UNIT:
+                crossing, event = widened(crossing, rows, unit, 2.0**-9), (*event[:3], 2.0**-9)
             after, errors = rows.copy(), np.zeros((3, n))
             spread, late = saltation(crossing, crossing.slope, (*after, errors), unit, True)
             assert late <= event[3]
@@ -199,13 +218,64 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when(unit):
             for corner in random.choice([-1.0, 1.0], (3, n + 2)):
                 other, flow = arrived(state, event, rows[:2] @ corner, unit)
                 assert abs(other - at) <= flint.arb(spread) * unit
-                for name, moved, error in zip(NUMBERS, after, errors, strict=True):
-                    gaps = getattr(flow, name) - getattr(middle, name)
-                    for gap, row, most in zip(gaps, moved @ corner, error, strict=True):
-                        assert abs(gap / unit - row) <= most + 1e-13
+                assert_lies(flow, middle, unit, after @ corner, errors)
             assert spread < 1e4
             assert errors.max() < (1e-6 if unit == UNIT else 1e3) * abs(after).max()
     assert done > 40
+
+
+def shallow(side):
+    """Return three sliders, the inner of which soon acts, by a slope that changes quickly."""
+    time, ones = 2.0**-9, np.ones(3, dtype=int)
+    if side == 0:  # it stops between two that pull it on, by .6 t
+        slope, gain = 0.0052, 0.6 * time
+        accelerations = np.array([gain / 2, -slope - gain, gain / 2])
+        velocities = np.array([0.3, (slope + gain / 2) * time, 0.3])
+        return FRICTION + accelerations, velocities, ones, np.full(3, 0.65)
+    # it starts, pulled by two that are slowing down by t / 2
+    slope = 0.0022
+    forces = np.array([0.0, 0.65 - (slope + time / 2) * time, 0.0])
+    velocities = np.array([1, 0, 1]) * (slope + time) / 2
+    return forces, velocities, np.array([1, 0, 1]), np.full(3, 0.65)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_set_is_enclosed_though_a_shallow_slope_changes_until_its_last_state_comes(side):
+    """The set is wide in what the event brings to zero, and hardly in anything else."""
+    state = forces, velocities, signs, thresholds = shallow(side)
+    rows = 0.005 * np.random.default_rng(8).normal(size=(3, 3, 3))
+    rows[1, signs == 0] = rows[2] = 0.0
+    rows[1 if side == 0 else 0, 1, 0] = 1.0
+    with BALLS.active():
+        event = proved(*state)
+        assert event[:2] == (1, side)
+        event = (*event[:3], 2.0**-11)
+        at, middle, crossing = passing(state, event)
+        unit = 0.85 * 2.0**-11 * abs(crossing.slope)
+        crossing = widened(crossing, rows, unit, 2.0**-11)
+        assert crossing.steep
+        after, errors = rows.copy(), np.zeros((3, 3))
+        spread, late = saltation(crossing, crossing.slope, (*after, errors), unit, True)
+        moving = np.flatnonzero(signs).tolist()
+        columns = np.eye(4 + len(moving))[:, :-1]
+        derivatives = [StateSet.spanned(column[:, None], moving) for column in columns.T]
+        for derivative in derivatives:
+            derivative.follow(crossing._replace(late=late), own=False)
+        for corner in product([-1.0, 1.0], repeat=3):
+            off = rows[:2] @ np.array(corner)
+            other, flow = arrived(state, event, off, unit)
+            assert abs(other - at) <= late
+            assert abs(other - at) <= flint.arb(spread) * unit
+            assert_lies(flow, middle, unit, after @ np.array(corner), errors)
+            # the derivative is that at the event of every state
+            state_of = forces + unit * off[0], velocities + unit * off[1], signs, thresholds
+            _, begin = arrived(state_of, event, np.zeros((2, 3)))
+            for column, alone in zip(columns.T, derivatives, strict=True):
+                shift = np.zeros((2, 3))
+                shift[0], shift[1, moving] = column[:3], column[3:-1]
+                _, flow = arrived(state_of, event, shift)
+                parted = np.stack([alone.forces, alone.speeds, alone.moved])[:, :, 0]
+                assert_lies(flow, begin, UNIT, parted, alone.errors)
 
 
 def test_an_event_is_steep_if_its_slope_outweighs_its_change_until_the_last_state_comes():
