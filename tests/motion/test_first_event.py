@@ -113,6 +113,19 @@ def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
     assert found[0].slider in (0, 1)
 
 
+@pytest.mark.parametrize("arithmetic", ARITHMETICS[:2], ids=lambda a: a.name)
+def test_a_tangential_stop_is_a_stop_and_counted(arithmetic):
+    """Of two that swing about their common velocity v, slider 1 has v - v sin(sqrt2 t)."""
+    with arithmetic.active():
+        pull, speed = Fraction(1, 5), arithmetic.sqrt(arithmetic.number(Fraction(1, 50)))
+        forces = [FRICTION - pull, FRICTION + pull]
+        flow = flow_of(arithmetic, forces, {0: 1, 1: 1}, {0: speed, 1: speed})
+        found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 2)
+        assert (found[0].slider, found[0].side) == (0, 0)
+        assert float(time) == pytest.approx(math.pi / math.sqrt(8), rel=1e-7)
+        assert search.undecided == 1
+
+
 @pytest.mark.parametrize("k", range(3, 13))
 def test_a_crossing_just_after_a_graze_is_found_with_few_evaluations(k):
     excess = 10.0**-k
