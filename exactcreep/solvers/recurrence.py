@@ -97,11 +97,22 @@ class Recurrence:
             room = 2 * self.most + 1 - len(self.ends)
             self.ends, ends = np.concatenate([self.ends, ends[:room]]), ends[room:]
             if len(self.ends) > 2 * self.most:
-                periods = range(1, min(_NOTED, self.most) + 1)
-                since, best = min((self.repeats_since(k), k) for k in periods)
-                self.noted = best, since
+                self.noted = self._best_period()
                 self.ends = self.ends[self.most :]
                 self.forgotten += self.most
+
+    def _best_period(self) -> tuple[int, int]:
+        """Return the shortest of the periods that have held longest, and since when it has."""
+        noted, earliest = self.noted
+        if not noted:
+            earliest = self.forgotten
+        best = (self.cycles, 1)
+        for period in range(1, min(_NOTED, self.most) + 1):
+            best = min(best, (self.repeats_since(period), period))
+            if best[0] <= earliest:  # none can have held longer
+                break
+        since, period = best
+        return period, since
 
     def repeats_since(self, period: int) -> int:
         """Return the first cycle from which on the chain moves with a period, up to its advance.
