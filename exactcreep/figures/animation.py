@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import os
+import tempfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
-from PIL import Image
 
 from exactcreep.figures.run import Floats, draw_forces
 from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
@@ -28,7 +29,8 @@ from exactcreep.solvers.tables import logged_events
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
-_MILLISECONDS, _LINGER = 50, 1500  # that a picture is shown, and the last one
+_PICTURES_A_SECOND = 20
+_LINGER = 30  # pictures of the end
 _FINENESS = 600  # points of a curve: about one per pixel
 _NAMED = 8  # sliders, at most, that a legend names
 _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
@@ -195,25 +197,27 @@ def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames:
     events = [float(event.time) for event in motion.events]
     below.vlines(events, *below.get_ylim(), color="0.9", linewidth=0.5, zorder=0)
     heading = figure.suptitle(" ", fontsize=9)
-    canvas: Any = figure.canvas
-    pictures = []
-    for k in range(frames):
-        for move in moves:
-            move(k)
+
+    def move(k: int) -> list[Any]:
+        for each in moves:
+            each(k)
         heading.set_text(
             rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
             rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
             rf" $t = {times[k]:.2f}\,\tau_\mathrm{{dyn}}$,"
             rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
         )
-        if k == 1:
-            figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    times_shown, drawn = [_MILLISECONDS] * (frames - 1) + [_LINGER], io.BytesIO()
-    pictures[0].save(drawn, "GIF", save_all=True, append_images=pictures[1:],
-                     duration=times_shown, loop=0)  # fmt: skip
-    write_file(path, drawn.getvalue(), "out")
+        return []
+
+    move(0)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")  # the layout of the first picture serves for all
+    order = [*range(frames), *[frames - 1] * _LINGER]
+    moving = FuncAnimation(figure, move, order, init_func=list, cache_frame_data=False)
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = Path(folder, "avalanche.gif")
+        moving.save(drawn, writer=PillowWriter(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
+        write_file(path, drawn.read_bytes(), "out")
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Move:
