@@ -33,8 +33,7 @@ def lead(**changed: Any) -> Solid:
     return physical(**LEAD | changed)
 
 
-@pytest.mark.parametrize("amplitude", [0.01, 10.0])
-@pytest.mark.parametrize("period", [3600, DAY])
+@pytest.mark.parametrize(("amplitude", "period"), [(0.01, DAY), (10.0, 3600)])
 def test_the_dimensionless_laws_are_the_printed_ones_in_si_units(
     amplitude: float, period: float
 ) -> None:
@@ -71,7 +70,7 @@ def test_units_follow_from_mass_and_stiffness_exactly() -> None:
     assert solid.per_year(Fraction(17, 3), DAY / 2) == pytest.approx(365.25 * there, rel=1e-14)
 
 
-@pytest.mark.parametrize("contacts", [50, 200, 800])
+@pytest.mark.parametrize("contacts", [50, 800])
 def test_many_contacts_creep_like_the_continuous_solid(contacts: int) -> None:
     solid = lead(contacts=contacts, tan_alpha="0.23")
     velocities = prediction(solid.chain, Cycles(solid.dilation(10), 1)).sliding
@@ -121,8 +120,7 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     ("refused", "sentence"),
     [
         *((lambda name=name, value=value: lead(**{name: value}), f"^{name} = ")
-          for name, value in {"length": 0, "youngs_modulus": -1, "density": "heavy", "section": 0,
-                              "kappa": 0, "gravity": "inf", "contacts": -1, "mu_s": "0.4"}.items()),
+          for name, value in {"length": 0, "density": "heavy", "contacts": -1}.items()),
         (lambda: lead().millimetres_per_day(1.0, 0), "^period = 0: must be positive"),
         (lambda: lead().altered(friction=0), "^friction = 0: must be positive"),
         (lambda: lead().creep(NUMBERED), "^time_unit = None: must be given"),
@@ -268,15 +266,12 @@ def test_cycles_in_kelvin_come_down_at_the_rate_of_the_law_in_si_units(command: 
     ("change", "told"),
     [
         (("cycles = 20", "cycles = 20, amplitude = 0.1"), "drive.temperature_amplitude = 15: must"),
-        (("= 15", '= "warm"'), "temperature_amplitude = 'warm': must be a finite number"),
         (("= 43200", "= 0"), "physical.time_unit = 0: must be positive"),
         (("temperature_amplitude", "sigma_temperature"), "drive.sigma_temperature"),
         ({"physical.time_unit": 60}, "physical.time_unit = 60: must be left out"),
         ({"chain.n": 3}, "chain.n = 3: must not be given beside [physical]"),
-        ({"vary.chain.n": [3]}, "chain.n = [3]: must not be given beside [physical]"),
         ({"physical.contact": 3}, "did you mean physical.contacts?"),
         ({"physical.mu_s": "0.1"}, "physical.mu_s = '0.1': must be at least mu_d"),
-        ({"physical.length": 0}, "physical.length = 0: must be positive"),
         ({"drive.kappa": "1e-5"}, "drive.kappa = '1e-5': must be physical.kappa"),
     ],
 )
@@ -289,12 +284,8 @@ def test_a_scene_in_si_units_is_refused_by_key(change: Any, told: str) -> None:
         scene(change).members()
 
 
-def test_a_scene_in_si_units_varies_its_contacts(command: Command) -> None:
-    Path("sheet.toml").write_text(IN_KELVIN)
-    scene = load_scene("sheet.toml").with_settings({"vary.physical.contacts": [4, 14]})
+def test_a_scene_in_si_units_varies_its_contacts() -> None:
+    scene = Scene.from_text(IN_KELVIN).with_settings({"vary.physical.contacts": [4, 14]})
     few, many = (member.solid.chain for member in scene.members())
     assert (few.n, many.n) == (4, 14)
     assert few.l0 / 4 == many.l0 / 14
-    words = ("--set", "vary.physical.contacts=[4,14]", "--out", "grid", "--plot", "grid.png")
-    assert command("sweep", "sheet.toml", *words).code == 0
-    assert Path("grid.png").read_bytes().startswith(b"\x89PNG")

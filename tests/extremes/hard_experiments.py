@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep import Chain, Creep, Cycles, Drive, Experiment, InputError, Path, State
+from exactcreep import Chain, Creep, Cycles, Drive, Experiment, Path, State
 from exactcreep.limits import Stop
 from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
@@ -128,8 +128,7 @@ def energy_ledger(experiment: Experiment) -> tuple[Ledger, State]:
         sums.append(tuple(float(term.sum()) for term in terms))
 
     stretch = advance(simulation, drive, drive.half_cycles, take=take)
-    if stretch.stop is not Stop.DONE:
-        raise InputError("drive", drive, f"must end at rest: {stretch.reason}")
+    assert stretch.stop is Stop.DONE, stretch.reason
     end = simulation.state()
     gravity, friction, left, moved = map(math.fsum, zip(*sums, strict=True))
     gained = (floats(end.tensions) ** 2).sum() - (floats(begin.tensions) ** 2).sum()

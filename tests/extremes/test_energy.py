@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from exactcreep import Chain, Cycles, Evidence, InputError, State, creep
+from exactcreep import Chain, Cycles, Evidence, State, creep
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.creep import PhysicsWarning
@@ -19,7 +19,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Stretch
 from exactcreep.studies.event_log import rearrangements
-from tests.extremes.hard_experiments import energy_ledger, remainder_error
+from tests.extremes.hard_experiments import chain_of, energy_ledger, remainder_error
 
 PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 HUNDREDS = Cycles(Fraction(PAIR.excess) / 10, 50)  # of slips in a half-cycle
@@ -28,9 +28,8 @@ START = State.prepared(PAIR, [Fraction(1, 32)])
 
 @pytest.mark.parametrize(
     ("n", "sigma_mu", "tan_alpha"),
-    [(2, "0", "0.25"), (2, "0", "0"), (2, "0.05", "0.25"), (2, "0.1", "0.45"), (2, "0.3", "-0.2"),
-     (3, "0.05", "0.25"), (6, "0", "0.25"), (6, "0.01", "0.45")],
-)  # fmt: skip
+    [(2, "0", "0"), (2, "0.3", "-0.2"), (3, "0.05", "0.25"), (6, "0.01", "0.45")],
+)
 @pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
 def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha: str) -> None:
     chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
@@ -46,18 +45,13 @@ def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha
     assert np.sign(ledger.gravity) == np.sign(float(chain.tan_alpha) * plain.x_G)
 
 
-@pytest.mark.parametrize(
-    ("n", "sigma_mu", "tan_alpha"), [(2, "0", "0.25"), (2, "0.01", "0.45"), (3, "0.01", "0.25")]
-)
-def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(
-    n: int, sigma_mu: str, tan_alpha: str
-) -> None:
-    chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
-    drive = Cycles("0.002", 10)
+@pytest.mark.parametrize("n", [2, 3])
+def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(n: int) -> None:
+    chain, drive = chain_of(n), Cycles("0.002", 10)
     ledger, _ = energy_ledger(Experiment.of(chain, drive, seed=3))
     run = creep(chain, drive, seed=3, record=("events",))
     state, contacts = run.experiment.initial, Contacts(chain, 3)
-    driven, friction, gravity, lost = 0.0, 0.0, 0.0, 0.0
+    driven = friction = gravity = 0.0
 
     def ramped(to: float) -> None:
         """Take theta to `to`: its work against the springs is that of their mean tension."""
@@ -76,13 +70,11 @@ def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(
         energies = replay.energies()
         friction += energies.friction
         gravity += energies.gravity
-        lost += energies.lost
     ramped(run.state.theta)
     assert friction > 1
     assert ledger.friction == pytest.approx(friction, rel=1e-11, abs=0)
     assert ledger.gravity == pytest.approx(gravity, rel=1e-10, abs=0)
     assert ledger.drive == pytest.approx(driven, rel=1e-10, abs=0)
-    assert lost < 1e-20
 
 
 def test_lone_slips_lose_what_the_law_says() -> None:
@@ -110,12 +102,6 @@ def test_a_slip_a_billionth_too_long_is_seen(monkeypatch: pytest.MonkeyPatch) ->
     ledger, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
     assert ledger.apart > 1e-10 > 100 * honest.apart
     assert abs(ledger.left) > 1e-10 > 100 * abs(honest.left)
-
-
-def test_the_ledger_is_of_chains_that_come_to_rest() -> None:
-    steep = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55")
-    with pytest.raises(InputError, match="must end at rest"):
-        energy_ledger(Experiment.of(steep, Cycles("0.01", 2)))
 
 
 @pytest.mark.slow

@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 
 from exactcreep import Creep
-from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.result import load_members
-from tests.conftest import Command
 from tests.processes import finished
 
 # One process compiles; each attempt is a fork of it, so that a kill costs milliseconds. An attempt
@@ -92,29 +90,3 @@ def test_a_command_killed_24_times_at_random_writes_the_file_of_an_uninterrupted
     left = {path.name for path in tmp_path.iterdir()} - {"whole.nc", "run.nc", "run.ckpt", "x.nc"}
     # what a kill in the middle of writing leaves behind is hidden and never read
     assert all(name.startswith(".") for name in left)
-
-
-def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
-    command: Command, tmp_path: Path
-) -> None:
-    scene = ["run", "two-sliders-cycles", "--set", "drive.cycles=3"]
-    assert command(*scene, "--checkpoint", "a.ckpt", "--out", "a.nc").code == 0
-    good = (tmp_path / "a.ckpt").read_bytes()
-    header, body = good.split(b"\n", 1)
-    spoiled = {
-        "newer": header.replace(b"%d" % VERSION, b"%d" % (VERSION + 1)) + b"\n" + body,
-        "older": header.replace(b"%d" % VERSION, b"%d" % (VERSION - 1)) + b"\n" + body,
-        "cut": good[:60],
-        "headless": body,
-        "nothing": b"",
-        "result": (tmp_path / "a.nc").read_bytes(),
-        "text": b"[chain]\nn = 2\n",
-        "zeros": header + b"\n" + bytes(len(body)),
-    }
-    for name, content in spoiled.items():
-        (tmp_path / name).write_bytes(content)
-        assert command("resume", name, "--json").sentence.startswith(f"checkpoint = '{name}'")
-        assert (tmp_path / name).read_bytes() == content
-    assert command("resume", "a.ckpt", "--json").code == 0
-    assert "exists" in command(*scene, "--checkpoint", "a.ckpt").sentence
-    assert "exists" in command("resume", "a.ckpt", "--out", "a.nc").sentence

@@ -212,6 +212,8 @@ def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_p
     assert done.code == 3
     assert "1 members: 1 limit; 1 not run" in done.out
     assert len(load_members(tmp_path / "a.nc")) == 1
+    with pytest.raises(InputError, match="holds 2 runs; the command exactcreep resume goes on"):
+        resume(tmp_path / "a.ckpt")
     done = command("resume", "a.ckpt", "--json", "--max-events", "100")
     assert [member["events"] for member in done.json["members"]] == [100, 100]
 
