@@ -155,6 +155,13 @@ class Chain(Shown):
         """Return the mirror image: the incline tilted the other way."""
         return replace(self, tan_alpha=-self.tan_alpha)
 
+    def require_dilation(self, theta: Fraction | float, field: str, given: Any) -> None:
+        """Raise `InputError` unless ``l0 theta`` is below half the largest float."""
+        finite = isinstance(theta, Fraction) or math.isfinite(theta)
+        if not finite or math.isinf(nearest_float(2 * self.l0 * Fraction(theta))):
+            allowed = "must keep l0 theta below half the largest float, 1.8e308"
+            raise InputError(field, given, allowed)
+
     def parameters(self) -> dict[str, int | Fraction]:
         """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again."""
         return {field.name: getattr(self, field.name) for field in fields(self)}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -124,10 +122,8 @@ class Experiment:
             twin=bool(twin),
             accuracy=_valid_accuracy(accuracy, drive),
         )
-        for field, theta in (("drive", experiment.widest), ("start.theta", experiment.theta)):
-            if math.isinf(theta) or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
-                allowed = "must keep l0 theta below half the largest float, 1.8e308"
-                raise InputError(field, drive if field == "drive" else theta, allowed)
+        chain.require_dilation(experiment.widest, "drive", drive)
+        chain.require_dilation(experiment.theta, "start.theta", experiment.theta)
         return experiment
 
     @property

@@ -19,7 +19,6 @@ cycles, a short fate took 1.2 to 1.9 times as long, and with disorder up to 4.7 
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -108,13 +107,23 @@ def _chained(chain, rows, state, cycle):
 
 
 @inlined
-def _apart(ring, kinds, one, other):
-    """Return the largest difference of a force, or of all three kinds, at the ends of cycles."""
+def _same(ring, one, other):
+    """Return whether the states at the ends of two cycles are the same, number by number."""
+    rows = ring.shape[0]
+    for k in range(3):
+        for i in range(ring.shape[2]):
+            if ring[one % rows, k, i] != ring[other % rows, k, i]:
+                return False
+    return True
+
+
+@inlined
+def _apart(ring, one, other):
+    """Return the largest difference of a force at the ends of two cycles."""
     rows = ring.shape[0]
     largest = 0.0
-    for k in range(kinds):
-        for i in range(ring.shape[2]):
-            largest = max(largest, abs(ring[one % rows, k, i] - ring[other % rows, k, i]))
+    for i in range(ring.shape[2]):
+        largest = max(largest, abs(ring[one % rows, 0, i] - ring[other % rows, 0, i]))
     return largest
 
 
@@ -135,7 +144,7 @@ def _returned(cell, now, search, memory):
     memory.advances[here] = search.last_advance
     earlier = _chained(memory.same_state, rows, state, cycle)
     while earlier > 0 and cycle - earlier < rows:
-        if _apart(ring, 3, cycle, earlier) == 0.0:
+        if _same(ring, cycle, earlier):
             search.since = earlier
             search.period = cycle - earlier
             search.apart = 0.0
@@ -153,13 +162,13 @@ def _nearly_returned(search, memory):
     earlier = _chained(memory.same_slips, rows, search.mark, cycle)
     search.apart = 0.0
     if search.near > 0:
-        search.apart = _apart(ring, 1, cycle, cycle - search.near)
+        search.apart = _apart(ring, cycle, cycle - search.near)
         search.streak += 1
         if search.apart > search.close:
             search.near = 0
     tries = 0
     while search.near == 0 and earlier > 0 and cycle - earlier < rows and tries < _TRIES:
-        search.apart = _apart(ring, 1, cycle, earlier)
+        search.apart = _apart(ring, cycle, earlier)
         if search.apart <= search.close:
             search.near = cycle - earlier
             search.streak = 1
@@ -181,12 +190,12 @@ def _shortest(search, memory):
     long = search.near
     since = now - search.streak + 1 - long
     search.last_advance = search.advance_near
-    while long % period != 0 or _apart(ring, 1, now, now - period) > close:
+    while long % period != 0 or _apart(ring, now, now - period) > close:
         period += 1
     if period < long:
         since = now - period
         oldest = max(now - ring.shape[0] + 1, 1)
-        while since > oldest and _apart(ring, 1, since - 1, since - 1 + period) <= close:
+        while since > oldest and _apart(ring, since - 1, since - 1 + period) <= close:
             since -= 1
         search.last_advance = memory.advances[since % ring.shape[0]]
     search.since = since
@@ -266,6 +275,16 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work):
     return at.DONE
 
 
+class _Noted:
+    """A whole number that `settle` notes: the field of `SEARCH` that it is called by."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, course: SettlingChain, owner: type) -> int:
+        return int(course._searches[self.name][0])
+
+
 class SettlingChain:
     """A chain on its way through temperature cycles of one amplitude, until it has settled.
 
@@ -283,7 +302,14 @@ class SettlingChain:
     ----------
     simulation : ExactSimulation
         Where the chain is.
+    cycles, last_advance, furthest, heading, dormant_after, alike, advance_before, since, period
+        What is noted of its cycles; see `SEARCH`.
     """
+
+    cycles, last_advance, furthest, heading = _Noted(), _Noted(), _Noted(), _Noted()
+    stirred, calm, dormant_after = _Noted(), _Noted(), _Noted()
+    alike, advance_before = _Noted(), _Noted()
+    since, period = _Noted(), _Noted()
 
     def __init__(
         self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62
@@ -304,23 +330,18 @@ class SettlingChain:
         search["lowest"] = search["highest"] = total
 
     @property
-    def noted(self) -> SimpleNamespace:
-        """What is noted of its cycles: what `SEARCH` names."""
-        values = self._searches[0].item()
-        return SimpleNamespace(**dict(zip(SEARCH.names or (), values, strict=True)))
-
-    @property
     def settled(self) -> Settled | None:
         """How it goes on, bit for bit or, if that is not 0, as the forces have come back."""
-        noted = self.noted
-        return None if noted.since < 0 else Settled(noted.period, noted.since, noted.apart, None)
+        if self.since < 0:
+            return None
+        return Settled(self.period, self.since, float(self._searches["apart"][0]), None)
 
     def steps(self, count: int) -> NDArray[np.float64]:
         """Return the largest change of a force in each of the last cycles, at most `count`.
 
         The last one last, shape (at most count,), unit m g.
         """
-        ring, last = self._memory.ring, self.noted.cycles
+        ring, last = self._memory.ring, self.cycles
         kept = np.arange(max(last - min(count, ring.shape[0] - 1), 1), last + 1)
         changes = np.abs(np.diff(ring[kept % ring.shape[0], 0], axis=0))
         return np.asarray(changes.max(axis=1), dtype=np.float64)
@@ -328,8 +349,7 @@ class SettlingChain:
     @property
     def dormant(self) -> bool:
         """Whether no inner slider has slipped for as many cycles as make the chain dormant."""
-        noted = self.noted
-        return self.simulation.chain.n > 2 and noted.cycles - noted.stirred >= noted.calm
+        return self.simulation.chain.n > 2 and self.cycles - self.stirred >= self.calm
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
         """Go on until the chain has settled, has had its cycles, or a limit is reached.

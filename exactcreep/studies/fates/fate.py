@@ -125,9 +125,8 @@ def numerical_fate(
     while True:
         pause = limits if say is None else replace(limits, pause=time.perf_counter() + _SAYING)
         stop, reason = course.follow(pause)
-        noted = course.noted
         if say is not None:
-            say("cycles", noted.cycles, course.drive.cycles, "cycles")
+            say("cycles", course.cycles, course.drive.cycles, "cycles")
         if stop is not Stop.BUDGET:
             break
     simulation, drive = course.simulation, course.drive
@@ -152,7 +151,7 @@ def numerical_fate(
         reason, known = approach
     elif not reason:
         reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
-    known = {"last_advance": noted.last_advance} | known
+    known = {"last_advance": course.last_advance} | known
     found = Fate(
         chain=simulation.chain,
         amplitude=drive.amplitude,
@@ -160,7 +159,7 @@ def numerical_fate(
         solver="exact",
         outcome=outcome,
         evidence=evidence,
-        cycles=noted.cycles,
+        cycles=course.cycles,
         reason=reason,
         report={"events": simulation.tally.events, "undecided": simulation.tally.undecided},
         **known,
@@ -170,15 +169,15 @@ def numerical_fate(
 
 def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
     """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
-    noted, chain = course.noted, course.simulation.chain
-    steps = course.steps(noted.alike // 2)
-    if chain.sigma_mu != 0 or noted.alike < PATIENCE or not falls_like_inverse_square(steps):
+    chain = course.simulation.chain
+    steps = course.steps(course.alike // 2)
+    if chain.sigma_mu != 0 or course.alike < PATIENCE or not falls_like_inverse_square(steps):
         return None
     ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
     simulation = course.simulation.copied(("events",))
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):
-        recorded = simulation.follow(drive, 2 * noted.cycles + half, 1).recorded
+        recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
         log += [(half, one.itinerary) for one in rearrangements(recorded)]
         forces.append(np.diff(simulation.state().tensions, prepend=0.0, append=0.0))
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
@@ -198,8 +197,8 @@ def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
         "marginal": True,
         "period": 1,
         "advance": 0.0,
-        "settled_after": noted.cycles - noted.alike,
-        "last_advance": noted.advance_before,
+        "settled_after": course.cycles - course.alike,
+        "last_advance": course.advance_before,
         "itinerary": tuple(log),
     }
 
@@ -208,7 +207,7 @@ def _one_period(course: SettlingChain, period: int) -> tuple[float, Period]:
     """Return by how much x_G moves in the period that follows, and its rearrangements."""
     simulation = course.simulation.copied(("events",))
     before = simulation.state().displacements
-    first = 2 * course.noted.cycles + 1
+    first = 2 * course.cycles + 1
     events = simulation.follow(Cycles(course.drive.amplitude, period), first, 2 * period).recorded
     moved = (simulation.state().displacements - before).mean()
     return float(moved), tuple(

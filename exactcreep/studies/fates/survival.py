@@ -502,18 +502,19 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     drive = Cycles(asked.amplitude, asked.cycles)
     trajectory = SettlingChain(chain, drive, start, seed, asked.dormant)
     fate, stop = numerical_fate(trajectory, start, limits)
-    noted = trajectory.noted
     return StartRecord(
         fate.outcome.value,
         fate.evidence.value,
         fate.cycles,
         fate.last_advance,
-        noted.furthest,
+        trajectory.furthest,
         -1 if fate.settled_after is None else fate.settled_after,
         fate.period or 0,
-        noted.dormant_after,
+        trajectory.dormant_after,
         marginal=fate.marginal,
         dormant=chain.sigma_mu != 0 and trajectory.dormant,
         over=bool(limits.reason(stop)),
-        direction=fate.direction if fate.period else direction_of(noted.heading, chain.tan_alpha),
+        direction=fate.direction
+        if fate.period
+        else direction_of(trajectory.heading, chain.tan_alpha),
     )

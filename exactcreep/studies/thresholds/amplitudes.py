@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
@@ -86,10 +85,7 @@ class Span(NamedTuple):
             if begin >= ends[0]:
                 raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
         largest = max(between or (begin, *ends))
-        if math.isinf(nearest_float(2 * chain.l0 * largest)):
-            field, given = ("bracket", bracket) if between else ("to", high)
-            allowed = "must keep l0 theta below half the largest float, 1.8e308"
-            raise InputError(field, given, allowed)
+        chain.require_dilation(largest, *(("bracket", bracket) if between else ("to", high)))
         scans = list(pairwise([begin, *ends]))
         return cls(between, scans, low is None and between is None)
 
