@@ -19,6 +19,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import Number, exact_number, nearest_float
 
 _COPIES, _HALVES = 1000, 240  # of the two relays; the first quarter is their transient
+_MIXED = 12  # times the half-cycles in which their phase is forgotten, at least
+_LONGEST = 1200  # half-cycles that they are followed
 _HELD = 5  # half-cycles for which an end stays held while the other one slips
 _APART = 8.0  # standard deviations by which other slips have to be out of reach
 
@@ -43,7 +45,10 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     Two sliders are two relays: heating moves slider 2 whenever the tension falls to ``-a_2``, by
     ``2 (a_2 - m)``, cooling slider 1 at ``a_1`` alike, ``a_i = mu_i c - s`` drawn at each slip.
     They stop when the tension turns between ``-a_2`` and ``a_1``: the first passage of a Markov
-    chain, whose rate is the mean probability of that per half-cycle over copies kept from stopping.
+    chain. Its rate, once the start is forgotten, is the mean probability of that per half-cycle
+    over many copies; one that stops goes on as a copy of another. Slips of 2 D, of draws of width
+    sigma, forget their phase in some ``((mu_s - mu_d)/(pi sigma_mu))^2 / 2`` half-cycles; if these
+    are more than 100, the copies are not followed for so long, and the time is an estimate.
 
     For more sliders the mean forces of the ends are taken as uniform within +-D and an end as held
     for five half-cycles, as six cases of three to six sliders showed to within a factor of six.
@@ -66,8 +71,10 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
         if _below((excess + margin - load) * 2 / spread) == 0:  # a_1 + a_2 never spans the cycle
             return StoppingTime(math.inf, computed=True)
         if excess and 2 * min(weight, margin) > _APART * spread:
-            rate = _two_relays(excess, margin, sigma, load)
-            return StoppingTime(_time(2 * rate), computed=True)
+            halves = max(math.ceil(_MIXED * (excess / (math.pi * sigma)) ** 2 / 2), _HALVES)
+            known = halves <= _LONGEST
+            rate = _two_relays(excess, margin, sigma, load, halves if known else _HALVES)
+            return StoppingTime(_time(2 * rate), computed=known)
         rate = _mean_excess(2 * (load - held + weight), spread) / (2 * max(excess, sigma))
         return StoppingTime(_time(2 * min(rate, 1.0)), computed=False)
     share = min(_mean_excess(load - held, sigma) / _mean_excess(-excess, sigma), 1.0)
@@ -92,8 +99,8 @@ def _mean_excess(least: float, sigma: float) -> float:
     return max(sigma * (density - z * _below(-z)), 0.0)
 
 
-def _two_relays(excess: float, margin: float, sigma: float, load: float) -> float:
-    """Return the probability per half-cycle that two relays stop.
+def _two_relays(excess: float, margin: float, sigma: float, load: float, halves: int) -> float:
+    """Return the probability per half-cycle that two relays stop, followed for so many.
 
     The coordinate rho is that of the slider at hand, whose slips lower it while ``rho + load``
     exceeds its threshold; the other one sees -rho.
@@ -106,7 +113,7 @@ def _two_relays(excess: float, margin: float, sigma: float, load: float) -> floa
     rho = random.uniform(load - mean, load - mean + 2 * excess, _COPIES)
     least = np.full(_COPIES, -np.inf)  # the threshold of the slider at hand was not below this
     rates = []
-    for _ in range(_HALVES):
+    for _ in range(halves):
         begin, low, rate = rho.copy(), least, np.zeros(_COPIES)
         going = np.arange(_COPIES)
         while going.size:
@@ -121,5 +128,9 @@ def _two_relays(excess: float, margin: float, sigma: float, load: float) -> floa
             going = going[random.random(going.size) > stays]
             low = np.full(_COPIES, -np.inf)
         rates.append(rate.mean())
-        rho, least = -rho, load - begin
-    return float(np.mean(rates[_HALVES // 4 :]))
+        least = load - begin
+        lives = np.cumsum(1 - above(load - rho) / np.maximum(above(least), 1e-300))
+        places = (np.arange(_COPIES) + random.random()) / _COPIES * lives[-1]
+        chosen = np.minimum(np.searchsorted(lives, places), _COPIES - 1)
+        rho, least = -rho[chosen], least[chosen]
+    return float(np.mean(rates[halves // 4 :]))
