@@ -215,9 +215,10 @@ def animate(
     def save(path: Path) -> None:
         if ending == ".gif":
             return draw_avalanche(avalanche, path, frames=count or 2)
-        from exactcreep.figures.explorer import saved
+        from exactcreep.figures import explorer as page
 
-        write_file(path, saved(avalanche).encode(), "out", force=force)
+        shown = page.page(course=page.course(experiment), avalanche=page.avalanche(avalanche))
+        write_file(path, shown.encode(), "out", force=force)
 
     motion = avalanche.rearrangement
     said = (

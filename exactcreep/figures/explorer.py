@@ -9,14 +9,17 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http import HTTPStatus
 from importlib import resources
+from socketserver import ThreadingMixIn
 from threading import Lock
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlsplit
+from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +30,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.outcome import Outcome, behaviour
+from exactcreep.model.outcome import behaviour
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
 
@@ -39,10 +42,7 @@ _ALONE = Lock()  # a thread that silences warnings silences those of all threads
 
 
 class Control(NamedTuple):
-    """A slider of the page; its field takes any number that the model allows.
-
-    A logarithmic one has the exponents of ten.
-    """
+    """A slider, of exponents of ten if it is logarithmic, and its field, which takes any number."""
 
     name: str
     label: str
@@ -69,62 +69,50 @@ CONTROLS = (
 def experiment_of(given: Mapping[str, str]) -> Experiment:
     """Return the experiment that the fields of the page ask for; l0 = 1000 as in the paper.
 
-    Raises
-    ------
-    InputError
-        If a field is unknown, or its text is not a number that the model allows.
+    A field that is unknown, or holds what the model does not allow, is an `InputError`.
     """
-    values = {control.name: control.value for control in CONTROLS}
-    for name, text in given.items():
-        if name not in values:
-            raise InputError(name, text, "must be one of " + ", ".join(values))
-        values[name] = text.strip()
-    n = whole_number(values["n"], "n", least=1, most=MOST_SLIDERS)
-    friction = (values[name] for name in ("mu_d", "mu_s", "sigma_mu"))
-    chain = Chain(n, 1000, *friction, tan_alpha=values["tan_alpha"])
-    cycles = whole_number(values["cycles"], "cycles", least=1, most=10_000)
-    seed = whole_number(values["seed"], "seed", least=0)
-    return Experiment.of(chain, Cycles(values["amplitude"], cycles), seed=seed)
+    values = {each.name: given.get(each.name, each.value).strip() for each in CONTROLS}
+    for name in given.keys() - values.keys():
+        raise InputError(name, given[name], "must be one of " + ", ".join(values))
+    n = whole_number(values.pop("n"), "n", least=1, most=MOST_SLIDERS)
+    cycles = whole_number(values.pop("cycles"), "cycles", least=1, most=10_000)
+    seed = whole_number(values.pop("seed"), "seed", least=0)
+    drive = Cycles(values.pop("amplitude"), cycles)
+    return Experiment.of(Chain(n, 1000, **values), drive, seed=seed)
 
 
 def course(experiment: Experiment) -> dict[str, Any]:
     """Return what a run does, ready for JSON: its displacements, its slips, its velocity.
 
     It ends after `MOST_EVENTS` events or `MOST_SECONDS` seconds, and says so.
-
-    Raises
-    ------
-    InputError
-        If the solver cannot follow the chain.
     """
     recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
-    with _ALONE, warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # `told` says it
+    with _ALONE, warnings.catch_warnings(action="ignore", category=PhysicsWarning):  # it is told
         (run,) = run_members([recording], limits=Limits.of(MOST_EVENTS, MOST_SECONDS))
     kept, drive = run.recorded, experiment.drive
     half_cycle = kept["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
     ramps = np.append(experiment.theta, drive.targets(1, reached, experiment.seed))
     passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
-    span = np.diff(ramps)
-    part = passed / np.where(span, span, math.inf)[half_cycle - 1]
-    told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
-    if known := math.isfinite(run.velocity):
-        told += f", mean velocity {run.velocity:.6g} per {drive.per}"
-        told += f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
-    told += f"; {run.reason}" if run.reason else ""
-    told += "".join(f"; {PHYSICS[name]} ({count} times)" for name, count in run.warnings.items())
-    told += f". {run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events."
+    span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
+    error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
+    velocity = f"mean velocity {run.velocity:.6g} per {drive.per}{error}"
+    told = [
+        f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})",
+        velocity if math.isfinite(run.velocity) else "",
+        run.reason,
+        *(f"{PHYSICS[name]} ({count} times)" for name, count in run.warnings.items()),
+        f"{run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events",
+    ]
     slips = ("slider", "rearrangement", "displacement")
     return {
         "described": f"{experiment.chain}, {drive}, seed {experiment.seed}, {experiment.solver}",
         "n": experiment.chain.n,
         "half_cycles": reached,
-        "when": _packed(half_cycle - 1 + np.clip(part, 0, 1)),
+        "when": _packed(half_cycle - 1 + np.clip(passed / span, 0, 1)),
         "displacement": _packed(kept["rearrangement_displacement"]),
         "slip": {name: _packed(kept[f"slip_{name}"]) for name in slips},
-        "velocity": run.velocity if known else None,
-        "told": told,
+        "told": "; ".join(filter(None, told)) + ".",
     }
 
 
@@ -146,7 +134,7 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
         "theta": as_float(motion.theta),
         "friction": found.experiment.chain.friction,
         "events": len(motion.events),
-        "ended": "" if motion.outcome is Outcome.AT_REST else motion.reason,
+        "ended": motion.reason and f"; {motion.reason}",
         "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),
         "highest": float(max(shown.held.max(), np.abs(shown.forces).max())),
         "times": _packed(times),
@@ -161,11 +149,6 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
 def _packed(values: ArrayLike) -> dict[str, str]:
     """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
     return {"f4": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
-
-
-def saved(found: RunAvalanche) -> str:
-    """Return the page as one file: a run, and one of its rearrangements as it moves."""
-    return page(course=course(found.experiment), avalanche=avalanche(found))
 
 
 def page(**shown: Any) -> str:
@@ -187,68 +170,63 @@ def as_text(data: Mapping[str, Any]) -> str:
 def answer(what: str, given: Mapping[str, str]) -> str:
     """Return what the page asks its server for, as the text that is sent; "" if it is not known.
 
-    Raises
-    ------
-    InputError
-        If a field holds what the model does not allow, or the answer would take too long.
+    "data" is the run, or one of its rearrangements; "saved" is a page that holds both. What the
+    model does not allow, or takes too long, is an `InputError`.
     """
     if not what:
         return page()
-    if what == "course":
-        return as_text(course(experiment_of(given)))
-    if what not in ("avalanche", "saved"):
+    if what not in ("data", "saved"):
         return ""
     fields = dict(given)
-    number = whole_number(fields.pop("rearrangement", "0"), "rearrangement", least=0)
-    limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
-    found = find_avalanche(experiment_of(fields), number, limits)
-    return as_text(avalanche(found)) if what == "avalanche" else saved(found)
+    shown, asked = dict[str, Any](), fields.pop("rearrangement", None)
+    experiment = experiment_of(fields)
+    if asked is not None:
+        number = whole_number(asked, "rearrangement", least=0)
+        found = find_avalanche(experiment, number, Limits.of(MOST_EVENTS, MOST_SECONDS))
+        shown["avalanche"] = avalanche(found)
+    if asked is None or what == "saved":
+        shown["course"] = course(experiment)
+    return page(**shown) if what == "saved" else as_text(shown)
 
 
-class _Server(ThreadingHTTPServer):
+class _Server(ThreadingMixIn, WSGIServer):
     """Answers in threads, which keep nothing alive when it ends."""
+
+    daemon_threads = True
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing of a visitor that has gone in the middle of an answer."""
 
 
-def page_server(port: int = 0) -> ThreadingHTTPServer:
+class _Quiet(WSGIRequestHandler):
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing of every request."""
+
+
+def page_server(port: int = 0) -> WSGIServer:
     """Return a server of the page, which a `with` block closes, or raise `InputError`."""
     try:
-        return _Server((HOST, port), _Visit)
+        return make_server(HOST, port, _visit, _Server, _Quiet)
     except OSError as error:
         raise InputError("port", port, f"cannot be used: {error.strerror}") from None
 
 
-class _Visit(BaseHTTPRequestHandler):
-    """One question of the page."""
-
-    def do_GET(self) -> None:
-        """Answer it."""
-        status, text = self._reply()
-        kind = {"<": "text/html", "{": "application/json"}.get(text[0], "text/plain")
-        body = text.encode()
-        self.send_response(status)
-        self.send_header("Content-Type", f"{kind}; charset=utf-8")
-        self.send_header("Content-Length", str(len(body)))
-        self.send_header("Cache-Control", "no-store")
-        self.end_headers()
-        self.wfile.write(body)
-
-    def _reply(self) -> tuple[int, str]:
-        # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
-        asking = [self.headers["Host"] or ""]
-        asking += [urlsplit(origin).netloc for origin in self.headers.get_all("Origin", ())]
-        if any(name.rpartition(":")[0] not in (HOST, "localhost") for name in asking):
-            return 403, "this page is for this machine alone"
-        wanted = urlsplit(self.path)
-        try:
-            text = answer(wanted.path[1:], dict(parse_qsl(wanted.query, keep_blank_values=True)))
-        except InputError as error:
-            return 400, as_text({"field": error.field, "sentence": str(error)})
-        except Exception as error:
-            return 500, as_text({"sentence": f"{type(error).__name__}: {error} (a defect)"})
-        return (200, text) if text else (404, "there is no such page")
-
-    def log_message(self, format: str, *args: object) -> None:
-        """Say nothing of every request."""
+def _visit(asked: Mapping[str, Any], start: Callable[..., Any]) -> list[bytes]:
+    """Answer one question of the page: a WSGI application."""
+    # not a page of somebody else, whose name was made to lead here, or which asks from elsewhere
+    names = asked.get("HTTP_HOST", ""), urlsplit(asked.get("HTTP_ORIGIN", f"//{HOST}:0")).netloc
+    own = all(re.fullmatch(r"(127\.0\.0\.1|localhost):\d+", name) for name in names)
+    text, status = "", HTTPStatus.NOT_FOUND if own else HTTPStatus.FORBIDDEN
+    refused = {"sentence": "there is no such page, or it is for this machine alone"}
+    try:
+        given = dict(parse_qsl(asked["QUERY_STRING"], keep_blank_values=True))
+        text = answer(asked["PATH_INFO"][1:], given) if own else ""
+    except InputError as error:
+        status, refused = HTTPStatus.BAD_REQUEST, {"field": error.field, "sentence": str(error)}
+    except Exception as error:
+        status = HTTPStatus.INTERNAL_SERVER_ERROR
+        refused = {"sentence": f"{type(error).__name__}: {error} (a defect)"}
+    kind = "text/html" if text.startswith("<") else "application/json"
+    about = [("Content-Type", f"{kind}; charset=utf-8"), ("Cache-Control", "no-store")]
+    start("200 OK" if text else f"{status.value} {status.phrase}", about)
+    return [(text or as_text(refused)).encode()]

@@ -56,7 +56,6 @@ def test_the_course_is_that_of_the_run() -> None:
     shown = explorer.course(experiment)
     record = ["x_G", "rearrangements", "slip_table"]
     run = creep(experiment.chain, experiment.drive, seed=2, record=record)
-    assert shown["velocity"] == run.velocity
     assert f"mean velocity {run.velocity:.6g}" in shown["told"]
     assert f"{run.slip_count} slips" in shown["told"]
     half_cycle, gone = run.recorded["rearrangement_half_cycle"], unpacked(shown["displacement"])
@@ -126,8 +125,8 @@ def test_bad_input_is_refused_by_the_name_of_its_field(name: str, text: str) -> 
 def test_a_request_for_too_much_is_refused_soon_and_in_little_memory() -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(InputError, match=r"was not reached: max_events = 40000 was reached"):
-        explorer.answer("avalanche", {"amplitude": "1e20", "rearrangement": "99999999"})
-    explorer.answer("course", {"amplitude": "1e20"})
+        explorer.answer("data", {"amplitude": "1e20", "rearrangement": "99999999"})
+    explorer.answer("data", {"amplitude": "1e20"})
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
 
 
@@ -137,10 +136,10 @@ PAIR = "n=2&amplitude=0.0004"
 @pytest.mark.parametrize(
     ("path", "status", "says"),
     [
-        ("/", 200, "<canvas"),
-        (f"/course?{PAIR}", 200, '"n":2'),
-        ("/course?n=two", 400, '{"field":"n","sentence":"n = \'two\''),
-        (f"/avalanche?{PAIR}&rearrangement=99999", 400, '{"field":"rearrangement"'),
+        ("/", 200, "<figure"),
+        (f"/data?{PAIR}", 200, '"n":2'),
+        ("/data?n=two", 400, '{"field":"n","sentence":"n = \'two\''),
+        (f"/data?{PAIR}&rearrangement=99999", 400, '{"field":"rearrangement"'),
         (f"/saved?{PAIR}&rearrangement=1", 200, '"avalanche":{"number":1,'),
         ("/../pyproject.toml", 404, "no such page"),
     ],
@@ -154,10 +153,10 @@ def test_the_server_answers_questions_and_refuses_others(
 
 def test_the_server_is_for_pages_of_this_machine(server: tuple[str, int]) -> None:
     own = f"http://127.0.0.1:{server[1]}"
-    assert asked(server, "/course?n=2", Origin=own)[0] == 200
+    assert asked(server, "/data?n=2", Origin=own)[0] == 200
     assert asked(server, "/", Host="elsewhere.example:80")[0] == 403
     for origin in ("https://elsewhere.example", "http://127.0.0.1.elsewhere.example:80", "null"):
-        assert asked(server, "/course?n=2", Origin=origin)[0] == 403
+        assert asked(server, "/data?n=2", Origin=origin)[0] == 403
 
 
 def test_a_defect_is_a_sentence_and_no_traceback(
@@ -165,7 +164,7 @@ def test_a_defect_is_a_sentence_and_no_traceback(
 ) -> None:
     monkeypatch.setattr(explorer, "course", lambda experiment: 1 / 0)
     sentence = '{"sentence":"ZeroDivisionError: division by zero (a defect)"}'
-    assert asked(server, "/course?n=2") == (500, sentence)
+    assert asked(server, "/data?n=2") == (500, sentence)
     assert capsys.readouterr().err == ""
 
 
@@ -175,8 +174,8 @@ def test_a_visitor_that_goes_away_leaves_no_traceback(
     for _ in range(3):
         with socket.create_connection(server) as visitor:
             visitor.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-            visitor.sendall(b"GET /course?n=30 HTTP/1.1\r\nHost: localhost:1\r\n\r\n")
-    assert asked(server, "/course?n=2")[0] == 200
+            visitor.sendall(b"GET /data?n=30 HTTP/1.1\r\nHost: localhost:1\r\n\r\n")
+    assert asked(server, "/data?n=2")[0] == 200
     assert "Traceback" not in capsys.readouterr().err
 
 
