@@ -54,9 +54,9 @@ def test_memory_holds_no_more_than_the_bound_and_a_block() -> None:
     columns = recorder.columns()
     assert np.array_equal(columns["x_G"], np.concatenate([block + k for k in range(200)]))
     assert np.array_equal(columns["slips"][::10_000, 1], np.arange(200) % 100)
-    recorder.add({"x_G": block})  # what was handed out stays as it is
-    assert len(columns["x_G"]) == 2_000_000
+    recorder.add({"x_G": block})
     assert len(recorder.columns()["x_G"]) == 2_010_000
+    assert len(columns["x_G"]) == 2_000_000  # what was handed out stays as it is
 
 
 @pytest.mark.parametrize("solver", ["exact", "certified"])
@@ -79,13 +79,11 @@ def test_a_run_beyond_its_memory_is_resumed_bit_for_bit(tmp_path: Path) -> None:
         max_events=plain.event_count // 3,
     )  # fmt: skip
     assert part.outcome is Outcome.LIMIT
-    again = resume(file, memory=1000, max_events=plain.event_count // 2)
-    assert again.outcome is Outcome.LIMIT
     assert_same(plain, resume(file, memory=1000))
     assert_same(plain, resume(file))
 
 
-@pytest.mark.parametrize("calls", [0, 1, 30])
+@pytest.mark.parametrize("calls", [0, 30])
 def test_a_disk_that_fills_up_ends_the_run_with_all_rows_so_far(
     calls: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
