@@ -16,7 +16,6 @@ def test_cycles_alternate_and_begin_with_a_dilation():
     drive = Cycles("0.01", 3)
     assert (drive.half_cycles, drive.cyclic, drive.random) == (6, True, False)
     assert drive.targets(1, 6).tolist() == [0.01, -0.01] * 3
-    assert drive.targets(2, 3).tolist() == [-0.01, 0.01, -0.01]
     assert [drive.exact_target(q) for q in (1, 2)] == [Fraction(1, 100), Fraction(-1, 100)]
 
 
@@ -24,7 +23,7 @@ def test_a_path_is_what_it_was_given():
     drive = Path(["0.1", 0.25, "-1/3"])
     targets = drive.targets(1, 3)
     assert targets.tolist() == [0.1, 0.25, -1 / 3]
-    assert (drive.half_cycles, drive.exact_target(3)) == (3, Fraction(-1, 3))
+    assert drive.exact_target(3) == Fraction(-1, 3)
     targets[0] = 7.0
     assert drive.targets(1, 1).tolist() == [0.1]
 
@@ -58,7 +57,6 @@ def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
     chain = captions(2)
     runs = [creep(chain, Growing(step, 20)) for step in (1e-4, 2e-4)]
     assert runs[0].drive == Path([1e-4 * q * (-1) ** q for q in range(1, 21)])
-    assert runs[0].drive != runs[1].drive
     assert runs[0].x_G != runs[1].x_G
     runs[0].save(tmp_path / "own.nc")
     assert Creep.load(tmp_path / "own.nc").drive == runs[0].drive

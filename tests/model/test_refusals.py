@@ -3,7 +3,6 @@
 import math
 import pickle
 from decimal import Decimal
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -33,16 +32,15 @@ def refusal(make, *given, **named) -> InputError:
 @pytest.mark.parametrize(
     "value",
     [
-        NAN, INF, -INF, np.nan, True, np.bool_(False), None, [], {}, b"1", "", "one", "0x10",
-        "1/0", "1e", "--1", "nan", "1 2", "1e6000", "1" * 10_001, Decimal("nan"),
-        Decimal("sNaN"), 1j, object(),
+        NAN, -INF, True, np.bool_(False), None, [], b"1", "", "0x10", "1/0", "nan", "1e6000",
+        "1" * 10_001, Decimal("sNaN"), 1j,
     ],
 )  # fmt: skip
 def test_what_is_no_finite_number(value):
     assert refusal(exact_number, value, "mu_s").field == "mu_s"
 
 
-@pytest.mark.parametrize("value", [0, 11, 1.5, "x", None, True, INF])
+@pytest.mark.parametrize("value", [0, 11, 1.5, "x", True, INF])
 def test_a_whole_number_out_of_its_range(value):
     refused = refusal(whole_number, value, "n", least=1, most=10)
     assert refused.allowed == "must be a whole number, at least 1 and at most 10"
@@ -51,9 +49,8 @@ def test_a_whole_number_out_of_its_range(value):
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("n", 0), ("n", 2.5), ("n", "many"), ("l0", 0), ("l0", -1), ("l0", "1e400"),
-        ("mu_d", "-0.1"), ("mu_d", None), ("mu_s", "0.4"), ("sigma_mu", -1), ("sigma_mu", 1e308),
-        ("tan_alpha", "steep"), ("tan_alpha", NAN),
+        ("n", 0), ("l0", 0), ("l0", "1e400"), ("mu_d", "-0.1"), ("mu_s", "0.4"),
+        ("sigma_mu", -1), ("sigma_mu", 1e308), ("tan_alpha", NAN),
     ],
 )  # fmt: skip
 def test_a_chain_that_cannot_be(field, value):
@@ -64,32 +61,24 @@ def test_a_chain_that_cannot_be(field, value):
     ("make", "given", "field"),
     [
         (Cycles, (-1, 3), "amplitude"),
-        (Cycles, (NAN, 3), "amplitude"),
         (Cycles, ("0.1", 0), "cycles"),
-        (Cycles, ("0.1", 1.5), "cycles"),
         (GaussianSteps, (-0.1, 3), "sigma_theta"),
         (GaussianSteps, (0.1, 10**13), "steps"),
         (Path, ([],), "theta"),
         (Path, ("0.1",), "theta"),
-        (Path, (3,), "theta"),
         (Path, ([0.1, "warm"],), "theta[1]"),
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 0), "q"),
         (disorder.static_coefficient, (CHAIN, -1, 1, 0), "seed"),
         (disorder.static_coefficient, (CHAIN, 2**64, 1, 0), "seed"),
-        (disorder.static_coefficient, (CHAIN, 0.5, 1, 0), "seed"),
-        (disorder.static_coefficient, (CHAIN, "x", 1, 0), "seed"),
         (disorder.static_coefficient, (CHAIN, 0, 0, 0), "n"),
         (disorder.static_coefficient, (CHAIN, 0, 4, 0), "n"),
         (disorder.static_coefficient, (CHAIN, 0, 1, -1), "k"),
         (disorder.static_coefficient, (CHAIN, 0, 1, 2**62 + 1), "k"),
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 2**62 + 1), "q"),
-        (State.prepared, (CHAIN, [1]), "tensions"),
         (State.prepared, (CHAIN, [1, 2, 3]), "tensions"),
         (State.prepared, (CHAIN, "00"), "tensions"),
-        (State.prepared, (CHAIN, 3), "tensions"),
         (State.prepared, (CHAIN, [0, "x"]), "tensions[1]"),
         (State.prepared, (CHAIN, [0.0, NAN]), "tensions[1]"),
-        (State.prepared, (CHAIN, np.array([0.0, -INF])), "tensions[1]"),
         (State.prepared, (CHAIN, np.array([True, False])), "tensions[0]"),
         (State.prepared, (CHAIN, np.zeros((2, 2))), "tensions[0]"),
         (State.prepared, (CHAIN, ["1e400", 0]), "tensions[0]"),
@@ -106,15 +95,12 @@ def test_a_start_beyond_the_largest_float():
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("tensions", ["a", "b"]), ("tensions", ["0.1", "0.2"]), ("tensions", [None, None]),
-        ("tensions", [1j, 0]), ("tensions", [True, False]), ("tensions", [[1], [2, 3]]),
-        ("tensions", [[0.0], [0.0]]), ("tensions", [0.0]), ("tensions", [object(), object()]),
-        ("tensions", np.array([1, "x"], dtype=object)),
-        ("displacements", np.zeros((3, 1))), ("displacements", 3.0), ("displacements", []),
+        ("tensions", ["0.1", "0.2"]), ("tensions", [1j, 0]), ("tensions", [True, False]),
+        ("tensions", [[1], [2, 3]]), ("tensions", [0.0]),
+        ("tensions", np.array([1, "x"], dtype=object)), ("displacements", np.zeros((3, 1))),
         ("coefficients", {0.6}), ("draws", [1.5, 1, 1]), ("draws", [0, 1, 1]),
-        ("draws", [-1, 1, 1]), ("draws", [2**63, 1, 1]), ("draws", [2**63 - 1, 1, 1]),
-        ("draws", [NAN, 1, 1]), ("draws", [True, True, True]), ("draws", [Fraction(1), 1, 1]),
-        ("theta", None), ("theta", "0.1"), ("theta", 1j), ("theta", True),
+        ("draws", [2**63, 1, 1]), ("draws", [2**63 - 1, 1, 1]), ("draws", [True, True, True]),
+        ("theta", "0.1"), ("theta", 1j), ("theta", True),
     ],
 )  # fmt: skip
 def test_a_state_that_cannot_be(field, value):

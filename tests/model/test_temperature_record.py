@@ -75,9 +75,7 @@ DAY = "day,high,low\n1878-01-01,66,14\n"
         ("0,1\n\n1,warm\n", "temperature = 'warm': must be .* with a decimal point in line 4"),
         ("0,1\n1,3/5\n2,1_0\n3,inf\n", "'3/5': must be .* a decimal point in line 3, 4, 5"),
         ("0,1\n1,2\n1,3\n", "time = '1': must be later than before in line 4"),
-        ("0,1\n1,2\n0.5,3\n", "time = '0.5': must be later than before in line 4"),
         ("0,1\nnoon,2\n", "time = 'noon': must be .* 2024-01-31T13:00 in line 3"),
-        ("0,1\n2024-01-01,2\n", "time = .*: must be of the same kind as before in line 3"),
         ("2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n", "of the same kind .* in line 3"),
         ("0,20\n1e4000,21\n", "time = '1e4000': must be below the largest float"),
         ("0,-273.16\n", "temperature = .*: must not be below absolute zero in line 2"),
@@ -101,9 +99,7 @@ def test_bad_rows_are_refused_by_line(write, rows, sentence):
         ("time,time,temperature\n", {}, "time_column = .*named once among"),
         (DAY, DAYS | {"maximum_column": ""}, "maximum_column = .*with minimum_column"),
         (DAY, DAYS | {"temperature_column": "air"}, "temperature_column = .*left out beside"),
-        (DAY, DAYS | {"maximum_column": "low"}, "maximum_column = .*not be minimum_column"),
         (DAY, DAYS | {"minimum_column": "day"}, "minimum_column = .*not be time_column"),
-        (DAY, DAYS | {"maximum_hour": 5}, "maximum_hour = 5: must be another hour"),
         (DAY, DAYS | {"maximum_hour": 24}, "maximum_hour = 24: must be another hour"),
         (DAY, DAYS | {"minimum_hour": -1}, "minimum_hour = -1: must not be negative"),
         (DAY, DAYS | {"scale": 0}, "scale = 0: must be positive"),
@@ -111,18 +107,14 @@ def test_bad_rows_are_refused_by_line(write, rows, sentence):
          "maximum_hour = 3: belongs to minimum_column"),
         *((HEAD + "0,1\n", {sentence.split(" = ")[0]: value}, sentence) for value, sentence in (
             (0, "kappa = 0: must be positive"),
-            ("nan", "kappa = 'nan': must be a finite number"),
             ("-273.2", "T0 = '-273.2': must not be below absolute zero"),
             ("F", "unit = 'F': must be \"C\" or \"K\""),
             ("when", "time_column = 'when': must be one of the columns"),
             ("time", "temperature_column = 'time': must not be time_column"),
-            (3, "temperature_column = 3: must be the name of a column"),
             (", ", "delimiter = ', ': must be one character"),
             (["1"], "theta = .*must come with times and sha256"),
             (7, "file = 7: must be the path of a CSV file"),
-            ("nowhere.csv", "file = 'nowhere.csv': must be an existing file"),
             (".", "file = '.': is a directory"),
-            ("a\0b", "file = .*must be"),
         )),
     ],
 )  # fmt: skip
@@ -153,6 +145,8 @@ def test_parameters_make_the_drive_again_without_the_file(write):
     assert parameters.pop("kind") == "record"
     path.unlink()
     assert TemperatureRecord(**parameters) == drive
+    with pytest.raises(InputError, match="must be as many as theta, at least one"):
+        TemperatureRecord(**parameters | {"times": [0]})
 
 
 def test_rows_within_a_monotone_stretch_change_nothing(write):
@@ -188,18 +182,6 @@ def test_arrays_that_are_no_record_are_refused(values, about, sentence):
         TemperatureRecord.of(values, KAPPA, 0, **about)
 
 
-@pytest.mark.parametrize(
-    ("kept", "sentence"),
-    [
-        ({"times": [0]}, "must be as many as theta, at least one"),
-        ({"times": [0, 1], "origin": "7"}, "origin = '7': must be a date"),
-    ],
-)
-def test_parameters_that_make_no_record_are_refused(kept, sentence):
-    with pytest.raises(InputError, match=sentence):
-        record("", theta=[0, 1], sha256="", **kept)
-
-
 # --- what real files are like --------------------------------------------------------------------
 
 HOURS = [f"2024-01-31T{hour:02}:00" for hour in range(24)]
@@ -229,7 +211,6 @@ def test_a_packed_file_and_arrays_say_what_the_file_says(write):
     ("order", "dates"),
     [
         ("day first", ("01.02.2024 9:30", "02.02.2024 00:00:30")),
-        ("day first", ("1/2/2024 09:30", "2/2/2024 00:00:30")),
         ("month first", ("2/1/2024 09:30", "02/02/2024 00:00:30")),
     ],
 )
@@ -238,11 +219,8 @@ def test_decimal_commas_and_the_order_of_day_and_month_are_what_is_said(write, o
     options = {"delimiter": ";", "decimal": ",", "date_order": order}
     drive = record(path, **options)
     assert drive.theta == (Fraction(KAPPA) * Fraction(-3, 2), Fraction(KAPPA) * 2)
-    assert drive.dates.astype(str).tolist()[0].startswith("2024-02-01T09:30:00")
-    assert drive.dates.astype(str).tolist()[1].startswith("2024-02-02T00:00:30")
-    american = write(HEAD + "1/31/2024,1\n", "american.csv")
-    with pytest.raises(InputError, match=r"such as 31\.01\.2024 13:00 in line 2"):
-        record(american, date_order="day first")
+    days = np.array(["2024-02-01T09:30:00", "2024-02-02T00:00:30"], dtype="datetime64[ns]")
+    assert (drive.dates == days).all()
 
 
 def test_all_faults_of_a_file_are_refused_at_once_by_examples_and_with_what_mends_them(write):
@@ -265,13 +243,11 @@ def test_all_faults_of_a_file_are_refused_at_once_by_examples_and_with_what_mend
 @pytest.mark.parametrize(
     ("text", "mend"),
     [
-        ("time;temperature\n0;1\n", {"delimiter": ";"}),
         (HEAD + "28.02.1901,1\n", {"date_order": "day first"}),
         (HEAD + "02/28/1901,1\n", {"date_order": "month first"}),
         ("time;temperature\n0;1,5\n", {"decimal": ",", "delimiter": ";"}),
         (HEAD + "0,1\n1,\n2,3\n", {"missing": "interpolate"}),
         (HEAD + "0,1\n0,2\n1,3\n", {"duplicates": "mean"}),
-        (HEAD + "".join(f"{k},1\n" for k in (*range(20), 25)), {"gaps": "interpolate"}),
     ],
 )
 def test_a_refusal_names_the_option_with_which_the_file_is_read(write, text, mend):
@@ -289,21 +265,17 @@ def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
     assert [theta / drive.kappa for theta in drive.theta] == [
         Fraction(tenths, 10) for tenths in (14, 66, -74, -5, 9, 2)
     ]
-    hours = np.array(drive.times) / 3600
-    assert hours.tolist() == [0, 10, 24, 34, 48, 58]
+    assert [time / 3600 for time in drive.times] == [0, 10, 24, 34, 48, 58]
     late = record(path, **DAYS, minimum_hour="23.5", maximum_hour=14)
     assert kelvins(late)[:2] == pytest.approx([6.6, 1.4])
     assert late.dates[1] == np.datetime64("1878-01-01T23:30")
     table = pd.DataFrame({"low": [14, -74, 9], "high": [66, -5, 2]}, index=pd.to_datetime(
         ["1878-01-01", "1878-01-02", "1878-01-03"]))  # fmt: skip
     assert TemperatureRecord.of(table, KAPPA, 0, scale="0.1").theta == drive.theta
-    half = write("day,high,low\n1878-01-01,66,\n1878-01-02,-5,-74\n1878-01-03,2,9\n", "half.csv")
+    half = write(path.read_text().replace(",14", ","), "half.csv")
     with pytest.raises(InputError, match="low = '': is missing in line 2"):
         record(half, **DAYS)
     assert len(record(half, **DAYS, missing="drop").theta) == 5
-    again = drive.parameters()
-    del again["kind"]
-    assert TemperatureRecord(**again) == drive
 
 
 def test_readings_at_uneven_hours_have_no_gap_every_night():
