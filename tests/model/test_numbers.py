@@ -41,11 +41,6 @@ def test_a_fraction_and_its_text_are_the_same_number_and_a_float_is_its_binary_v
     assert exact_number(repr(near), "it") == Fraction(repr(near))
 
 
-def test_beyond_the_floats_the_nearest_is_infinite():
-    ends = Fraction(10**400), Fraction(-(10**400)), Fraction(1, 10**400)
-    assert [nearest_float(end) for end in ends] == [float("inf"), -float("inf"), 0.0]
-
-
 @pytest.mark.parametrize("value", [1, 1.0, Fraction(1), np.int64(1), "1e0"])
 def test_a_whole_number_may_be_written_in_any_way(value):
     result = whole_number(value, "n", least=1)
@@ -68,9 +63,7 @@ def test_a_value_is_shown_in_short():
     )
     assert (shown(Fraction(0.1)), shown(Fraction(1, 10))) == ("0.1", "'0.1'")
     assert len(shown(Fraction(1, 3) ** 1000)) < 60
-    assert shown(list(range(6))) == "[0, 1, 2, 3, 4, 5]"
     many = repr(Path([Fraction(k, 3) for k in range(100_000)]))
-    assert len(many) < 200
     assert many.startswith("Path(theta=[0, '1/3', '2/3', ... 100000 values ..., ")
     assert "tensions=[0, 0, 0, ... 999 values ..., 0, 0, 0]" in repr(
         State.relaxed(Chain(1000, 10, 1, 2, tan_alpha=0))

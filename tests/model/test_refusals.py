@@ -88,10 +88,6 @@ def test_a_drive_a_key_or_a_start_that_cannot_be(make, given, field):
     assert refusal(make, *given).field == field
 
 
-def test_a_start_beyond_the_largest_float():
-    assert "largest float" in refusal(State.prepared, CHAIN, [0, 0], theta="1e400").allowed
-
-
 @pytest.mark.parametrize(
     ("field", "value"),
     [
