@@ -11,16 +11,6 @@ import pytest
 from derivations.chain import Avalanche, NotUnique, RationalChain, play_variation
 
 
-def test_two_sliders_slip_by_twice_the_static_excess_and_keep_r0() -> None:
-    pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5))
-    pair.to(F(2))
-    assert (pair.slips, pair.x) == (9, [0, F(9, 5)])
-    pair.to(F(-2))
-    assert (pair.x[1] - pair.x[0]) % F(1, 5) == 0
-    assert pair.x[1] == F(9, 5)
-    assert pair.x[0] > 0
-
-
 def test_a_slider_exactly_at_its_threshold_stays() -> None:
     pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5))
     pair.to(F(3, 5) - F(1, 4))
@@ -49,26 +39,6 @@ def test_a_sliding_chain_never_exceeds_mu_d_and_its_forces_match_its_positions()
             tension = [F(0), *(b - a - chain.y for a, b in pairwise(x)), F(0)]
             assert chain.forces == [b - a + chain.slope for a, b in pairwise(tension)]
             assert max(map(abs, chain.forces)) <= chain.mu_d
-
-
-def test_a_breakpoint_changes_nothing_and_the_mirror_image_moves_the_other_way() -> None:
-    random = Random(3)
-    for n in range(2, 9):
-        whole, parts = (RationalChain(n, F(13, 100), F(1, 2)) for _ in range(2))
-        mirror = RationalChain(n, -F(13, 100), F(1, 2))
-        for _ in range(10):
-            change = F(random.randint(-500, 500), 100)
-            part = change * F(random.randint(1, 9), 10)
-            for chain, change_of_it in ((whole, change), (parts, part), (mirror, change)):
-                chain.ramp(change_of_it)
-            parts.ramp(change - part)
-        assert whole.x == parts.x == [-x for x in reversed(mirror.x)]
-
-
-def test_the_play_operator_rises_and_falls_by_the_truncated_variation() -> None:
-    output, rise, fall = play_variation([F(3), F(1), F(5), F(-4)], F(2), F(0))
-    assert output == [2, 2, 4, -3]
-    assert (rise, fall) == (4, 7)
 
 
 def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
@@ -113,13 +83,10 @@ def path_agrees(random: Random, size: int, targets: int) -> bool:
     )
 
 
-@pytest.mark.parametrize(
-    "targets", [16, pytest.param(60, marks=pytest.mark.slow)], ids=["short", "long"]
-)
-def test_the_play_operator_moves_chains_along_any_path(targets: int) -> None:
+def test_the_play_operator_moves_chains_along_any_path() -> None:
     random = Random(22)
-    for size in range(2, targets // 2 + 1):
-        assert all(path_agrees(random, size, targets) for _ in range(6))
+    for size in range(2, 9):
+        assert all(path_agrees(random, size, 16) for _ in range(6))
 
 
 def test_where_two_sliders_can_be_the_pivot_the_limit_is_not_unique() -> None:

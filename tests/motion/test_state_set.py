@@ -19,9 +19,8 @@ def turned(random, groups, size):
 
 
 @pytest.mark.parametrize(
-    "groups", [[[0, 1, 2], [4, 5]], [[0, 3, 7]], [list(range(8))], []], ids=str
+    ("groups", "flat"), [([[0, 1, 2], [4, 5]], 0), ([list(range(8))], 3)], ids=str
 )
-@pytest.mark.parametrize("flat", [0, 3])
 def test_no_state_leaves_the_set(groups, flat):
     random = np.random.default_rng(5)
     size = 8
@@ -43,26 +42,7 @@ def test_no_state_leaves_the_set(groups, flat):
             rows = axes * widths
 
 
-def test_what_a_motion_does_not_touch_keeps_its_axes_and_its_width():
-    random = np.random.default_rng(6)
-    before = 2.0 ** -np.arange(30)
-    axes, widths = orthogonal(turned(random, [[0, 1, 2]], 30) * before, np.zeros(30))
-    assert not axes[:3, 3:].any()
-    assert not axes[3:, :3].any()
-    assert np.array_equal(axes[3:, 3:], np.eye(27))
-    assert (widths[3:] <= before[3:] * (1 + 1e-6)).all()
-
-
-def test_a_long_direction_does_not_widen_the_others():
-    """A box around the coordinates would be as wide in all of them as in the widest."""
-    random = np.random.default_rng(7)
-    basis, _ = np.linalg.qr(random.normal(size=(5, 5)))
-    lengths = np.array([1.0, 1e-10, 1e-20, 1e-20, 1e-20])
-    _, widths = orthogonal(basis * lengths, np.full(5, 1e-25))
-    assert (np.sort(widths)[::-1] < [1.1, 1.1e-10, 1e-13, 1e-13, 1e-13]).all()
-
-
-@pytest.mark.parametrize("thin", [1e-150, 1e-180, 1e-250, 1e-300])
+@pytest.mark.parametrize("thin", [1e-150, 1e-300])
 def test_a_box_holds_what_is_so_thin_that_its_square_is_zero(thin):
     rows = np.array([[1.0, 0.0], [0.0, thin]])
     axes, sizes = orthogonal(rows, np.zeros(2))
@@ -79,7 +59,7 @@ def test_a_set_too_wide_for_floats_is_not_enclosed():
         orthogonal(np.full((2, 3), 1e308), np.zeros(2))
 
 
-@pytest.mark.parametrize("size", [1.0, 2.0**-70, 2.0**-900])
+@pytest.mark.parametrize("size", [1.0, 2.0**-900])
 def test_balls_are_as_wide_as_the_set_and_hardly_wider(size):
     with balls_of(1200).active():
         radii = [flint.arb(size) * k / 7 for k in (1, 5, 3)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
@@ -47,15 +46,7 @@ def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> Non
     assert 1 < run.undecided_from <= first
     assert truth.evidence is Evidence.PROVED
     assert truth.undecided_from == 0
-    trusted = run.trusted_half_cycles
-    assert trusted is not None
-    assert off[:trusted].max() <= 1e-9
-
-
-def test_a_twin_is_followed_to_the_end_where_it_never_parts() -> None:
-    run = creep(PAIR, Cycles("0.001", 2000), twin=True)
-    assert run.evidence is Evidence.COMPUTED
-    assert run.trusted_half_cycles == run.half_cycles == 4000
+    assert off[: run.trusted_half_cycles].max() <= 1e-9
 
 
 def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_worth() -> None:
@@ -66,27 +57,9 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert worth.startswith("outcome and velocity are statistics")
     assert f"beyond half-cycle {run.followed} rounding errors have grown as large" in course
     assert run.summary()["course"] == run.course
-    short = creep(SIX, GaussianSteps("0.01", 20), seed=1)
-    assert "of unknown error" in short.course
-    assert f"beyond target {short.followed} rounding" in short.course
     locked = creep(Chain(5, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.000759", 150))
     assert locked.undecided_from
     assert locked.course.startswith("outcome and velocity are what the course ended in")
-
-
-def test_a_course_is_trusted_as_long_as_runs_a_few_roundings_apart_agree() -> None:
-    """Other nudges than that of the twin grow alike, to within a factor."""
-    drive = Cycles("0.01", 6)
-    nudges = [[k * 2.0**-52, 0, -k * 2.0**-52, 0, k * 2.0**-52] for k in range(4)]
-    starts = [State.prepared(SIX, nudge, seed=1) for nudge in nudges]
-    run, *others = (creep(SIX, drive, seed=1, start=s, record=("tension",)) for s in starts)
-    tensions = [one.recorded["tension"] for one in others]
-    apart = np.abs(np.array(tensions) - run.recorded["tension"]).max(axis=(0, 2))
-    trusted = run.trusted_half_cycles
-    assert trusted is not None
-    assert 0 < trusted < 12
-    assert apart[:trusted].max() < 1e-7
-    assert apart[trusted] > 1e-11
 
 
 def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agrees() -> None:
@@ -100,6 +73,9 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
 def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
     unseen = creep(PAIR, Cycles("0.001", 20_000))
     assert (unseen.course, unseen.trusted_half_cycles) == ("", None)
+    seen = creep(PAIR, Cycles("0.001", 2000), twin=True)
+    assert seen.evidence is Evidence.COMPUTED
+    assert seen.trusted_half_cycles == 4000
     assert creep(PAIR, Cycles("0.001", 20), solver="certified").course == ""
     assert creep(PAIR, Cycles("0.001", 20)).course.endswith("the same course to the end")
     cut = creep(PAIR, Cycles("0.001", 2000), twin=True, max_events=100)
@@ -119,16 +95,3 @@ def test_several_runs_are_told_of_together() -> None:
     assert "with their standard errors (of 4 not known)" in known_of([*runs, long])
     pair = creep(PAIR, Cycles("0.001", 20))
     assert "(4 of 5 runs) rounding errors have grown" in known_of([*runs, pair])
-
-
-def test_other_courses_have_other_positions_and_the_same_velocity_within_their_errors() -> None:
-    """Starts a few roundings apart: what a course beyond its end is worth is its statistics."""
-    starts = [State.prepared(SIX, [k * 2.0**-45, 0, 0, 0, 0], seed=2) for k in range(6)]
-    runs = [creep(SIX, GaussianSteps("0.01", 1000), seed=2, start=start) for start in starts]
-    assert max(run.followed for run in runs) < 100
-    x = np.array([run.recorded["x_G"] for run in runs])
-    assert np.abs(x[1:] - x[0])[:, 100:].max(axis=1).min() > 1e-3
-    velocities = np.array([run.velocity for run in runs])
-    known = [run.velocity_error for run in runs if run.velocity_error > 0]
-    assert len(known) >= 3
-    assert 0 < np.ptp(velocities) < 5 * np.median(known)

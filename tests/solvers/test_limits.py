@@ -16,14 +16,13 @@ import pytest
 from exactcreep import (
     Chain,
     Cycles,
+    EventKind,
     Evidence,
-    InputError,
     Interrupted,
     Outcome,
     Path,
     State,
     creep,
-    iterate,
     rearrange,
 )
 from exactcreep.limits import NO_LIMITS, Limits, Stop
@@ -35,7 +34,6 @@ from exactcreep.solvers.solver import Start
 
 PAPER = {"mu_d": "1/2", "mu_s": "3/5"}
 EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
-STEEP = [Fraction(1, 10**k) for k in (2, 4, 8)]
 
 
 def slope_above(excess, n=2, sigma_mu=0):
@@ -45,30 +43,33 @@ def slope_above(excess, n=2, sigma_mu=0):
 # A proof that an avalanche never ends
 
 
-@pytest.mark.parametrize("solver", ["exact", "reference", "certified"])
-@pytest.mark.parametrize("excess", STEEP, ids=["1e-2", "1e-4", "1e-8"])
-def test_two_sliders_above_mu_d_are_proved_to_run_away(excess, solver):
-    chain = slope_above(excess)
-    result = rearrange(chain, State.relaxed(chain), direction=1, solver=solver, max_events=500)
-    assert result.outcome is Outcome.RUNAWAY
-    assert result.reason == (NEVER_STOPS if excess > Fraction(1, 1000) else NEVER_RESTS)
-    if solver == "certified":
-        assert result.evidence is Evidence.PROVED
-    assert any(float(v) > 0 for v in result.velocities)
-
-
-def test_balls_prove_a_surplus_that_float64_cannot_see():
-    chain = slope_above(Fraction(1, 10**15))
-    limit = {"direction": 1, "max_events": 200}
-    proved = rearrange(chain, State.relaxed(chain), solver="certified", **limit)
-    assert (proved.outcome, proved.evidence) == (Outcome.RUNAWAY, Evidence.PROVED)
-    floats = rearrange(chain, State.relaxed(chain), solver="exact", **limit)
-    assert floats.evidence is Evidence.UNDECIDED
+@pytest.mark.parametrize("solver", EVENT_SOLVERS)
+@pytest.mark.parametrize(
+    ("n", "tan_alpha", "reason"),
+    [
+        (1, "0.7", NEVER_STOPS),
+        (2, "0.51", NEVER_STOPS),
+        (2, "0.50000001", NEVER_RESTS),
+        (6, "-0.52", NEVER_STOPS),
+    ],
+)
+def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha, reason, solver):
+    chain = Chain(n, 1000, tan_alpha=tan_alpha, **PAPER)
+    start = State.relaxed(chain)
+    result = rearrange(chain, start, direction=min(n - 1, 1), solver=solver, max_events=500)
+    assert (result.outcome, result.reason) == (Outcome.RUNAWAY, reason)
+    assert (result.evidence is Evidence.PROVED) == (solver == "certified")
+    downhill = 1 if chain.tan_alpha > 0 else -1
+    assert all(downhill * float(v) >= 0 for v in result.velocities)
+    assert result.events[-1].kind is EventKind.START
+    if solver in ("exact", "reference"):
+        run = creep(chain, Cycles("0.1", 1), solver=solver)
+        assert (run.outcome, run.reason) == (Outcome.RUNAWAY, reason)
+        assert run.velocity == downhill * math.inf
 
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)
-@pytest.mark.parametrize("sigma_mu", [0, "1/100"])
-@pytest.mark.parametrize("n", [2, 6])
+@pytest.mark.parametrize(("n", "sigma_mu"), [(2, 0), (6, "1/100")])
 @pytest.mark.parametrize("excess", [Fraction(0), -Fraction(1, 10**12)], ids=["at", "below"])
 def test_up_to_mu_d_the_first_avalanche_ends(excess, n, sigma_mu, solver):
     chain = slope_above(excess, n, sigma_mu)
@@ -94,30 +95,6 @@ def test_no_end_is_denied_to_an_avalanche_that_may_still_rest():
     assert not energetic(3 * most, 0.1, Fraction(1, 100), n=3)  # something may move uphill
     assert energetic(3 * most, 0.1, Fraction(0), n=3)  # and cannot with so little energy
     assert not energetic(10 * most, 1.0, Fraction(0), n=3)
-    uphill = np.array([0, -1])
-    moving = np.array([0.0, -1.0])
-    assert not never_rests(FLOAT64, chain, np.array([most]), moving, uphill, chain.mu_s)
-
-
-def test_a_state_on_the_edge_is_not_proved_by_balls():
-    chain = slope_above(Fraction(1, 100))
-    balls = balls_of(100)
-    with balls.active():
-        cosine = 1 / balls.sqrt(balls.number(1 + chain.tan_alpha**2))
-        most = balls.number(chain.mu_s - chain.tan_alpha) * cosine
-        signs = np.array([0, 1])
-        for speed, proved in ((Fraction(0), False), (Fraction(1, 10**12), True)):
-            velocities = balls.vector([0, speed])
-            tensions = balls.vector([most])
-            assert never_rests(balls, chain, tensions, velocities, signs, chain.mu_s) is proved
-
-
-def test_the_drive_tells_an_endless_avalanche_and_its_proof():
-    chain = slope_above(Fraction(1, 10**8))
-    result = creep(chain, Cycles("0.1", 1), solver="reference")
-    assert (result.outcome, result.reason) == (Outcome.RUNAWAY, NEVER_RESTS)
-    assert result.velocity == np.inf
-    assert result.event_count < 3000
 
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)
@@ -179,7 +156,6 @@ def test_a_rearrangement_stops_at_the_events_asked_for(solver):
     assert 10 <= len(part.events) < 20
     assert part.itinerary == whole.itinerary[: len(part.events)]
     assert any(float(v) != 0 for v in part.velocities)
-    assert len(list(iterate(chain, state, direction=0, solver=solver))) == len(whole.events)
 
 
 @pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet"])
@@ -191,17 +167,6 @@ def test_no_time_at_all_is_a_limit_with_the_first_events(solver):
     assert result.reason == "max_seconds = 0 was reached"
     assert len(result.events) >= 1
     assert result.state.n == 30
-
-
-@pytest.mark.parametrize("bad", [-1, 1.5, "soon", True, [3]], ids=str)
-@pytest.mark.parametrize("field", ["max_events", "max_seconds", "max_bytes"])
-def test_a_limit_that_is_none_names_its_field(field, bad):
-    if (field, bad) == ("max_seconds", 1.5):
-        assert Limits.of(max_seconds=bad).at > time.perf_counter()
-        return
-    with pytest.raises(InputError, match=field) as caught:
-        Limits.of(**{field: bad})
-    assert caught.value.field == field
 
 
 def test_limits_are_a_value_that_can_only_be_replaced():

@@ -5,41 +5,29 @@ Their rows say what the events make of a chain, and the energies of each rearran
 
 from __future__ import annotations
 
-import inspect
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from exactcreep import Chain, Creep, Cycles, GaussianSteps, Outcome, State, creep
-from exactcreep.model.contacts import Contacts, Event, EventKind
+from exactcreep import Chain, Creep, Cycles, Outcome, State, creep
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import Enclosure, as_claimed, as_written, floats, quantity
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
-from exactcreep.scene import load_scene
 from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.registry import SOLVERS, solver_named
-from exactcreep.solvers.solver import Stretch
 from exactcreep.solvers.tables import (
     COLUMNS,
-    EVENT_TABLE,
     LOGS,
     RECORDS,
-    TABLES,
-    joined,
-    logged_events,
-    record_arrays,
-    rows_of,
 )
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.sweep import sweep
 from tests.paper import paper_chain
 
 MOVES, STILL = Cycles("0.004", 1), Cycles("0.000001", 1)
@@ -77,93 +65,12 @@ def test_every_solver_records_exactly_the_columns_of_the_tables(name: str, drive
         assert (length > 0) == (drive is MOVES)
 
 
-@pytest.mark.parametrize(
-    ("solver", "drive"),
-    [("exact", STILL), *((name, MOVES) for name in ("exact", "reference", "verlet", "certified"))],
-)
-def test_a_file_holds_every_column_with_its_type_unit_and_meaning(
-    solver: str, drive: Cycles, tmp_path: Path
-) -> None:
-    result = creep(paper_chain(3), drive, solver=solver, record=RECORDS)
-    result.save(tmp_path / "run.nc")
-    data = Creep.load(tmp_path / "run.nc").dataset
-    for table in TABLES:
-        for name, column in table.columns.items():
-            assert data[name].dtype == column.dtype
-            assert data[name].dims == (table.dimension, *column.across)
-            assert data[name].attrs["units"] == column.unit
-            assert data[name].attrs["long_name"] == column.meaning
-    companions = [name for name in data.data_vars if name.endswith(("_decimal", "_radius"))]
-    recorded = {name for name in companions if not name.startswith(("initial_", "final_"))}
-    reals = {name for name, column in COLUMNS.items() if column.dtype == "float64"}
-    exact = reals - {"theta", "slip_coefficient"}
-    expected = {f"{name}_{kind}" for name in exact for kind in ("decimal", "radius")}
-    assert recorded == (expected if solver == "certified" else set())
-    for name in companions:
-        about = data[name.removesuffix("_decimal").removesuffix("_radius")]
-        assert data[name].attrs["units"] == about.attrs["units"]
-        assert data[name].dims == about.dims
-
-
-def test_a_run_that_reaches_no_target_has_every_column_that_was_asked_for(tmp_path: Path) -> None:
+def test_a_run_that_reaches_no_target_has_every_column_that_was_asked_for() -> None:
     result = creep(STEEP, Cycles("0.01", 5), record=("x_G", "x", "tension", "slips"))
     assert result.outcome is Outcome.RUNAWAY
     assert result.half_cycles == 0
     expected = {"x_G": (0,), "x": (0, 3), "tension": (0, 2), "slips": (0, 3)}
     assert {name: array.shape for name, array in result.recorded.items()} == expected
-    scene = tmp_path / "steep.toml"
-    scene.write_text(
-        '[chain]\nn = 3\nl0 = 1000\nmu_d = "1/2"\nmu_s = "3/5"\nsigma_mu = "1/100"\n'
-        'tan_alpha = 1\n[drive]\nkind = "cycles"\namplitude = "0.01"\ncycles = 5\n'
-        '[run]\nrecord = ["x"]\n[vary]\n"chain.tan_alpha" = ["1/4", 1]\n',
-        encoding="utf-8",
-    )
-    found = sweep(load_scene(scene))
-    assert found.recorded_x.shape == (2, 10, 3)
-    assert np.isnan(found.recorded_x[1]).all()
-
-
-def test_events_are_read_as_they_were_written() -> None:
-    starts = Event(0.0, EventKind.START, (1, 3), (1, -1), 0)
-    stop = Event(1.5, EventKind.STOP, (1,), (1,), 0)
-    reversal = Event(1.5, EventKind.START, (1,), (-1,), 0)
-    rows = []
-    for number, event in enumerate((starts, stop, reversal)):
-        rows += rows_of(event, 4, 2, number, 0.125)
-    rows += rows_of(starts, 5, 3, 0, 0.25)
-    recorded = record_arrays({"events": rows}, 3)
-    # sliders of a simultaneous set may be logged in any order
-    swapped = {name: array[[1, 0, 2, 3, 4, 5]] for name, array in recorded.items()}
-    for columns in (recorded, swapped):
-        read = list(logged_events(columns))
-        assert [event for _, event in read] == [starts, stop, reversal, starts]
-        assert [(r.half_cycle, r.rearrangement, r.number, r.theta) for r, _ in read] == [
-            (4, 2, 0, 0.125), (4, 2, 1, 0.125), (4, 2, 2, 0.125), (5, 3, 0, 0.25),
-        ]  # fmt: skip
-    residuals = np.array([1.0, 3.0, 2.0, 0.0, 5.0, 4.0])
-    largest = [event.residual for _, event in logged_events(recorded, residuals)]
-    assert largest == [3.0, 2.0, 0.0, 5.0]
-
-
-def test_parts_are_joined_whether_or_not_they_hold_anything() -> None:
-    event = Event(0.5, EventKind.STOP, (2,), (1,), 0)
-    part = record_arrays({"x_G": [0.25], "events": rows_of(event, 1, 0, 0, 0.1)}, 2)
-    nothing = record_arrays({"x_G": (), "x": (), "events": ()}, 2)
-    together = joined([nothing, part, {}, part])
-    assert list(together) == ["x_G", "x", *EVENT_TABLE.columns]
-    assert together["event_slider"].tolist() == [2, 2]
-    assert together["x"].shape == (0, 2)
-    for name, array in together.items():
-        assert array.dtype == COLUMNS[name].dtype
-
-
-@pytest.mark.parametrize("thing", [Stretch, Creep.dataset], ids=["Stretch", "Creep.dataset"])
-def test_docstrings_list_every_column_with_unit_and_meaning(thing: object) -> None:
-    lines = [line.strip() for line in (inspect.getdoc(thing) or "").splitlines()]
-    for name, column in COLUMNS.items():
-        (line,) = (line for line in lines if line.startswith(f"{name} "))
-        assert f" {column.unit} " in line
-        assert line.endswith(column.meaning)
 
 
 def test_files_that_others_read_keep_their_columns() -> None:
@@ -186,7 +93,7 @@ def test_files_that_others_read_keep_their_columns() -> None:
         }
 
 
-@pytest.mark.parametrize("digits", [3, 17, 40])
+@pytest.mark.parametrize("digits", [3, 40])
 def test_numbers_read_back_from_their_decimals_hold_what_was_written(digits: int) -> None:
     known = [
         Enclosure(sign * Fraction(middle), radius)
@@ -265,10 +172,8 @@ def assert_alike(
 CHAINS = {
     "two": Chain(2, 1000, "1/2", "3/5", "1/100", tan_alpha="1/4"),
     "six": paper_chain(6),
-    "without disorder": Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4"),
     "low coefficients": Chain(4, 100, "1/2", "1/2", "1/20", tan_alpha="1/5"),
     "mirrored": Chain(4, 10, "1/2", "3/5", tan_alpha=0),
-    "long": paper_chain(100),
 }
 
 
@@ -276,8 +181,8 @@ CHAINS = {
 @pytest.mark.parametrize("which", CHAINS)
 def test_the_compiled_rows_are_those_of_a_replay_of_the_events(which: str) -> None:
     chain = CHAINS[which]
-    amplitude = {"two": "0.004", "low coefficients": "0.02", "long": "0.003", "mirrored": "0.3"}
-    run = creep(chain, Cycles(amplitude.get(which, "0.006"), 2), seed=4, record=ALL)
+    amplitude = {"low coefficients": "0.02", "mirrored": "0.3"}.get(which, "0.006")
+    run = creep(chain, Cycles(amplitude, 2), seed=4, record=ALL)
     table = rows(run.recorded, "rearrangements")
     assert run.rearrangements == len(table["theta"]) > (20 if which == "mirrored" else 80)
     known = replayed(run, table["direction"])
@@ -293,7 +198,7 @@ def test_the_compiled_rows_are_those_of_a_replay_of_the_events(which: str) -> No
 
 
 def test_rows_of_an_avalanche_whose_parts_keep_their_own_time_are_those_of_a_replay() -> None:
-    chain = CHAINS["long"]
+    chain = paper_chain(100)
     start = State.prepared(chain, np.random.default_rng(2).normal(0, 0.6, chain.n - 1))
     run = creep(chain, Cycles("0.0002", 1), seed=4, start=start, record=ALL)
     table, slips = (rows(run.recorded, name) for name in BOTH)
@@ -302,14 +207,11 @@ def test_rows_of_an_avalanche_whose_parts_keep_their_own_time_are_those_of_a_rep
     known = replayed(run, table["direction"])
     for name in ("duration", "displacement", "dissipation", "elastic_after", "sliders"):
         assert table[name][0] == pytest.approx(known["rearrangements"][name][0], rel=1e-12)
-    names = ("slider", "rearrangement", "start")
     lengths, theirs = (
-        dict(zip(zip(*(one[name].tolist() for name in names), strict=True),
-                 one["displacement"].tolist(), strict=True))
+        np.bincount(one["slider"], weights=one["displacement"])
         for one in (slips, known["slip_table"])
-    )  # fmt: skip
-    assert lengths.keys() == theirs.keys()
-    assert all(abs(lengths[slip] - theirs[slip]) < 1e-12 for slip in lengths)
+    )
+    assert lengths == pytest.approx(theirs, rel=0, abs=1e-12)
     assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
 
 
@@ -340,46 +242,28 @@ def test_sums_over_the_tables_are_what_the_run_did(solver: str) -> None:
     assert table["events"].sum() == run.event_count
     assert table["slips"].sum() == len(slips["slider"]) == run.slip_count
     assert table["undecided"].sum() == run.undecided
-    assert math.fsum(table["displacement"]) == pytest.approx(run.x_G, abs=1e-13)
-    assert math.fsum(slips["displacement"]) == pytest.approx(3 * run.x_G, abs=1e-13)
     for n in range(3):
-        own = slips["displacement"][slips["slider"] == n + 1]
-        assert math.fsum(own) == pytest.approx(float(run.state.displacements[n]), abs=1e-13)
-        last = slips["coefficient"][slips["slider"] == n + 1][-1]
-        assert last == run.state.coefficients[n]
-    path = math.fsum(np.abs(slips["displacement"]))
-    assert math.fsum(table["dissipation"]) == pytest.approx(chain.friction * path, rel=1e-13)
-    gained = math.fsum(table["gravity"])
-    assert gained == pytest.approx(3 * chain.sin_alpha * run.x_G, abs=1e-13)
+        own = slips["slider"] == n + 1
+        moved = slips["displacement"][own].sum()
+        assert moved == pytest.approx(float(run.state.displacements[n]), abs=1e-13)
+        assert slips["coefficient"][own][-1] == run.state.coefficients[n]
+    path = np.abs(slips["displacement"]).sum()
+    sums = {
+        "displacement": run.x_G,
+        "dissipation": chain.friction * path,
+        "gravity": 3 * chain.sin_alpha * run.x_G,
+    }
+    for name, expected in sums.items():
+        assert table[name].sum() == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    if solver != "verlet":
+        rounding = 2.0**-52 * (table["elastic_before"] + 4 * table["events"])
+        assert (np.abs(left(table)) < rounding).all()
     # from the last rest the ramp goes on to the end: every tension falls alike
     fell = 1000 * (float(run.state.theta) - table["theta"][-1])
     elastic = ((floats(run.state.tensions) + fell) ** 2).sum() / 2
     assert table["elastic_after"][-1] == pytest.approx(elastic, abs=1e-11)
     longest = table["largest_slip"][slips["rearrangement"].astype(int)]
     assert (np.abs(slips["displacement"]) <= longest).all()
-
-
-@pytest.mark.parametrize("solver", ["exact", "reference", "mpmath"])
-def test_the_ledger_of_every_rearrangement_closes_to_rounding(solver: str) -> None:
-    n, drive = (3, Cycles("0.004", 1)) if solver == "mpmath" else (6, Cycles("0.006", 3))
-    run = creep(paper_chain(n), drive, solver=solver, record=BOTH)
-    table = rows(run.recorded, "rearrangements")
-    assert len(table["theta"]) > 20 * n
-    assert table["events"].max() > n
-    rounding = 2.0**-52 * (table["elastic_before"] + 4 * table["events"])
-    assert (np.abs(floats(left(table))) < rounding).all()
-
-
-def test_the_ledger_of_every_rearrangement_is_enclosed() -> None:
-    run = creep(paper_chain(3), Cycles("0.004", 1), solver="certified", digits=20, record=BOTH)
-    names = [f"rearrangement_{name}" for name in LEDGER]
-    parts = {name: a for name, a in run.recorded.items() if name.startswith(tuple(names))}
-    known = [as_claimed(parts)[name].tolist() for name in names]
-    assert len(known[0]) > 20
-    for before, gravity, dissipation, after in zip(*known, strict=True):
-        over = before.middle + gravity.middle - dissipation.middle - after.middle
-        radius = before.radius + gravity.radius + dissipation.radius + after.radius
-        assert abs(over) <= radius < 1e-17
 
 
 @pytest.mark.parametrize(("locate", "order"), [(False, 2), (True, 3)])
@@ -396,29 +280,3 @@ def test_the_ledger_of_verlet_closes_to_its_order(locate: bool, order: int) -> N
         over.append(float(np.sqrt((left(table) ** 2).mean())))
     slope = np.polyfit(np.log(steps), np.log(over), 1)[0]
     assert slope == pytest.approx(order, abs=0.2)
-
-
-def test_a_tie_begins_with_two_sliders_and_a_start_not_at_rest_has_no_ramp() -> None:
-    chain = CHAINS["mirrored"]
-    run = creep(chain, Cycles("0.3", 1), record=BOTH)
-    table = rows(run.recorded, "rearrangements")
-    assert set(table["began"]) == {2}
-    assert set(table["began_first"]) == {1}
-    assert set(table["began_last"]) == {4}
-    assert table["undecided"].min() >= 1
-    up = table["half_cycle"] == 1
-    assert np.array_equal(table["direction"], np.where(up, 1, -1))
-    alone = creep(Chain(1, 1, "1/2", "3/5", tan_alpha="1/2"), Cycles("0.1", 1), record=BOTH)
-    assert rows(alone.recorded, "slip_table")["slider"].size == 0
-
-
-def test_energies_do_not_drift_along_a_run() -> None:
-    chain = paper_chain(6)
-    drive = GaussianSteps("0.005", 4000)
-    run = creep(chain, drive, record=("rearrangements",))
-    table = rows(run.recorded, "rearrangements")
-    assert len(table["theta"]) > 20_000
-    fell = 1000 * (float(run.state.theta) - table["theta"][-1])
-    elastic = ((run.state.tensions + fell) ** 2).sum() / 2
-    assert table["elastic_after"][-1] == pytest.approx(elastic, abs=1e-11)
-    assert np.abs(left(table)).max() < 2e-15

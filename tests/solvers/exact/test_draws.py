@@ -31,7 +31,6 @@ CELLS = {
     "the far tails, from the very last cell on": TAILS,
     "the change of formula at exp(-25)": cells(int(np.exp(-25.0) * 2**53) - 2000, 4000),
     "the edge of the central formula": cells(int((0.5 - deviates.CENTRAL) * 2**53) - 2000, 4000),
-    "the last cells": cells(0, 8),
 }
 """Of the 2**53 cells of a probability; their mirror images are taken, too, in every mixture."""
 
@@ -48,7 +47,6 @@ def test_words_give_the_same_deviates_in_lanes(where: str):
     found, told = np.full((1, words.size), -7.25), np.empty(words.size)
     in_lanes_and_one_by_one(words, found, told)
     assert np.array_equal(found[0].view(np.int64), told.view(np.int64))
-    assert where != "the last cells" or np.abs(found).max() > 8.2
 
 
 @njit(error_model="numpy")
@@ -56,8 +54,7 @@ def fill_rows(rows, seed, slider, batch):
     fill(rows, 1, seed, slider, batch)
 
 
-@pytest.mark.parametrize("seed", [0, 2**64 - 1])
-@pytest.mark.parametrize("batch", [0, 1, 125, 2**58 + 1])
+@pytest.mark.parametrize(("seed", "batch"), [(0, 0), (7, 1), (2**64 - 1, 2**58 + 1)])
 def test_a_batch_fills_its_own_columns_with_the_draws_of_its_slider(seed: int, batch: int):
     rows, drawn = np.full((3, KEPT), -1.5), np.empty(BATCH)
     expected = rows.copy()

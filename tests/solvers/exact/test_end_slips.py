@@ -13,9 +13,7 @@ from tests.solvers.exact.simulations import followed
 
 ENDS = [
     (2, {}, "0.01"),
-    (2, {"sigma_mu": "0"}, "0.01"),
     (2, {"sigma_mu": "0", "tan_alpha": "0"}, "0.001"),
-    (2, {"mu_s": "0.5", "sigma_mu": "0.2"}, "0.01"),
     (2, {"mu_s": "0.55", "sigma_mu": "0.1", "tan_alpha": "0.01"}, "0.01"),
     (2, {"mu_s": "1.45", "sigma_mu": "0.5", "tan_alpha": "-0.48"}, "0.01"),
     (3, {"tan_alpha": "0.4"}, "0.003"),

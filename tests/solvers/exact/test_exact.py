@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import random
 import threading
 import time
 from fractions import Fraction
-from itertools import islice
 
 import numpy as np
 import pytest
@@ -17,27 +15,24 @@ from exactcreep import (
     Cycles,
     EventKind,
     Evidence,
-    Outcome,
     Path,
     State,
     creep,
     disorder,
-    iterate,
     laws,
     rearrange,
 )
 from exactcreep.limits import Limits, Stop
-from exactcreep.motion.replay import Replay
 from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
-from exactcreep.solvers.solver import Rearrangement, advance
+from exactcreep.solvers.solver import advance
 from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
 
 
 def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
     rng, creeping, decided = random.Random(20110603), 0, 0
-    while decided < 500:
+    while decided < 200:
         mu_d = Fraction(rng.randint(1, 400), rng.randint(200, 400))
         mu_s = mu_d + Fraction(rng.randint(1, 300), rng.randint(100, 1000))
         tangent = mu_d * Fraction(rng.randint(1, 99), 100)
@@ -56,71 +51,11 @@ def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
         assert (x[-1] - x[3]) / 8 == pytest.approx(float(expected), rel=1e-12, abs=0)
         decided += 1
         creeping += expected > 0
-    assert 250 < creeping < 500
+    assert 100 < creeping < 200
 
 
-@pytest.mark.parametrize("n", [2, 3, 30])
-def test_a_lone_slip_takes_half_a_period_and_moves_by_what_the_excess_says(n: int) -> None:
-    end = paper_chain(n, sigma_mu="0")
-    inner = paper_chain(n, sigma_mu="0", tan_alpha="0")
-    pulled = inner.times_cosine(Fraction(3, 10)) + 1e-13  # 2e-13 above its threshold
-    pair = [0] * (n - 3) + [-pulled, pulled]
-    cases = [(end, State.relaxed(end), 1, n, 2.0, 1.0)]
-    if n > 2:
-        cases.append((inner, State.prepared(inner, pair), 0, n - 1, 1.0, math.sqrt(2)))
-    for chain, state, direction, slider, far, omega in cases:
-        result = rearrange(chain, state, direction=direction)
-        assert result.itinerary == (("start", (slider,), (1,)), ("stop", (slider,), (1,)))
-        assert result.duration == pytest.approx(math.pi / omega, rel=4e-16)
-        moved = result.state.displacements[slider - 1]
-        assert moved == pytest.approx(far * chain.excess, rel=4e-16, abs=0 if direction else 4e-13)
-        assert result.evidence is Evidence.COMPUTED
-        onset = chain.times_cosine(chain.mu_s - chain.tan_alpha) if direction else 0.0
-        assert float(result.theta) * 1000 == pytest.approx(onset, rel=4e-16)
-
-
-def test_at_an_equality_a_slider_stays_and_ties_are_one_event_counted_once_in_a_rearrangement():
-    chain = Chain(3, 1, "1/2", "3/5", tan_alpha="1/5")
-    state, counts = State.relaxed(chain), []
-    for k in range(8):
-        result = rearrange(chain, state, direction=1)
-        assert len(result.events) == 2
-        started = ("start", (3,), (1,)) if k < 2 else ("start", (1, 3), (-1, 1))
-        assert result.itinerary[0] == started
-        counts.append(result.undecided)
-        assert (result.evidence is Evidence.UNDECIDED) == (k > 0)
-        state = result.state
-        if k == 1:  # slider 2 stands at its threshold, sliders 1 and 3 reach theirs together
-            assert abs(state.forces(chain)[1] - chain.times_cosine(chain.mu_s)) < 1e-15
-    assert counts == [0, 1] + 6 * [3]
-    assert result.report["cluster_steps"] > 3
-    assert followed(chain, Path(["1"]))[1].completed == 1
-
-
-RESTLESS = [(2, "0.35"), (3, "0.35"), (6, "0.35"), (12, "0.3"), (30, "0.35"), (90, "0.4")]
-
-
-def ledger(result: Rearrangement) -> float:
-    """Return the relative error of elastic + kinetic + gravity + friction work over a result."""
-    chain, sol, worst, path = result.chain, result.sol, 0.0, 0.0
-    tension = result.initial.tensions.astype(float)
-    before = start = result.initial.displacements
-    for piece in sol.pieces:
-        for t in (0.5 * (piece.t_min + piece.t_max), piece.t_max):
-            motion = piece(t)
-            path += np.abs(motion.positions - before).sum()  # within a piece no slider turns
-            before, moved = motion.positions, motion.positions - start
-            elastic = 0.5 * np.sum((tension + np.diff(moved)) ** 2), -0.5 * np.sum(tension**2)
-            kinetic, fallen = 0.5 * np.sum(motion.velocities**2), -chain.sin_alpha * moved.sum()
-            terms = np.array([*elastic, kinetic, fallen, chain.friction * path])
-            worst = max(worst, abs(terms.sum()) / np.abs(terms).max())
-    return worst
-
-
-@pytest.mark.parametrize(("n", "tan_alpha"), RESTLESS)
-def test_every_rearrangement_obeys_the_contact_law_and_balances_its_energy(
-    n: int, tan_alpha: str
-) -> None:
+@pytest.mark.parametrize(("n", "tan_alpha"), [(3, "0.35"), (12, "0.3"), (90, "0.4")])
+def test_every_rearrangement_obeys_the_contact_law(n: int, tan_alpha: str) -> None:
     chain = paper_chain(n, tan_alpha=tan_alpha)
     state, events = State.relaxed(chain, n), 0
     for k in range(60):
@@ -136,13 +71,8 @@ def test_every_rearrangement_obeys_the_contact_law_and_balances_its_energy(
         state = result.state
         held = np.maximum(state.coefficients, 0.5) * chain.cos_alpha * (1 + 1e-15)
         assert np.all(np.abs(state.forces(chain)) <= held)
-        assert ledger(result) < 1e-12
         events += len(result.events)
     assert events >= 120
-    for slider in range(1, n + 1):
-        if (last := int(state.draws[slider - 1]) - 1) > 0:
-            drawn = disorder.static_coefficient(chain, n, slider, last)
-            assert state.coefficients[slider - 1] == drawn
 
 
 def test_batches_of_draws_have_the_bits_of_the_keyed_coefficients():
@@ -153,93 +83,18 @@ def test_batches_of_draws_have_the_bits_of_the_keyed_coefficients():
         assert held == disorder.static_coefficient(chain, 2**64 - 1, slider, int(draws) - 1)
 
 
-def test_the_remainder_of_two_sliders_is_conserved_over_a_million_slips():
-    chain = paper_chain(2, sigma_mu="0")
-    r0 = 0.03125
-    simulation, _ = followed(chain, Cycles("0.01", 5100), start=State.prepared(chain, [r0]))
-    assert simulation.tally.slips > 10**6
-    u = simulation.state().displacements
-    period = 2 * chain.excess
-    left = (u[1] - u[0]) / period
-    assert abs(left - round(left)) * period < 1e-12 * max(abs(u))
-    conserved = simulation.state().tensions[0] + float(chain.l0) * simulation.state().theta
-    left = (conserved - r0) / period
-    assert abs(left - round(left)) * period < 1e-12
-
-
-def test_all_crossings_of_grazing_avalanches_are_found_with_bounded_work():
-    for k in range(3, 13):
-        chain = Chain(2, 1, "0.5", "0.6", tan_alpha=Fraction(1, 2) + Fraction(1, 10**k))
-        state = State.relaxed(chain)
-        events = list(islice(iterate(chain, state, direction=1), 200))
-        assert events[0].signature == ("start", (2,), (1,))
-        assert events[1].signature == ("start", (1,), (1,))
-        # 1 - cos t falls short of 2 by 2 (tan_alpha - mu_d) / (mu_s - mu_d)
-        early = math.acos(1 - 2 * (0.1 - 10.0**-k) / 0.1) - math.pi
-        assert events[1].time - math.pi == pytest.approx(early, rel=1e-3)
-        # one slider after the other stops and is started again by its neighbour, ever faster
-        assert all(e.kind is EventKind.STOP for e in events[2::2])
-        assert all(e.kind is EventKind.START for e in events[3::2])
-        simulation = ExactSimulation(chain, state, 0)
-        simulation.follow(Path([100]), 1, 1, Limits(200))
-        assert simulation.report()["root_evaluations"] <= 4 * 200
-        lowered = chain.times_cosine(chain.mu_s - chain.tan_alpha)
-        initial = State.prepared(chain, [-lowered], theta=lowered)
-        assert max(Replay(chain, initial, events).residuals()) < 1e-13
-
-
-@pytest.mark.parametrize("n", [2, 3, 4, 5, 6, 7, 30])
-@pytest.mark.parametrize("half_cycles", [40, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n, half_cycles):
+@pytest.mark.parametrize("n", [2, 3, 6, 30])
+def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n):
     chain = Chain(n, 1, "0.5", "0.6", tan_alpha=0)
-    drive = Cycles(2 * n, half_cycles // 2)
+    drive = Cycles(2 * n, 20)
     simulation = ExactSimulation(chain, State.relaxed(chain), 0)
-    for first in range(1, half_cycles, half_cycles // 10):
-        simulation.follow(drive, first, half_cycles // 10)
+    for first in range(1, 40, 4):
+        simulation.follow(drive, first, 4)
         u = simulation.state().displacements
         assert np.array_equal(u, -u[::-1])
     assert np.any(u != 0)
     assert simulation.tally.undecided > 0
     assert simulation.evidence is Evidence.UNDECIDED
-
-
-@pytest.mark.parametrize(
-    ("n", "tan_alpha"), [(1, "0.7"), (2, "0.55"), (3, "0.52"), (6, "0.52"), (2, "-0.55")]
-)
-def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha):
-    chain = paper_chain(n, sigma_mu="0", tan_alpha=tan_alpha)
-    result = rearrange(chain, State.relaxed(chain), direction=min(n - 1, 1))
-    assert result.outcome is Outcome.RUNAWAY
-    downhill = 1 if chain.tan_alpha > 0 else -1
-    assert np.all(downhill * result.velocities >= 0)
-    assert result.events[-1].kind is EventKind.START
-    if n > 1:
-        run = creep(chain, Cycles("0.01", 10))
-        assert run.outcome is Outcome.RUNAWAY
-        assert run.velocity == downhill * math.inf
-
-
-def test_an_avalanche_that_goes_round_for_ever_is_a_limit_and_not_a_hang():
-    # on the slope mu_d friction takes what gravity gives: the energy neither grows nor falls
-    chain = paper_chain(3, sigma_mu="0", tan_alpha="0.5")
-    run = creep(chain, Cycles("0.01", 10))
-    assert run.outcome is Outcome.LIMIT
-    assert run.event_count > 10**6
-
-
-def test_draws_below_mu_d_slip_by_nothing_and_are_counted():
-    chain = paper_chain(3, sigma_mu="0.2", mu_s="0.5")
-    simulation, _ = followed(chain, Cycles("0.005", 20), seed=4)
-    assert simulation.tally.draws_below_mu_d > 100
-    # half of all draws act as mu_d: such an end slider starts and stops where it stands
-    state = State.relaxed(chain, 4)
-    lengths = []
-    for _ in range(40):
-        result = rearrange(chain, state, direction=1, seed=4)
-        lengths.append(np.abs(result.state.displacements - state.displacements).max())
-        state = result.state
-    assert 0.0 in lengths
-    assert max(lengths) > 0
 
 
 @pytest.mark.parametrize("most", [37, 2_000])

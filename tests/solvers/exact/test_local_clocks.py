@@ -8,15 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, State, rearrange
+from exactcreep import Chain, Cycles, State
 from exactcreep.limits import Limits
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import local_clocks as clocks
 from exactcreep.solvers.exact.solver import ExactSimulation
-from exactcreep.solvers.solver import Rearrangement
 from tests.paper import event_rows, paper_chain
 
-AMPLITUDES = {150: "0.025", 300: "0.05", 301: "0.05", 1000: "0.166"}
+AMPLITUDES = {300: "0.05", 301: "0.05", 1000: "0.166"}
 """A third above Eq. (seuil)."""
 ROWS = 400
 """Events compared from one state: rounding grows tenfold in some hundreds."""
@@ -50,23 +49,12 @@ def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulati
         yield pair
 
 
-FAR_APART = [
-    (300, "0.01", 8, 50_000, 0.8),
-    (301, "0", 8, 50_000, 0.8),
-    (1000, "0.01", 6, 50_000, 0.8),
-    *(
-        pytest.param(n, sigma_mu, 2000, 4000, 0.9, marks=pytest.mark.slow)
-        for n, sigma_mu in ((150, "0.03"), (300, "0.01"), (1000, "0.01"))
-    ),
-]
-
-
-@pytest.mark.parametrize(("n", "sigma_mu", "count", "events", "share"), FAR_APART)
+@pytest.mark.parametrize(("n", "sigma_mu", "count"), [(300, "0.01", 8), (1000, "0", 5)])
 def test_far_apart_events_are_those_of_the_whole_window_for_less(
-    n: int, sigma_mu: str, count: int, events: int, share: float
+    n: int, sigma_mu: str, count: int
 ) -> None:
     certified = [0, 0]
-    for pair in pairs(paper_chain(n, sigma_mu), count, events):
+    for pair in pairs(paper_chain(n, sigma_mu), count, 50_000):
         before = pair[0].report()["windows_certified"]
         one, other = (rows(found, ROWS) for found in pair)
         shared = min(len(one), len(other))
@@ -74,62 +62,10 @@ def test_far_apart_events_are_those_of_the_whole_window_for_less(
         assert one[:shared] == other[:shared]
         for k, found in enumerate(pair):
             certified[k] += found.report()["windows_certified"] - before
-    assert certified[0] < share * certified[1]
+    assert certified[0] < 0.8 * certified[1]
 
 
-def near_failure(chain: Chain, seed: int) -> State:
-    """Return a state in which most forces are close to their thresholds, and some beyond."""
-    source = np.random.default_rng(seed)
-    relaxed = State.relaxed(chain, seed)
-    room = chain.cos_alpha * relaxed.coefficients - chain.sin_alpha
-    pulls = source.uniform(0.7, 1.03, chain.n) * room
-    held = source.random(chain.n) < 0.3
-    shares = source.uniform(0.6, 1.0, held.sum())  # equal ones would start and stop together
-    pulls[held] = -pulls[~held].sum() * shares / shares.sum()
-    return State.prepared(chain, np.cumsum(pulls)[:-1], seed=seed)
-
-
-def moments(avalanche: Rearrangement) -> list[list[tuple[str, int, int]]]:
-    """Return what happens at each moment: lone slips that began together end together."""
-    found: list[list[tuple[str, int, int]]] = []
-    last = -1.0
-    for event in avalanche.events:
-        if event.time - last > 1e-12:
-            found.append([])
-        last = float(event.time)
-        pairs = zip(event.sliders, event.signs, strict=True)
-        found[-1] += [(event.kind.value, slider, sign) for slider, sign in pairs]
-    return [sorted(each) for each in found]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("n", "solver", "count", "events"),
-    [
-        *((n, "reference", 200 if n > 300 else 1000, 40) for n in (60, 300, 1000)),
-        *((60, "certified", 100, 30), (300, "certified", 100, 20), (1000, "certified", 20, 20)),
-    ],
-)
-def test_avalanches_from_random_states_have_the_events_of(
-    n: int, solver: str, count: int, events: int
-) -> None:
-    chain = paper_chain(n)
-    compared = 0
-    for seed in range(count):
-        state = near_failure(chain, seed)
-        found, told = (
-            moments(rearrange(chain, state, direction=0, seed=seed, solver=name, max_events=most))
-            for name, most in (("exact", 4 * events), (solver, events))
-        )
-        ended = len(found) == len(told)
-        if not ended:
-            told.pop()  # it may have been given up in the middle of it
-        assert found[: len(told)] == told
-        compared += len(told)
-    assert compared > 5 * count
-
-
-@pytest.mark.parametrize("n", [300, 301])
+@pytest.mark.parametrize("n", [301])
 def test_the_mirror_image_of_long_avalanches_is_the_same_bit_for_bit(n: int) -> None:
     chain = paper_chain(n, "0")
     tensions = np.random.default_rng(n).uniform(-0.05, 0.05, n - 1)

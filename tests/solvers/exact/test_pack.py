@@ -22,8 +22,8 @@ def begun(n: int, theta: Fraction) -> tuple[Chain, Origin]:
     return chain, Origin.of(chain, State.prepared(chain, THIRDS[: n - 1], theta=theta))
 
 
-@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11), Fraction(-2, 3)])
-@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize("theta", [Fraction(0), Fraction(-2, 3)])
+@pytest.mark.parametrize("n", [1, 2, 5])
 def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, theta: Fraction):
     chain, origin = begun(n, theta)
     work = placed(chain, origin, 0, layout.LOGS_EVENTS)
@@ -37,32 +37,6 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
         assert cell[layout.REST, k] == cell[layout.FORCE, k]
     assert origin.read(work)[0].tolist() == [float(t) for t in THIRDS[: n - 1]]
     assert dilation(chain, origin.load) == float(theta)
-    for table in (work.cell, work.deviate, work.series):
-        assert table is None or (table.ctypes.data % 64 == 0 and table.flags.c_contiguous)
-
-
-@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11)])
-def test_tensions_of_a_chain_that_has_moved_are_rounded_once(theta: Fraction) -> None:
-    chain, origin = begun(5, theta)
-    work = placed(chain, origin, 0, 0)
-    before = Fraction(work.now["theta"][0])
-    work.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
-    work.cell[layout.X, layout.PAD + 1] = 1e-17
-    work.now["theta"][0] += 0.1
-    more, less = Fraction(0.7) + Fraction(1e-17), Fraction(work.now["theta"][0]) - before
-    moved = [THIRDS[0] + more, THIRDS[1] - more, *THIRDS[2:]]
-    assert origin.read(work)[0].tolist() == [float(t - less) for t in moved]
-    load = float(work.now["theta"][0]), float(work.now["theta_low"][0])
-    assert origin.ramped(load).tolist() == [float(t - less) for t in THIRDS]
-
-
-def test_balls_are_taken_at_their_midpoints() -> None:
-    chain, _ = begun(3, Fraction(0))
-    proved = rearrange(chain, State.relaxed(chain), direction=1, solver="certified").state
-    origin = Origin.of(chain, proved)
-    read = origin.read(placed(chain, origin, 0, 0))[0]
-    assert read.tolist() == proved.tensions.astype(float).tolist()
-    assert dilation(chain, origin.load) == float(proved.theta)
 
 
 @pytest.mark.parametrize("n", [1, 2, 6])

@@ -16,7 +16,6 @@ from tests.solvers.exact.simulations import followed
 BOUNDS = {
     (2, "0.01", 20): (0.0, 0.0, 0.0),  # they slip one by one
     (6, "0.01", 4): (1.0, 1.0, 1.6),
-    (30, "0.005", 4): (1.25, 2.2, 2.7),
     (60, "0.01", 4): (1.25, 3.5, 2.9),
 }
 

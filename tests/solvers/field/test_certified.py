@@ -11,12 +11,11 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
+from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
-from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.field import certified, set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
@@ -94,10 +93,9 @@ def random_scene(random):
     return Chain(n, 1000, "1/2", mu_s, sigma_mu, tan_alpha=tangent), Cycles(amplitude, 1)
 
 
-def agree_with_plain_balls(scenes, seed, events):
-    """Follow random scenes in balls alone, with a search of their own, and compare everything."""
-    random, together = np.random.default_rng(seed), 0
-    for _ in range(scenes):
+def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own():
+    random, together, events = np.random.default_rng(7), 0, 80
+    for _ in range(12):
         chain, drive = random_scene(random)
         narrow, first = followed(chain, drive, 15, max_events=events)
         many = narrow.tally.events
@@ -116,23 +114,14 @@ def agree_with_plain_balls(scenes, seed, events):
         if narrow.mechanics.flow is None:
             forces = narrow.mechanics.known_forces(), plain.mechanics.forces
             assert_overlap(*({"forces": one} for one in forces), "forces")
-    return together
-
-
-def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own():
-    assert agree_with_plain_balls(12, 7, 80) > 400
-
-
-@pytest.mark.slow
-def test_events_of_hundreds_of_scenes_proved_in_float64_are_those_of_balls():
-    assert agree_with_plain_balls(200, 8, 250) > 10_000
+    assert together > 400
 
 
 def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_event():
-    chain, drive = paper_chain(4), Cycles("0.004", 2)
+    chain, drive = paper_chain(4), Cycles("0.004", 1)
     narrow, _ = followed(chain, drive, 30)
     events = narrow.tally.events
-    assert events > 300
+    assert events > 150
     assert narrow.report()["bits_lost_per_event"] < 0.2
     plain = FieldSimulation(relaxed(chain), (), balls_of(4 * events))
     plain.follow(drive, 1, drive.half_cycles)
@@ -145,7 +134,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
 
 def test_lone_slips_stay_exact_for_ever():
     chain = paper_chain(2, "0")
-    simulation, stretch = followed(chain, Cycles("0.01", 20), 30)
+    simulation, stretch = followed(chain, Cycles("0.01", 5), 30)
     report = simulation.report()
     assert report["exact_in_q_c"]
     assert report["root_evaluations"] == 0
@@ -199,39 +188,12 @@ def test_a_crossing_is_called_by_the_condition_on_which_it_was_decided():
     assert (told, result.evidence) == ({"unresolved"}, Evidence.UNDECIDED)
     assert result.itinerary == exactly.itinerary
     assert result.report["ties_assumed"] == result.undecided > 0
-    run = creep(steep, Cycles("0.01", 1), start=vague, solver="certified", **limits)
-    assert run.undecided > 0
-    assert run.evidence is Evidence.UNDECIDED
     level = Chain(4, 1000, "1/2", "3/5", tan_alpha=0)
     assert crossings(level, State.relaxed(level), direction=1)[0] == {"tie"}
     chain = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4")
     state = State.prepared(chain, [Fraction(9, 10), Fraction(-7, 9)])
     told, result = crossings(chain, state, direction=0)
     assert (told, result.evidence) == ({"transverse"}, Evidence.PROVED)
-
-
-def test_a_lone_slip_from_its_threshold_is_the_same_in_all_states_of_a_set():
-    chain = Chain(4, 1000, "1/2", "3/5", tan_alpha="1/4")
-    rough = [flint.arb(x, 1e-9) for x in (0.01, -0.02, 0.005)]
-    state = replace(State.relaxed(chain), tensions=np.array(rough, dtype=object))
-    start = Start(chain, state, 0)
-    with balls_of(200).active():
-        integrator = set_integrator.SetIntegrator(start, balls_of(200))
-        integrator._renew()
-        integrator.ramp(1, None)
-        found = integrator._lone_slip(integrator.flow)
-        assert (found.stops, found.alike) == ((3,), True)
-        before = integrator.state()
-        list(integrator.rearrangement())
-        after = integrator.state()
-        for n in range(3):
-            moved = after.tensions[n] - before.tensions[n]
-            length = 2 * integrator.cosine / 10 if n == 2 else 0
-            assert abs(moved.mid() - length) < 1e-30  # no state by another length
-        # next to a neighbour that starts before, it is none
-        integrator.ramp(1, None)
-        integrator.flow.forces[2] = integrator.thresholds[2] - 2 * integrator.cosine / 10
-        assert integrator._lone_slip(integrator.flow) is None
 
 
 def chained(chain, calls, digits, state=None):
@@ -287,35 +249,6 @@ def test_a_state_keeps_its_past_in_a_pickle_and_loses_it_when_it_is_changed():
     assert all(float(a - b) > 0.9 for a, b in zip(there, later.state.displacements, strict=True))
 
 
-@pytest.mark.parametrize(("n", "sigma_mu", "cycles"), [(2, "0", 1), (3, "0", 2), (3, "0.01", 2)])
-def test_a_snapshot_loses_nothing_of_a_ball(n, sigma_mu, cycles):
-    chain = paper_chain(n, sigma_mu)
-    simulation, _ = followed(chain, Cycles("0.004", cycles), 20)
-    other = Certified(digits=20).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
-    other.restore(from_bytes(to_bytes(simulation.snapshot())))
-    assert str(other.report()) == str(simulation.report())
-    before, after = simulation.state(), other.state()
-    for name in ("tensions", "displacements"):
-        for x, y in zip(getattr(before, name), getattr(after, name), strict=True):
-            assert x.mid() == y.mid()
-            assert x.rad() == y.rad()
-
-
-def test_plain_data_hold_middle_and_radius_of_any_ball():
-    random = np.random.default_rng(3)
-    balls = balls_of(120)
-    with balls.active():
-        with pytest.raises(Undecided):
-            balls.sign(flint.arb(0, 1e-30))  # they do not guess
-        for _ in range(500):
-            size, width = 10.0 ** random.integers(-300, 300), 10.0 ** random.integers(-300, -1)
-            x = flint.arb((1 + random.random()) * size, size * width).sqrt().sin()
-            x = x * balls.number(size)
-            y = balls.number(enclosure(x))
-            assert x.mid() == y.mid()
-            assert x.rad() == y.rad()
-
-
 def test_nothing_is_left_of_the_precision_outside():
     before = flint.ctx.prec
     chain = paper_chain(4)
@@ -323,24 +256,6 @@ def test_nothing_is_left_of_the_precision_outside():
     iterator = Certified(digits=40).iterate(chain, State.relaxed(chain), 1, 0)
     next(iterator)
     assert flint.ctx.prec == before
-
-
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [({"digits": 0}, "digits"), ({"digits": 50, "most_digits": 40}, "most_digits")],
-)
-def test_impossible_digits_are_refused(options, field):
-    with pytest.raises(InputError, match=field):
-        Certified(**options)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [3, 6, 10, 30])
-def test_ten_thousand_consecutive_events_are_certified(n):
-    simulation, _ = followed(paper_chain(n), Cycles("0.005", 1000), 30, max_events=10_000)
-    assert simulation.tally.events >= 10_000
-    assert simulation.evidence is Evidence.PROVED
-    assert simulation.report()["bits_lost_per_event"] < 0.05
 
 
 def test_events_that_nearly_graze_are_left_to_balls_and_no_precision_is_asked_for_ever():

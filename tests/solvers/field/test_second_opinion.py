@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import random
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -159,9 +160,10 @@ def only_root(poly: list[Any], end: Any) -> Any:
     return span
 
 
+@cache
 def cases() -> list[tuple[Chain, list[Fraction]]]:
     rng, found = random.Random(1905), []
-    while len(found) < 10:
+    while len(found) < 7:
         n = rng.randint(2, 4)
         mu_d = Fraction(rng.choice([5, 20, 30]), 100)
         mu_s = mu_d + Fraction(rng.choice([5, 10, 20]), 100)
@@ -173,7 +175,7 @@ def cases() -> list[tuple[Chain, list[Fraction]]]:
     return found
 
 
-@pytest.mark.parametrize("case", range(10))
+@pytest.mark.parametrize("case", range(7))
 def test_intervals_that_share_no_code_find_the_same_events_at_the_same_times(case: int) -> None:
     chain, tensions = cases()[case]
     truth = rearrange(chain, State.prepared(chain, tensions), direction=0, solver="certified")
