@@ -1,28 +1,16 @@
-"""What a user asks of a chain, by the names that the package has for it today.
-
-Tests about what a chain does in the long run ask through here: a question that is renamed is
-renamed in this file alone.
-"""
+"""What a user asks of a chain, by the names that the tests of the long run have for it."""
 
 from typing import Any
 
 import exactcreep
-from exactcreep import Chain, Creep, Cycles, Fate, Survival
+from exactcreep import Chain, Creep, Cycles
+
+fate, survival = exactcreep.fate, exactcreep.survival
 
 
 def creep(chain: Chain, amplitude: Any, cycles: int, **options: Any) -> Creep:
     """Run a chain through so many cycles +A, -A."""
     return exactcreep.creep(chain, Cycles(amplitude, cycles), **options)
-
-
-def fate(chain: Chain, amplitude: Any, **options: Any) -> Fate:
-    """Ask what a chain without disorder does for ever."""
-    return exactcreep.fate(chain, amplitude, **options)
-
-
-def survival(chain: Chain, amplitude: Any, **options: Any) -> Survival:
-    """Ask how long creep lives from many starts."""
-    return exactcreep.survival(chain, amplitude, **options)
 
 
 def threshold(chain: Chain, **options: Any) -> Any:

@@ -1,7 +1,6 @@
 """The book: what it shows runs, what it keeps is what was run, and it builds without a warning."""
 
 import doctest
-import json
 import re
 import shlex
 import sys
@@ -71,10 +70,11 @@ def test_every_link_between_pages_leads_to_a_page() -> None:
 
 def test_every_module_that_a_page_names_is_there() -> None:
     homes = (BOOK.parent, BOOK.parent / "exactcreep", BOOK)
+    files = r"`([\w/]+\.(?:py|json|toml)|tests/[\w/]+)`"
     named = [
         (path.name, file)
         for path in [*PAGES, BOOK.parent / "README.md"]
-        for file in re.findall(r"`([\w/]+\.(?:py|json|toml))`", path.read_text(encoding="utf-8"))
+        for file in re.findall(files, path.read_text(encoding="utf-8"))
     ]
     assert named
     absent = [pair for pair in named if not any((home / pair[1]).exists() for home in homes)]
@@ -101,27 +101,6 @@ def test_every_public_name_is_in_the_reference(built: Path) -> None:
     known = {name for kind, names in inventory.items() if kind.startswith("py:") for name in names}
     public = {f"exactcreep.{name}" for name in exactcreep.__all__ if not name.startswith("_")}
     assert public - known == set()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("word", "page"),
-    [
-        ("threshold", "howto/threshold"),
-        ("avalanche", "howto/avalanches"),
-        ("Verlet", "howto/accuracy"),
-        ("resume", "howto/resume"),
-    ],
-)
-def test_a_search_finds_the_page_of_a_word(built: Path, word: str, page: str) -> None:
-    from sphinx.search.en import SearchEnglish
-
-    text = (built / "searchindex.js").read_text(encoding="utf-8")
-    index = json.loads(text.removeprefix("Search.setIndex(").removesuffix(")"))
-    stem = SearchEnglish({}).stem(word.lower())
-    titles = index["titleterms"].get(stem, [])
-    found = [titles] if isinstance(titles, int) else titles
-    assert page in [index["docnames"][number] for number in found]
 
 
 @pytest.mark.slow

@@ -90,13 +90,6 @@ def test_code_is_never_read_from_a_folder_in_which_somebody_else_may_write(place
     assert not any(own.iterdir())
 
 
-def test_an_installation_that_can_be_written_says_nothing(place: Path) -> None:
-    (place / "exactcreep").chmod(0o777)
-    (place / "exactcreep" / "__pycache__").mkdir(mode=0o777)
-    (place / "exactcreep" / "__pycache__").chmod(0o777)
-    assert asked(place) == []
-
-
 def test_a_disk_that_is_full_costs_no_more_than_a_sentence(tmp_path: Path) -> None:
     pytest.importorskip("resource")
     script = """

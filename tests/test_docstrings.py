@@ -9,7 +9,6 @@ import importlib
 import inspect
 import sys
 from pathlib import Path
-from typing import get_args, get_type_hints
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
@@ -50,22 +49,6 @@ def test_a_public_name_shows_an_example_and_describes_what_it_takes_and_raises(n
     assert taken <= known, f"{sorted(taken - known)} of {name}"
     for error in said["Raises"]:
         assert hasattr(exactcreep, error.type) or hasattr(builtins, error.type), error.type
-
-
-def classes_in(annotation: object) -> set[type]:
-    """Return the classes that an annotation is made of."""
-    found = {annotation} if isinstance(annotation, type) else set()
-    return found.union(*(classes_in(part) for part in get_args(annotation)))
-
-
-@pytest.mark.parametrize("name", PUBLIC)
-def test_what_a_public_function_takes_and_returns_is_public(name: str) -> None:
-    public = getattr(exactcreep, name)
-    hints = {} if isinstance(public, type) else get_type_hints(public)
-    for word, annotation in hints.items():
-        for named in classes_in(annotation):
-            if named.__module__.startswith("exactcreep."):
-                assert getattr(exactcreep, named.__name__, None) is named, f"{word} of {name}"
 
 
 @pytest.mark.parametrize("name", ["disorder", "laws"])

@@ -32,8 +32,3 @@ def test_the_book_says_what_each_dependency_is_for() -> None:
     listed = re.findall(r"^\| ([a-z]\S+) \| .+ \|$", page, re.M)[1:]
     required = {re.split("[>=]", line)[0] for line in PROJECT["dependencies"]}
     assert sorted(listed) == sorted(required)
-
-
-def test_types_are_promised_where_a_checker_looks() -> None:
-    assert "Typing :: Typed" in PROJECT["classifiers"]
-    assert (Path(exactcreep.__file__).parent / "py.typed").exists()

@@ -31,11 +31,8 @@ def test_numbers_are_read_as_the_decimals_that_are_written() -> None:
 
 
 def test_every_built_in_scene_has_a_title_and_members() -> None:
-    names = builtin_scenes()
-    wanted = {"two-sliders-trace", "two-sliders-cycles", "six-sliders-cycles",
-              "thirty-sliders-cycles", "chain-jumps"}  # fmt: skip
-    assert wanted <= set(names)
-    for name in names:
+    assert {"two-sliders-trace", "six-sliders-cycles", "chain-jumps"} <= set(builtin_scenes())
+    for name in builtin_scenes():
         scene = load_scene(name)
         assert scene.title
         assert scene.experiment(scene.settings()[0]).drive.half_cycles > 0
@@ -47,10 +44,6 @@ def test_the_paper_s_jumps_are_driven_one_percent_below_and_above_the_threshold(
     amplitudes = [member.experiment.drive.parameters()["amplitude"] for member in members]
     assert amplitudes[:8] == [Fraction("0.00360165403178954466")] * 8
     assert amplitudes[8:] == [Fraction("0.00367441471930044455")] * 8
-    chain = members[0].experiment.chain
-    critical = chain.n * (chain.times_cosine(chain.mu_d) - chain.sin_alpha) / (2 * 1000)
-    assert float(amplitudes[0]) == pytest.approx(0.99 * critical, rel=1e-15)
-    assert float(amplitudes[8]) == pytest.approx(1.01 * critical, rel=1e-15)
     starts = [member.experiment.initial.tensions for member in members]
     assert not starts[0].any()
     assert len({tension.tobytes() for tension in starts}) == 8
@@ -122,29 +115,21 @@ def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Pa
         (("n = 3", ""), "chain.n = None: is missing"),
         (("0.5", "nan"), "chain.mu_d = 'nan': must be a finite number"),
         (('"3/5"', "0.4"), "chain.mu_s = '0.4': must be at least mu_d = 0.5"),
-        (("cycles = 5", "cycles = 5.5"), "drive.cycles = '5.5': must be a whole number"),
         (('"cycles"', '"cycle"'), "drive.kind = 'cycle': must be one of " + ", ".join(DRIVES)),
-        (("cycles = 5", "cycles = 5\n[run]\nsolver='exakt'"), "run.solver = 'exakt': must be one"),
-        (("cycles = 5", "cycles = 5\n[run]\ndt=1"), "run.option = 'dt': solver 'exact' does not"),
         (("cycles = 5", "cycles = 5\n[run]\nrecord=[1]"), "run.record = 1: must be among x_G"),
         (("cycles = 5", "cycles = 5\n[run]\nseed=-1"), "run.seed = -1: must be a whole number"),
         (("cycles = 5", "cycles = 5\n[run]\nstart='?'"), "run.start = '?': must be \"relaxed\""),
         (("cycles = 5", "cycles = 5\n[run]\nstart={tensions=[0]}"), "run.start.tensions = 1: must"),
-        (("cycles = 5", "cycles = 5\n[run]\nstart={sise=1}"), "did you mean run.start.size?"),
         (("cycles = 5", "cycles = 5\n[run]\nstart={size=1,theta=0}"), "start.theta = 0: cannot"),
         (("cycles = 5", "cycles = 5\n[run]\nstart={seed=1}"), "run.start.seed = 1: belongs to"),
-        (('kind = "cycles"', ""), "drive.kind = None: must be one of cycles"),
         (("[chain]", "title = 3\n[chain]"), "title = 3: must be a string"),
         (("[chain]", "vary = 3\n[chain]"), "vary = 3: must be a table, [vary]"),
         (("cycles = 5", "cycles = 5\n[vary]\nchain.n=3"), "vary.chain.n = 3: must be a list"),
-        (("cycles = 5", "cycles = 5\n[vary]\nchain.n=[]"), "vary.chain.n = []: must be a list"),
         (("cycles = 5", "cycles = 5\n[vary]\nchain.k=[1]"), "vary.chain.k = [1]: is not a key"),
         (("[chain]", "chain = 3\n[chian]"), "is not a key of a scene; did you mean chain?"),
         (("n = 3", "n = 2020-01-01"), "chain.n = datetime.date(2020, 1, 1): must be a whole"),
         (("n = 3", "n = 3\nn = 4"), "must be a TOML file: Cannot overwrite a value"),
         (("n = 3", "n = " + "9" * 10_000), "must be a TOML file: a number is too long"),
-        (("0.1", "0." + "1" * 20_000), "must have at most 10000 characters"),
-        (("n = 3", "n = " + "[" * 5_000), "must be a TOML file"),
     ],
 )
 def test_a_bad_scene_is_refused_by_name(change: tuple[str, str], told: str) -> None:
@@ -155,26 +140,6 @@ def test_a_bad_scene_is_refused_by_name(change: tuple[str, str], told: str) -> N
     assert "\n" not in str(caught.value)
 
 
-def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
-    latin = tmp_path / "latin.toml"
-    latin.write_bytes(b'title = "G\xe9minard"')
-    huge = tmp_path / "huge.toml"
-    with huge.open("wb") as file:
-        file.truncate(17 * 2**20)
-    for path, told in (
-        (latin, "must be UTF-8 text; line 1 holds another byte"),
-        (huge, "must have at most 16 MiB"),
-        (tmp_path, "is a directory"),
-        (tmp_path / "none.toml", "must be a file or one of"),
-        (Path("/dev/zero"), "must be a regular file"),
-        ("chain-jump", "did you mean chain-jumps?"),
-        ("a\0b", "must be a file"),
-    ):
-        with pytest.raises(InputError, match="scene = ") as caught:
-            load_scene(path)
-        assert told in str(caught.value)
-
-
 @pytest.mark.parametrize(
     ("text", "value"),
     [("6", 6), ("0.01", "0.01"), ("1/5", "1/5"), ("exact", "exact"), ('"exact"', "exact"),
@@ -183,3 +148,11 @@ def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_a_set_value_is_read_as_toml_or_as_it_stands(text: str, value: object) -> None:
     assert parsed_value(text) == value
+
+
+def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
+    scene = tmp_path / "huge.toml"
+    for size, told in ((3, "must be UTF-8 text; line 1 holds another"), (2**25, "at most 16 MiB")):
+        scene.write_bytes(b"\xe9" + bytes(size))
+        with pytest.raises(InputError, match=told):
+            load_scene(scene)

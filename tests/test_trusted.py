@@ -67,13 +67,6 @@ def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
     assert len(needed(*own)) <= MOST_MODULES
 
 
-def test_every_test_that_the_page_names_is_there() -> None:
-    root = Path(__file__).parents[1]
-    paths = re.findall(r"`(tests/[a-z_/.]+)`", PAGE)
-    assert len(paths) >= 5
-    assert all((root / path).exists() for path in paths)
-
-
 def test_the_program_is_read_in_five_files_of_two_thousand_lines() -> None:
     page = (BOOK / "reading.md").read_text(encoding="utf-8")
     files = re.findall(r"^\d\. \*\*`([a-z_/]+)`\*\*", page, re.M)

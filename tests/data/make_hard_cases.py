@@ -1,7 +1,6 @@
 """Make `hard_cases.json`: near-grazes, near-ties and long avalanches, with what was proved of them.
 
-Each case is a chain, a start and a direction; the label says what is hard. The certified solver
-gives the truth: the itinerary and the final displacements to 25 digits. Run it as a script.
+The certified solver gives the truth: the itinerary and the final displacements to 25 digits.
 """
 
 from __future__ import annotations

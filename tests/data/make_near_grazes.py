@@ -2,7 +2,7 @@
 
 A spring of a random chain is stretched more and more until the events change: there a slider
 grazes its threshold, all but stops, or two events meet. Each case lies a power of ten from there,
-to either side. The certified solver gives the truth. Run it as a script.
+to either side. The certified solver gives the truth.
 """
 
 from __future__ import annotations
@@ -71,16 +71,16 @@ def cases() -> list[dict[str, Any]]:
         if place is None:
             continue
         for _ in range(PER_EDGE):
-            away = rng.choice([-1, 1]) * Fraction(1, 10 ** rng.randint(4, 17))
-            chain, state = stretched(seed, place + away)
+            extra = place + rng.choice([-1, 1]) * Fraction(1, 10 ** rng.randint(4, 17))
+            chain, state = stretched(seed, extra)
             truth = rearrange(
                 chain, state, direction=0, seed=SEED, solver="certified", digits=25, max_events=400
             )
             if truth.evidence is not Evidence.PROVED or truth.outcome is not Outcome.AT_REST:
                 continue
             places = [x.str(25, radius=False) for x in truth.state.displacements.tolist()]
-            extra, events = str(place + away), digest(truth.itinerary)
-            found.append({"seed": seed, "extra": extra, "events": events, "places": places})
+            case = {"seed": seed, "extra": str(extra), "events": digest(truth.itinerary)}
+            found.append(case | {"places": places})
     return found[:CASES]
 
 

@@ -90,27 +90,17 @@ def random_rest(
 
 
 def trusted(case: Case) -> Trajectory:
-    """Return the integration of a case that double precision can be held to.
-
-    Raises
-    ------
-    Undecided
-        Otherwise.
-    """
+    """Return the integration of a case that double precision can be held to, or `Undecided`."""
     found = integrate(case.chain, case.tensions, case.draws, case.direction, case.seed)
-    again = integrate(case.chain, case.tensions, case.draws, case.direction, case.seed, rtol=3e-14)
-    if again.itinerary != found.itinerary:
-        raise Undecided("the itinerary depends on the tolerance")
-    if np.abs(again.displacements - found.displacements).max() > 1e-11:
-        raise Undecided("the positions depend on the tolerance")
     rng = np.random.default_rng(1)
-    for _ in range(2):
-        wrong = case.tensions + 1e-13 * rng.uniform(-1.0, 1.0, case.n - 1)
-        other = integrate(case.chain, wrong, case.draws, case.direction, case.seed)
-        if other.itinerary != found.itinerary:
-            raise Undecided("the itinerary depends on the last digits of the tensions")
-        if np.abs(other.displacements - found.displacements).max() > 1e-9:
-            raise Undecided("the positions depend on the last digits of the tensions")
+    wrong = [1e-13 * rng.uniform(-1.0, 1.0, case.n - 1) for _ in range(2)]
+    for off, rtol, most in ((0, 3e-14, 1e-11), (wrong[0], 1e-13, 1e-9), (wrong[1], 1e-13, 1e-9)):
+        tensions = case.tensions + off
+        again = integrate(case.chain, tensions, case.draws, case.direction, case.seed, rtol=rtol)
+        if again.itinerary != found.itinerary:
+            raise Undecided("the itinerary depends on the tolerance or the last digits")
+        if np.abs(again.displacements - found.displacements).max() > most:
+            raise Undecided("the positions depend on the tolerance or the last digits")
     return found
 
 
@@ -190,32 +180,22 @@ def burned_cases() -> list[Case]:
 
 def save(cases: list[Case], results: list[Trajectory]) -> None:
     """Write cases and results, end to end."""
+    about = ("label", "n", "friction", "tan_alpha", "seed", "direction")
+    events = [event for found in results for event in found.itinerary]
     np.savez_compressed(
         FILE,
-        label=np.array([case.label for case in cases]),
-        n=np.array([case.n for case in cases], dtype=np.int16),
-        friction=np.array([case.friction for case in cases]),
-        tan_alpha=np.array([case.tan_alpha for case in cases]),
-        seed=np.array([case.seed for case in cases], dtype=np.int64),
-        direction=np.array([case.direction for case in cases], dtype=np.int8),
+        **{name: np.array([getattr(case, name) for case in cases]) for name in about},
         tensions=np.concatenate([case.tensions for case in cases]),
-        draws=np.concatenate([case.draws for case in cases]).astype(np.int32),
+        draws=np.concatenate([case.draws for case in cases]),
         ramp=np.array([found.ramp for found in results]),
         displacements=np.concatenate([found.displacements for found in results]),
         final_tensions=np.concatenate([found.tensions for found in results]),
-        final_draws=np.concatenate([found.draws for found in results]).astype(np.int32),
-        longest_run=np.array([found.longest_run for found in results], dtype=np.int16),
-        whole_chain=np.array([found.whole_chain for found in results]),
-        closest=np.array([found.closest for found in results]),
-        events=np.array([len(found.times) for found in results], dtype=np.int32),
+        final_draws=np.concatenate([found.draws for found in results]),
+        events=np.array([len(found.times) for found in results]),
         time=np.concatenate([found.times for found in results]),
-        stop=np.array([kind == "stop" for found in results for kind, _, _ in found.itinerary]),
-        slider=np.array(
-            [who[0] for found in results for _, who, _ in found.itinerary], dtype=np.int16
-        ),
-        sign=np.array(
-            [way[0] for found in results for _, _, way in found.itinerary], dtype=np.int8
-        ),
+        stop=np.array([kind == "stop" for kind, _, _ in events]),
+        slider=np.array([who[0] for _, who, _ in events]),
+        sign=np.array([way[0] for _, _, way in events]),
     )
 
 
@@ -223,81 +203,42 @@ def load() -> tuple[list[Case], list[Trajectory]]:
     """Return the stored cases and results."""
     with np.load(FILE) as file:
         data = dict(file)
-    cases: list[Case] = []
-    results: list[Trajectory] = []
-    slider = spring = event = 0
-    for k, n in enumerate(data["n"].tolist()):
-        sliders = slice(slider, slider + n)
-        springs = slice(spring, spring + n - 1)
-        events = slice(event, event + int(data["events"][k]))
-        slider, spring, event = sliders.stop, springs.stop, events.stop
-        cases.append(
-            Case(
-                label=str(data["label"][k]),
-                n=n,
-                friction=tuple(data["friction"][k].tolist()),
-                tan_alpha=str(data["tan_alpha"][k]),
-                seed=int(data["seed"][k]),
-                direction=int(data["direction"][k]),
-                tensions=data["tensions"][springs],
-                draws=data["draws"][sliders].astype(np.int64),
-            )
-        )
-        results.append(
-            Trajectory(
-                ramp=float(data["ramp"][k]),
-                times=data["time"][events].tolist(),
-                itinerary=[
-                    ("stop" if stop else "start", (who,), (way,))
-                    for stop, who, way in zip(
-                        data["stop"][events].tolist(),
-                        data["slider"][events].tolist(),
-                        data["sign"][events].tolist(),
-                        strict=True,
-                    )
-                ],
-                displacements=data["displacements"][sliders],
-                tensions=data["final_tensions"][springs],
-                draws=data["final_draws"][sliders].astype(np.int64),
-                longest_run=int(data["longest_run"][k]),
-                whole_chain=bool(data["whole_chain"][k]),
-                closest=float(data["closest"][k]),
-            )
-        )
-    return cases, results
+    ends = {"sliders": data["n"], "springs": data["n"] - 1, "events": data["events"]}
+
+    def parts(name: str, of: str) -> list[np.ndarray]:
+        return np.split(data[name], np.cumsum(ends[of])[:-1])
+
+    about = [data[name].tolist() for name in ("label", "n", "friction", "tan_alpha", "seed")]
+    starts = data["direction"].tolist(), parts("tensions", "springs"), parts("draws", "sliders")
+    cases = [
+        Case(label, n, tuple(friction), *more, draws.astype(np.int64))
+        for label, n, friction, *more, draws in zip(*about, *starts, strict=True)
+    ]
+    rows = [parts(name, "events") for name in ("stop", "slider", "sign")]
+    itineraries = [
+        [("stop" if stop else "start", (who,), (way,)) for stop, who, way in zip(*of, strict=True)]
+        for of in zip(*([part.tolist() for part in row] for row in rows), strict=True)
+    ]
+    times = [part.tolist() for part in parts("time", "events")]
+    names = {"displacements": "sliders", "final_tensions": "springs", "final_draws": "sliders"}
+    ended = [parts(name, of) for name, of in names.items()]
+    return cases, [Trajectory(*each) for each in zip(data["ramp"], times, itineraries, *ended,
+                                                     strict=True)]  # fmt: skip
 
 
 def main() -> None:
-    """Make the file anew, and say what it holds."""
+    """Make the file anew."""
     kept: list[Case] = []
     results: list[Trajectory] = []
     for case in random_cases() + burned_cases():
         try:
-            found = trusted(case)
+            results.append(trusted(case))
         except Undecided as reason:
             print(f"refused: {case.label}, n = {case.n}: {reason}")
-            continue
-        kept.append(case)
-        results.append(found)
-        print(
-            f"{case.label}, n = {case.n}, tan_alpha = {case.tan_alpha}: {len(found.times)} events,"
-            f" longest run {found.longest_run}{', whole chain' if found.whole_chain else ''}"
-        )
+        else:
+            kept.append(case)
     save(kept, results)
-    print(summary(kept, results))
-
-
-def summary(cases: list[Case], results: list[Trajectory]) -> str:
-    """Return how many cases of which kind there are, in words."""
-    whole = sum(found.whole_chain for found in results)
-    return (
-        f"{len(cases)} rearrangements: "
-        + ", ".join(f"{sum(case.n == n for case in cases)} with N = {n}" for n in (2, 3, 6, 10, 30))
-        + f"; {sum(case.label.startswith('burned') for case in cases)} from burned-in runs;"
-        f" {sum(len(found.times) > 30 for found in results)} with more than 30 events;"
-        f" longest run {max(found.longest_run for found in results)} sliders;"
-        f" {whole} with the whole chain in motion at once"
-    )
+    print(len(kept), "rearrangements of", sum(len(found.times) for found in results), "events")
 
 
 if __name__ == "__main__":

@@ -165,17 +165,6 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_groups_of_one_netcdf_file_are_the_datasets_that_were_given(tmp_path: Path) -> None:
-    one = xr.Dataset({"v": ("t", [1.0, 2.0])}, {"t": [3, 4]}, {"title": "one"})
-    other = xr.Dataset({"w": (("t", "s"), [["a", "bcd"]]), "none": ("e", [0.0][:0])})
-    write_file(tmp_path / "a.nc", netcdf({None: xr.Dataset(attrs={"n": 2}), "x": one, "y": other}),
-               "out")  # fmt: skip
-    for group, dataset in (("x", one), ("y", other)):
-        found = xr.load_dataset(tmp_path / "a.nc", group=group, engine="h5netcdf")
-        assert found.identical(dataset)
-    assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").attrs == {"n": 2}
-
-
 @pytest.mark.parametrize("room", [0, 20_000, 10**9])
 def test_a_library_that_fills_the_disk_lives_on_and_leaves_what_was_there(
     room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
