@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import stat
-import tempfile
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
 import numba
-from numba import config
 from numba.core import event
 from numba.core.caching import FunctionCache
 
@@ -20,47 +16,19 @@ class CacheWarning(UserWarning):
     """What is compiled cannot be kept where it belongs."""
 
 
-def _kept() -> bool:
+def _find_place() -> bool:
     """Return whether the compiler finds a folder in which it can keep what it compiles."""
     try:
-        numba.njit(cache=True)(_own_folder)  # stands for every function of this installation
+        numba.njit(cache=True)(_say)  # stands for every function of this installation
     except RuntimeError:  # "no locator available"
+        _say("neither the installation nor the home directory can be written")
         return False
     return True
 
 
-def _own_folder() -> str:
-    """Return a temporary folder that belongs to the user alone; "" if there cannot be one.
-
-    Compiled code is executed when it is read back, so that nobody else may write there.
-    """
-    if not hasattr(os, "getuid"):
-        return ""
-    path = os.path.join(tempfile.gettempdir(), f"exactcreep-{os.getuid()}")
-    with suppress(OSError):
-        os.makedirs(path, mode=0o700, exist_ok=True)
-        found = os.lstat(path)
-        own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-        return path if own and not found.st_mode & 0o077 else ""
-    return ""
-
-
-def _find_place() -> bool:
-    """Return whether what is compiled is kept, in a temporary folder if there is no better one."""
-    if _kept():
-        return True
-    before, folder = config.CACHE_DIR, _own_folder()
-    config.CACHE_DIR = folder or before
-    kept = bool(folder) and _kept()
-    config.CACHE_DIR = folder if kept else before
-    where = f"is kept in {folder}" if kept else "is lost at the end"
-    _say("neither the installation nor the home directory can be written", where)
-    return kept
-
-
-def _say(why: str, where: str) -> None:
-    said = f"{why}: what is compiled {where}; NUMBA_CACHE_DIR can name a folder for it"
-    warnings.warn(said, CacheWarning, stacklevel=3)
+def _say(why: str) -> None:
+    lost = "what is compiled is lost at the end; NUMBA_CACHE_DIR can name a folder for it"
+    warnings.warn(f"{why}: {lost}", CacheWarning, stacklevel=3)
 
 
 _KEPT = _find_place()
@@ -87,8 +55,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
         except OSError as error:
             if not _Cache._full:
                 _Cache._full = True
-                why = f"{self.cache_path} cannot be written ({error.strerror})"
-                _say(why, "is lost at the end")
+                _say(f"{self.cache_path} cannot be written ({error.strerror})")
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
@@ -104,7 +71,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
 
 
 class _Listener(event.Listener):  # type: ignore[misc]
-    """Says once that the compiler is at work; code found in its cache does not come here."""
+    """Says once that the compiler is at work."""
 
     def __init__(self, say: Callable[[], None] | None) -> None:
         self.say = say

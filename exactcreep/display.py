@@ -28,14 +28,8 @@ _telling: list[object] = []  # what shows, or hides, the progress of all that it
 class Display(AbstractContextManager["Display"]):
     """Shows on standard error how far a computation has come, and how long the rest may take.
 
-    Parameters
-    ----------
-    name : str
-        Of what is computed; default what the computation says itself.
-    quiet : bool
-        Without a terminal, say nothing but that the compiler is at work.
-    after : float
-        Seconds in which nothing is shown.
+    `name` is that of what is computed; `quiet`: without a terminal, say nothing but that the
+    compiler is at work; nothing is shown before `after` seconds.
     """
 
     def __init__(self, name: str = "", *, quiet: bool = False, after: float = 0.0) -> None:
@@ -54,7 +48,6 @@ class Display(AbstractContextManager["Display"]):
         self.stop()
 
     def stop(self) -> None:
-        """Take the bar away."""
         if self.bar is not None:
             self.bar.stop()
 
@@ -128,7 +121,6 @@ class Display(AbstractContextManager["Display"]):
 
 
 def _far(progress: Progress) -> str:
-    """Return how much is done, and how fast."""
     if progress.counted:
         of = f" of {progress.total:.0f}" if progress.total else ""
         far = f"{progress.done:.0f}{of} {progress.counted}"

@@ -37,7 +37,6 @@ class Stop(Enum):
 
     @property
     def final(self) -> bool:
-        """Whether the simulation cannot go on."""
         return self in (Stop.RUNAWAY, Stop.LIMIT)
 
 
@@ -53,7 +52,7 @@ class Limits:
         When it has to end, and to hand over what it has, on the clock of `time.perf_counter`.
     seconds : float
         How long it may take in all.
-    interrupted : callable, optional
+    interrupted : callable
         Returns whether the user wants it to end now.
     used, memory : int
         Events used up before the call; bytes kept in memory, beyond which records go to files.
@@ -64,13 +63,16 @@ class Limits:
     at: float = math.inf
     seconds: float = math.inf
     pause: float = math.inf
-    interrupted: Callable[[], bool] | None = None
+    interrupted: Callable[[], bool] = bool
     used: int = 0
     memory: int = MEMORY
 
     @classmethod
     def of(
-        cls, max_events: Any = None, max_seconds: Any = None, max_bytes: Any = None,
+        cls,
+        max_events: Any = None,
+        max_seconds: Any = None,
+        max_bytes: Any = None,
         memory: Any = MEMORY,
     ) -> Limits:
         """Return the limits that a user asks for; the time begins now."""  # fmt: skip
@@ -78,15 +80,13 @@ class Limits:
             None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
             for name, value in (("max_events", max_events), ("max_bytes", max_bytes))
         )
-        kept = whole_number(memory, "memory", least=0)
         seconds = math.inf
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
-        limits = cls(events, size, seconds=seconds, interrupted=waiting, memory=kept)
-        return limits.begun()
+        kept = whole_number(memory, "memory", least=0)
+        return cls(events, size, seconds=seconds, interrupted=waiting, memory=kept).begun()
 
     def begun(self) -> Limits:
-        """Return these limits with the time beginning now."""
         return replace(self, at=time.perf_counter() + self.seconds)
 
     def after(self, events: int) -> Limits:
@@ -94,12 +94,10 @@ class Limits:
         return replace(self, used=self.used + events)
 
     def later(self, seconds: float) -> Limits:
-        """Return these limits with the end so much later."""
         return replace(self, at=self.at + seconds)
 
     @property
     def events_left(self) -> int:
-        """How many events may still happen."""
         return _ANY_NUMBER if self.events is None else max(self.events - self.used, 0)
 
     @property
@@ -109,10 +107,7 @@ class Limits:
 
     def passed(self) -> bool:
         """Return whether the time is over, or the user wants back what there is."""
-        return self._pressed() or (self.at < math.inf and time.perf_counter() >= self.at)
-
-    def _pressed(self) -> bool:
-        return self.interrupted is not None and self.interrupted()
+        return self.interrupted() or (self.at < math.inf and time.perf_counter() >= self.at)
 
     def require(self) -> None:
         """Raise `OutOfTime` if the time is over."""
@@ -133,13 +128,8 @@ class Limits:
             return f"max_events = {self.events} was reached"
         if stop is Stop.DEADLINE:
             reached = f"max_seconds = {self.seconds:g} was reached"
-            return "interrupted" if self._pressed() else reached
+            return "interrupted" if self.interrupted() else reached
         return ""
-
-    @property
-    def full(self) -> str:
-        """What a result says that ends because the memory is used up."""
-        return f"max_bytes = {self.bytes} was reached by what is recorded"
 
 
 NO_LIMITS = Limits()

@@ -15,6 +15,12 @@ _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 class Progress:
     """How far a computation has come.
 
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
+    >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events
+    (10, 10, 152)
+
     Attributes
     ----------
     phase : str
@@ -30,17 +36,8 @@ class Progress:
         ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and what is at hand.
     found : int
         How many of `done` an earlier computation had saved.
-    work, theta, pace : float or None
-        Of a run: the part of the work that is done, between 0 and 1, where theta is on its way,
-        and the part of the work per second of late.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
-    >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events
-    (10, 10, 152)
+    work, theta : float or None
+        Of a run: the part of the work that is done, between 0 and 1, and where theta is.
     """
 
     phase: str
@@ -55,7 +52,6 @@ class Progress:
     found: int = 0
     work: float | None = None
     theta: float | None = None
-    pace: float | None = None
 
     @property
     def half_cycles(self) -> int:
@@ -77,31 +73,12 @@ class Progress:
     def seconds_left(self) -> float:
         """An estimate of the time to the end, further members taken as equally long; else nan."""
         left = self.members - self.member + 1 - self.share
-        if self.pace and self.work is not None:
-            return left / self.pace
         return self.seconds * left / self.share if self.share > _TOO_FEW else math.nan
 
 
 Hearer = bool | Callable[[Progress], None] | None
 """Who is told: a callable; False: nobody; True: a bar, or lines away from a terminal; None: a bar
 on terminals and in notebooks, once the computation has taken a second."""
-
-
-class RecentPace:
-    """How fast work is done of late: over the last half of the time, or a little more."""
-
-    def __init__(self) -> None:
-        self._marks: list[tuple[float, float]] = []  # seconds and shares: begin, older, newer
-
-    def at(self, seconds: float, share: float) -> float | None:
-        """Return the part of the work per second up to now; None at first."""
-        now = (seconds, share)
-        begin, older, newer = self._marks or [now] * 3
-        if seconds - begin[0] >= 2 * (newer[0] - begin[0]):
-            older, newer = newer, now
-        self._marks = [begin, older, newer]
-        elapsed = seconds - older[0]
-        return (share - older[1]) / elapsed if elapsed > 0 else None
 
 
 def reporter(progress: Hearer) -> Callable[..., None]:

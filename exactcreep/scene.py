@@ -85,6 +85,12 @@ class Member:
 class Scene:
     """What a TOML scene says, checked for its names but not yet for its values.
 
+    >>> from exactcreep import load_scene
+    >>> scene = load_scene("two-sliders-cycles")
+    >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
+    >>> [member.experiment.chain.tan_alpha for member in varied.members()]
+    [Fraction(1, 10), Fraction(1, 5)]
+
     Attributes
     ----------
     name, title : str
@@ -95,14 +101,6 @@ class Scene:
         Dotted keys and the values that the members take, all combinations of them.
     folder : Path
         Where files named by the scene are looked for.
-
-    Examples
-    --------
-    >>> from exactcreep import load_scene
-    >>> scene = load_scene("two-sliders-cycles")
-    >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
-    >>> [member.experiment.chain.tan_alpha for member in varied.members()]
-    [Fraction(1, 10), Fraction(1, 5)]
     """
 
     name: str
@@ -176,7 +174,7 @@ class Scene:
 
     def settings(self) -> list[dict[str, Any]]:
         """Return, for every member, the varied keys and their values; the first varies slowest."""
-        count = math.prod(len(values) for values in self.vary.values())
+        count = math.prod(map(len, self.vary.values()))
         if count > MOST_MEMBERS:
             raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
         places = itertools.product(*self.vary.values())
@@ -219,23 +217,17 @@ class Scene:
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
     """Return the built-in scene of that name, or the scene in that file.
 
+    Raises `InputError` if there is neither, it is no TOML, or a name in it is unknown.
+
+    >>> load_scene("two-sliders-cycles").experiment().chain.n
+    2
+
     Parameters
     ----------
     scene : str or path
         A name that ``exactcreep scenes`` lists, or a TOML file.
-
-    Raises
-    ------
-    InputError
-        If there is neither, the file cannot be read, it is no TOML, or a name in it is unknown.
-
-    Examples
-    --------
-    >>> load_scene("two-sliders-cycles").experiment().chain.n
-    2
     """
-    name = file_name(scene, "scene")
-    builtin = builtin_scenes()
+    name, builtin = file_name(scene, "scene"), builtin_scenes()
     path = _BUILTIN / f"{name}.toml" if name in builtin else FilePath(name)
     if not path.exists():
         near = difflib.get_close_matches(name, builtin, 1, 0.3)
@@ -329,7 +321,7 @@ def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
     required = [name for name, needed in _keys_of(make).items() if needed]
     for name in required:
         if name not in given:
-            raise InputError(name, None, "is missing; " + ", ".join(required) + " are required")
+            raise InputError(name, None, f"is missing; {', '.join(required)} are required")
     return make(**given)
 
 
@@ -351,8 +343,7 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> D
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started
         given["file"] = folder / given["file"]
-    made: Drive = _made(make, given)
-    return made
+    return _made(make, given)  # type: ignore[no-any-return]
 
 
 def _start(given: Any, chain: Chain, seed: Any) -> State | None:

@@ -45,6 +45,12 @@ class Solid:
 
     It is cut into as many equal pieces as it has contacts, each with its contact at the middle.
 
+    >>> from exactcreep import physical
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+    >>> f"{roof.tau_dyn:.2g} s, {roof.critical_temperature_change:.2g} K"
+    '0.00025 s, 0.052 K'
+
     Attributes
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
@@ -52,18 +58,6 @@ class Solid:
     chain : Chain
         The dimensionless chain, with ``l0 = N Y/(g rho L)``. Its times are in units of `tau_dyn`,
         its forces of ``mass * gravity``.
-
-    Notes
-    -----
-    Source: the estimate before Eq. (vitessecontinue), which ``L = N l0`` makes independent of N.
-
-    Examples
-    --------
-    >>> from exactcreep import physical
-    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-    >>> f"{roof.tau_dyn:.2g} s, {roof.critical_temperature_change:.2g} K"
-    '0.00025 s, 0.052 K'
     """
 
     length: Fraction
@@ -104,10 +98,7 @@ class Solid:
         return _times(displacement, self.length_unit)
 
     def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
-        """Return a velocity per half-cycle, as `Creep.velocity`, in mm/day.
-
-        `period` (s) is two half-cycles; 2 for velocities per second, as those of records.
-        """
+        """Return a velocity per half-cycle, two of which are a `period` (s), in mm/day."""
         daily = self.length_unit * _MILLIMETRES * _DAY * 2 / positive_number(period, "period")
         return _times(velocity, daily)
 
@@ -122,29 +113,22 @@ class Solid:
 
         Zero or negative: friction does not hold the solid.
         """
-        known = self._dimensionless()
-        return float(threshold_amplitude(**known | {"l0": known["l0"] * self.kappa}))
+        known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
+        return float(threshold_amplitude(**known))
 
     def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
-        """Return Eq. (vitessecontinue) in mm/day, of cycles of +-amplitude (K) and a period (s).
-
-        Negative below Delta T*.
-        """
+        """Return Eq. (vitessecontinue) in mm/day, of cycles of +-amplitude (K) and a period (s)."""
         amplitude = self.dilation(temperature_amplitude)
         law = float(solid_velocity(amplitude=amplitude, **self._dimensionless()))
         downhill = -1 if self.chain.tan_alpha < 0 else 1
         return downhill * float(self.millimetres_per_day(law, period))
 
     def _dimensionless(self) -> dict[str, Any]:
-        """Return the parameters of the laws; a negative slope is the mirror image."""
         chain, slope = self.chain, abs(self.chain.tan_alpha)
         return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
     def altered(self, *, contacts: int | None = None, friction: Number = 1) -> Solid:
-        """Return the same solid on another number of contacts, all friction times a factor.
-
-        Raises `InputError` if the chain's numbers leave their range.
-        """
+        """Return the same solid on another number of contacts, all friction times a factor."""
         chain, factor = self.chain, positive_number(friction, "friction")
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
         coefficients = (factor * mu for mu in (chain.mu_d, chain.mu_s, chain.sigma_mu))
@@ -155,7 +139,7 @@ class Solid:
     def converged_contacts(self) -> int:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
-        It goes as ``N + 3 - 2 i`` (Eq. (vitesse)), i whole: the next pivot is worth a fiftieth.
+        It goes as ``N + 3 - 2 i`` (Eq. (vitesse)): the next pivot is worth a fiftieth.
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
@@ -189,6 +173,8 @@ class Solid:
     ) -> Descent:
         """Return how far the solid creeps under these temperatures, and what that depends on.
 
+        Raises `InputError` if an argument is not what it must be, or a seed would have no effect.
+
         Parameters
         ----------
         temperatures : TemperatureRecord or other drive
@@ -201,11 +187,6 @@ class Solid:
             effect.
         seeds : int
             How many further seeds show what disorder does, each a run of its own.
-
-        Raises
-        ------
-        InputError
-            If an argument is not what it must be, or a seed would have no effect.
         """  # fmt: skip
         self.time_unit_of(temperatures, time_unit)  # before the run
         for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
@@ -220,28 +201,24 @@ class Solid:
 class Descent:
     """How far a solid crept under temperatures in time, in millimetres.
 
-    Attributes
-    ----------
-    solid : Solid
-    result : Creep
-        The run, dimensionless.
-    time_unit : float
-        Seconds of one unit of the clock of its temperatures.
-    rates : mapping of (int, Fraction) to float
-        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
-        its `converged_contacts` or twice its own) and by the factor on all friction (`FRICTION`);
-        inf where friction does not hold the solid.
-    of_seeds : tuple of float
-        Millimetres per year of runs like `result` with further seeds.
-
-    Examples
-    --------
     >>> from exactcreep import Cycles, physical
     >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
     ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
     >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
     >>> f"{descent.total:.2f} mm in {descent.days:g} days"
     '5.76 mm in 5 days'
+
+    Attributes
+    ----------
+    solid : Solid
+    result : Creep
+    time_unit : float
+        Seconds of one unit of the clock of its temperatures.
+    rates : mapping of (int, Fraction) to float
+        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
+        its `converged_contacts` or twice its own) and by the factor on all friction (`FRICTION`).
+    of_seeds : tuple of float
+        Millimetres per year of runs like `result` with further seeds.
     """
 
     solid: Solid
@@ -329,9 +306,9 @@ class Descent:
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
             return float(years.std(ddof=1))
-        spread = (
-            float(np.square(np.diff(blocks)).mean()) if blocks.size >= _FEWEST_YEARS else math.nan
-        )
+        if blocks.size < _FEWEST_YEARS:
+            return math.nan
+        spread = float(np.square(np.diff(blocks)).mean())
         return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread / 2)
 
     @property
@@ -349,10 +326,11 @@ class Descent:
     @property
     def pivot_step(self) -> float:
         """By how much of itself the descent jumps when the pivot moves on by one contact."""
-        n, chain = self.solid.chain.n, self.solid.chain
+        chain = self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
-        highest = max(n + 3 - 2 * i for i in pivots(n, abs(chain.tan_alpha), chain.mu_d))
+        found = pivots(chain.n, abs(chain.tan_alpha), chain.mu_d)
+        highest = max(chain.n + 3 - 2 * i for i in found)
         return 2 / highest if highest > 0 else math.inf
 
     @property
@@ -394,10 +372,8 @@ class Descent:
         }
         if math.isfinite(self.weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
-            said["weather"] = (
-                f"one year differs from another by {self.weather:.2g} mm"
-                f" (standard deviation, from the {of})"
-            )
+            differs = f"one year differs from another by {self.weather:.2g} mm"
+            said["weather"] = f"{differs} (standard deviation, from the {of})"
         if self.of_seeds:
             seeds = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
             said["disorder"] = f"{seeds} (standard deviation)"
@@ -429,6 +405,19 @@ def physical(
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 
+    Source: Eq. (vitessecontinue) and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
+    ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
+
+    Raises `InputError` if a quantity is not a positive number, or the chain's are out of their
+    range.
+
+    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
+
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
+    >>> round(roof.continuum_velocity(10, 86400), 3)
+    0.862
+
     Parameters
     ----------
     length : number
@@ -451,25 +440,6 @@ def physical(
         g, m/s^2.
     measured : number
         A descent to be shown beside the computed one, mm/year.
-
-    Raises
-    ------
-    InputError
-        If a quantity is not a positive number, or the chain's are out of their range.
-
-    Notes
-    -----
-    Source: Eq. (vitessecontinue) and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
-    ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
-
-    Examples
-    --------
-    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
-
-    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-    ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
-    >>> round(roof.continuum_velocity(10, 86400), 3)
-    0.862
     """
     given = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip

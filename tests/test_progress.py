@@ -13,7 +13,7 @@ import pytest
 from exactcreep import compiling, display
 from exactcreep.display import COMPILING, Display
 from exactcreep.model.drive import Cycles
-from exactcreep.progress import Hearer, Progress, RecentPace, reporter
+from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic.creep import creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
@@ -56,7 +56,6 @@ def test_every_long_computation_hands_on_the_same_kind_of_progress(
         (10, 40, {}, 9),
         (10, 40, {"member": 2, "members": 4}, 33),
         (5, 10, {"work": 0.1}, 27),  # the count does not tell: a tenth of the work is in half
-        (1, 2, {"work": 0.6, "pace": 0.01}, 40),
         (0, 40, {}, math.nan),
         (1, 10**6, {}, math.nan),
     ],
@@ -166,16 +165,6 @@ def test_saying_that_the_compiler_is_at_work_may_need_the_compiler_itself() -> N
     listener.on_start(None)
     listener.on_start(None)
     assert said == ["compiling"]
-
-
-def test_the_pace_is_that_of_the_last_part_of_the_session() -> None:
-    pace = RecentPace()
-    # resumed after 100 s that brought a tenth; slow at first, then ten times as fast
-    assert pace.at(100.0, 0.1) is None
-    last = None
-    for t in range(1, 60):
-        last = pace.at(100.0 + t, 0.1 + (0.001 * t if t < 4 else 0.004 + 0.01 * (t - 4)))
-    assert last == pytest.approx(0.01)
 
 
 def test_theta_is_told_within_a_half_cycle_that_takes_long() -> None:

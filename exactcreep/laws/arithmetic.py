@@ -21,7 +21,6 @@ def is_mpf(value: object) -> bool:
 
 
 def rational(value: Number) -> Fraction:
-    """Return the exact value of a finite scalar."""
     if is_mpf(value) and value.context.isfinite(value):
         numerator, denominator = libmp.to_rational(value._mpf_)
         return Fraction(int(numerator), int(denominator))
@@ -90,22 +89,17 @@ def square_root(value: Number) -> Number:
 
 
 def root_of_pi(like: Number) -> Number:
-    """Return sqrt(pi) in the arithmetic of a number."""
     return square_root(+like.context.pi) if is_mpf(like) else math.sqrt(math.pi)
 
 
 def positive_part(value: Number) -> Number:
-    """Return the number where it is positive, else zero."""
     if isinstance(value, np.ndarray):
         return np.maximum(value, 0.0)
     return value if value > 0 else value * 0
 
 
 def cosine(tan_alpha: Number) -> Number:
-    """Return cos(alpha) of a slope; a rational where it is one (slopes of Pythagorean triangles).
-
-    Derivation: ``derivations/scaling.py``.
-    """
+    """Return cos(alpha), rational for Pythagorean slopes; see ``derivations/scaling.py``."""
     return 1 / square_root(1 + tan_alpha * tan_alpha)
 
 

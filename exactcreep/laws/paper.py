@@ -41,15 +41,9 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
 
     It is ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
     at the edge between the two, decided at the exact values of the arguments. Slider i - 1 rests
-    while the chain dilates, slider n + 2 - i while it contracts.
+    while the chain dilates, slider n + 2 - i while it contracts. ValueError if |tan_alpha| >= mu_d
+    or n < 1.
 
-    Raises
-    ------
-    ValueError
-        If |tan_alpha| >= mu_d (the chain can run away and has no pivot) or n < 1.
-
-    Notes
-    -----
     Derivation: ``derivations/pivots.py`` and ``derivations/sliding_limit.py``; window of
     Eq. (critical_angle) for mu_s -> mu_d.
     """
@@ -79,8 +73,7 @@ _POSITIVE = ("n", "l0")
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
     """Return a formula that takes numbers of any kind, and gives one of their common arithmetic.
 
-    An index `i` that is not given is that of the sliding limit. n and l0 must be
-    positive (ValueError).
+    An index `i` that is not given is that of the sliding limit; n and l0 must be positive.
     """
     signed = signature(function)
 

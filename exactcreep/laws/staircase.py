@@ -20,23 +20,12 @@ from exactcreep.laws.paper import law, margin
 def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     """Return tau_th <v_G> of two sliders under dilation cycles, sigma_mu = 0, exactly.
 
-    Parameters
-    ----------
-    l0, mu_d, mu_s, tan_alpha, amplitude : number
-        The chain and the drive, 0 < tan_alpha < mu_d <= mu_s (else ValueError).
-    r0 : number, optional
-        x_2 - x_1 - l0 at theta = 0, in units of g tau_dyn**2 (conserved modulo 2D); 0 is the
-        relaxed chain.
+    It is ``D`` times the number of rho in ``r0 + D + 2D Z`` with ``|rho| < l0 amplitude - m``; for
+    the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
+    where mu_s = mu_d. The number of slips is decided at the arguments' exact values. `r0` is
+    x_2 - x_1 - l0 at theta = 0, in units of g tau_dyn**2 (conserved modulo 2D). ValueError unless
+    0 < tan_alpha < mu_d <= mu_s.
 
-    Returns
-    -------
-    number
-        ``D`` times the number of rho in ``r0 + D + 2D Z`` with ``|rho| < l0 amplitude - m``; for
-        the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
-        where mu_s = mu_d. The number of slips is decided at the arguments' exact values.
-
-    Notes
-    -----
     Derivation: ``derivations/two_sliders.py``; exact form of Eq. (velocity_th_2_cycle_corrected).
     """
     friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)

@@ -40,8 +40,6 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
 
     Infinite where no draw can stop the chain, as without disorder, or one in 1e300 cycles.
 
-    Notes
-    -----
     Two sliders are two relays: heating moves slider 2 whenever the tension falls to ``-a_2``, by
     ``2 (a_2 - m)``, cooling slider 1 at ``a_1`` alike, ``a_i = mu_i c - s`` drawn at each slip.
     They stop when the tension turns between ``-a_2`` and ``a_1``: the first passage of a Markov
@@ -53,8 +51,6 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     For more sliders the mean forces of the ends are taken as uniform within +-D and an end as held
     for five half-cycles, as six cases of three to six sliders showed to within a factor of six.
 
-    Examples
-    --------
     >>> chain = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> 4000 < stopping_time(chain, "0.000356").cycles < 5500
     True
@@ -84,7 +80,6 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
 
 
 def _below(z: float) -> float:
-    """Return the probability of a normal deviate below `z`."""
     return math.erfc(-z / math.sqrt(2)) / 2
 
 

@@ -80,8 +80,7 @@ def _several(n: Number) -> int:
 def edges(chain: Chain) -> dict[str, float]:
     """Return the amplitudes between the fates of a chain, by the names of the theorems.
 
-    ``at_rest`` and ``locked_ends`` hold without disorder alone, the first only where some state is
-    at rest; one slider has none.
+    ``at_rest`` and ``locked_ends`` hold without disorder alone; one slider has none.
     """
     if chain.n < 2:
         return {}

@@ -94,15 +94,9 @@ def _trapezoid(
 class Prediction:
     """The velocity that theory predicts, unit ``g tau_dyn**2`` per half-cycle or target.
 
-    Attributes
-    ----------
-    label : str
-        Of the paper's equation.
-    printed, sliding : tuple of float
-        What it gives as printed, and the exact law of the sliding limit: two values where the
-        plateau is not unique; none are printed for one slider or without dilations.
-    staircase : float or None
-        The exact velocity of two sliders that start relaxed, sigma_mu = 0, under cycles.
+    `label` is that of the paper's equation, `printed` what it gives, `sliding` the exact law of the
+    sliding limit: two values where the plateau is not unique. `staircase` is the exact velocity of
+    two sliders that start relaxed, sigma_mu = 0, under cycles.
     """
 
     label: str
@@ -121,8 +115,7 @@ def prediction(
 ) -> Prediction | None:
     """Return what theory predicts for the mean velocity; None for a path, and beyond mu_d.
 
-    The staircase is known for the relaxed chain alone, the default `start`; `bits` as in
-    `law_values`.
+    The staircase is that of the relaxed chain, the default `start`; `bits` as in `law_values`.
     """
     if isinstance(drive, Cycles):
         label, size = "vitesse_seuil", {"amplitude": drive.amplitude}

@@ -27,6 +27,14 @@ class Chain(Shown):
     Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
     string are what they say (``"0.6"`` is 3/5), a float is its exact binary value.
 
+    Source: Eqs. (dynamic_eq1)-(static_eqN) and (dist_mud).
+
+    Raises `InputError` if a parameter is not a number or out of its range.
+
+    >>> chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> chain.mu_s, chain.sigma_mu, chain.may_run_away
+    (Fraction(3, 5), Fraction(1, 100), False)
+
     Parameters
     ----------
     n : int
@@ -41,21 +49,6 @@ class Chain(Shown):
         Standard deviation of the static friction coefficients; not negative.
     tan_alpha : number
         Tangent of the angle of the incline; negative is the mirror image.
-
-    Raises
-    ------
-    InputError
-        If a parameter is not a number or out of its range.
-
-    Notes
-    -----
-    Source: Eqs. (dynamic_eq1)-(static_eqN) and (dist_mud).
-
-    Examples
-    --------
-    >>> chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> chain.mu_s, chain.sigma_mu, chain.may_run_away
-    (Fraction(3, 5), Fraction(1, 100), False)
     """
 
     n: int
@@ -88,11 +81,6 @@ class Chain(Shown):
         # no draw lies 16 standard deviations off
         if not math.isfinite(nearest_float(self.mu_s + 16 * self.sigma_mu)):
             raise InputError("sigma_mu", sigma_mu, "draws coefficients beyond the largest float")
-
-    def __eq__(self, other: object) -> bool:
-        if self is other:
-            return True
-        return type(other) is type(self) and self.parameters() == other.parameters()
 
     def __hash__(self) -> int:
         return self._hash

@@ -47,6 +47,12 @@ class Event:
     A reversal is a stop and a start at the same time; stops come first. Two events are equal if
     all their numbers are the same; balls, if midpoints and radii are.
 
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
+    >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
+    ('stop', (2,), (1,), 3.141593)
+
     Attributes
     ----------
     time : number
@@ -61,14 +67,6 @@ class Event:
         stop the largest ``|velocity|``, of a start the largest distance of ``|F|`` from ``mu_s c``.
         Zero for what exceeds its threshold rightly (a reversal, a chain that was unstable as it
         stood), and where a formula gives the time.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, State, rearrange
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
-    >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
-    ('stop', (2,), (1,), 3.141593)
     """
 
     time: Scalar
@@ -100,10 +98,7 @@ Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 
 
 def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> int:
-    """Return the direction in which a slider at rest starts, 0 while ``|force| <= threshold``.
-
-    `sign` is the sign of a number in the arithmetic at hand; where it is zero, the slider stays.
-    """
+    """Return the direction in which a slider at rest starts, 0 while ``|force| <= threshold``."""
     if sign(force - threshold) > 0:
         return 1
     return -1 if sign(-force - threshold) > 0 else 0
@@ -115,14 +110,9 @@ _BLOCK = 16  # contacts of a slider that are drawn together: one draw alone cost
 class Field(Protocol):
     """What thresholds ask of an arithmetic: see `exactcreep.motion.arithmetic`."""
 
-    def number(self, value: Any) -> Any:
-        """Return a number of this arithmetic."""
-
-    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
-        """Return numbers of this arithmetic as a vector."""
-
-    def times_cosine(self, chain: Chain, value: Fraction) -> Any:
-        """Return ``value cos(alpha)``; in float64 rounded once."""
+    def number(self, value: Any) -> Any: ...
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]: ...
+    def times_cosine(self, chain: Chain, value: Fraction) -> Any: ...
 
 
 class Contacts:
@@ -142,10 +132,7 @@ class Contacts:
         self._least = near if Fraction(near) >= chain.mu_d else math.nextafter(near, math.inf)
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
-        """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider` (from 1).
-
-        A float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`.
-        """
+        """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider`."""
         if self.chain.sigma_mu == 0:
             return self.chain.mu_s
         block, place = divmod(draw, _BLOCK)
@@ -199,7 +186,6 @@ class Contacts:
         return np.asarray(held)
 
     def _is_constant(self, coefficient: Any) -> bool:
-        """Return whether `coefficient` stands for `mu_s`."""
         return self.chain.sigma_mu == 0 and float(coefficient) == self._mean
 
 

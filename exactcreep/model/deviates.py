@@ -173,7 +173,6 @@ def normal_deviate(word):
 
 @njit(cache=True, nogil=True)
 def deviates(seed, stream, n, first, out):
-    """Fill `out` with the deviates `first`, `first` + 1, ... of (seed, stream, n)."""
     k = first
     i = 0
     while i < out.size:

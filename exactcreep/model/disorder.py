@@ -71,11 +71,7 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
 def static_coefficients(
     chain: Chain, seed: int, n: int, first: int, count: int
 ) -> NDArray[np.float64]:
-    """Return draws `first` .. `first + count - 1` of slider `n` as float64, shape (count,).
-
-    With ``sigma_mu = 0`` every entry is the float64 nearest to ``mu_s``.
-    Source: Eq. (dist_mud).
-    """
+    """Return draws `first` .. `first + count - 1` of slider `n` as float64, shape (count,)."""
     mean = nearest_float(chain.mu_s)
     if chain.sigma_mu == 0:
         return np.full(count, mean)
@@ -86,8 +82,8 @@ def static_coefficients(
 def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
-    The drawn float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`. It may
-    lie below `mu_d`; the contact then acts as if it were `mu_d`. Source: Eq. (dist_mud).
+    The drawn float64 is the value exactly, also below `mu_d`, as which it then acts; with
+    ``sigma_mu = 0`` it is the rational `mu_s`. Source: Eq. (dist_mud).
     """
     n = whole_number(n, "n", least=1, most=chain.n)
     k = whole_number(k, "k", least=0, most=2**62)

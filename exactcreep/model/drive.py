@@ -84,17 +84,15 @@ class Drive(Shown):
 class Cycles(Drive):
     """Temperature cycles: targets +A, -A, `cycles` times (2 `cycles` half-cycles).
 
+    >>> Cycles(amplitude="0.01", cycles=2).targets(first=1, count=4)
+    array([ 0.01, -0.01,  0.01, -0.01])
+
     Parameters
     ----------
     amplitude : number
         A_theta, dimensionless, not negative; kept exactly.
     cycles : int
         At least 1.
-
-    Examples
-    --------
-    >>> Cycles(amplitude="0.01", cycles=2).targets(first=1, count=4)
-    array([ 0.01, -0.01,  0.01, -0.01])
     """
 
     amplitude: Fraction
@@ -125,21 +123,17 @@ class Cycles(Drive):
 class GaussianSteps(Drive):
     """Random temperatures: theta_q drawn anew from a normal distribution, `steps` times.
 
+    Source: Eq. (dist_theta). theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
+
+    >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
+    array([ 0.0057, -0.002 , -0.0074])
+
     Parameters
     ----------
     sigma_theta : number
         Standard deviation, dimensionless, not negative.
     steps : int
         At least 1.
-
-    Notes
-    -----
-    Source: Eq. (dist_theta). theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
-
-    Examples
-    --------
-    >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
-    array([ 0.0057, -0.002 , -0.0074])
     """
 
     sigma_theta: Fraction
@@ -189,15 +183,13 @@ class Listed(Drive):
 class Path(Listed):
     """A given sequence of dilations.
 
+    >>> Path(["0.001", 0, "-1/300"]).theta
+    (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
+
     Parameters
     ----------
     theta : sequence of numbers
         At least one; each is kept exactly.
-
-    Examples
-    --------
-    >>> Path(["0.001", 0, "-1/300"]).theta
-    (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
     """
 
     theta: tuple[Fraction, ...]
@@ -215,10 +207,7 @@ class Path(Listed):
     def of(cls, drive: Drive, seed: int = 0) -> Path:
         """Return the targets of a drive of somebody's own class, which files cannot make again.
 
-        Raises
-        ------
-        InputError
-            If there are more than a million, or it has a clock of its own, which a path has not.
+        `InputError` if there are more than a million, or it has a clock of its own.
         """
         name = type(drive).__name__
         if type(drive).clock is not Drive.clock or drive.dates is not None:

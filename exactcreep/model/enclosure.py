@@ -74,14 +74,8 @@ def _decimal(value: Fraction, digits: int, rounding: str = "ROUND_HALF_EVEN") ->
 def enclosure(value: Any) -> Enclosure:
     """Return the exact middle and radius of a float, a rational, an mpmath number or a ball.
 
-    A number that makes no claim about its error has the radius zero.
-
-    Raises
-    ------
-    ValueError, OverflowError
-        If it is not finite.
-    TypeError
-        If it is no number.
+    A number that makes no claim about its error has the radius zero. Raises ValueError or
+    OverflowError if it is not finite, TypeError if it is no number.
     """
     if isinstance(value, Enclosure):
         return value
@@ -146,7 +140,6 @@ def same(a: Any, b: Any) -> bool:
 
 
 def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    """Return whether two arrays have the same shape and hold the same numbers, as `same` says."""
     if a.dtype != object and b.dtype != object:
         return np.array_equal(a, b, equal_nan=True)
     pairs = zip(a.ravel().tolist(), b.ravel().tolist(), strict=False)
@@ -190,7 +183,6 @@ def as_claimed(written: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
 
 def _known(text: str, radius: float) -> Enclosure:
-    """Return what a decimal stands for that was rounded, and the radius beside it."""
     middle = Fraction(text)
     exponent = int(Decimal(text).as_tuple().exponent)
     return Enclosure(middle, Fraction(radius) + (Fraction(10) ** exponent / 2 if middle else 0))

@@ -31,6 +31,15 @@ _MOST_DRAWS = 2**62
 class State(Shown):
     """A chain at rest at the dilation `theta`.
 
+    Two states are equal if all their numbers are the same, whatever their type.
+
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
+    >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
+    array([0.7, 0.4, 0.7])
+    >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
+    array([0.000273, 0.000239])
+
     Attributes
     ----------
     tensions : ndarray, shape (n - 1,)
@@ -47,19 +56,6 @@ class State(Shown):
         The dilation.
     past : object or None
         What `certified` needs to go on from here as if it had not stopped; not compared.
-
-    Notes
-    -----
-    Two states are equal if all their numbers are the same, whatever their type.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain
-    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
-    >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
-    array([0.7, 0.4, 0.7])
-    >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
-    array([0.000273, 0.000239])
     """
 
     tensions: NDArray[Any]
@@ -230,7 +226,6 @@ def _numbers(given: Any, field: str) -> NDArray[Any]:
 
 
 def _counts(given: Any, field: str) -> NDArray[np.int64]:
-    """Return whole numbers from 1 on as an array of their own."""
     array = _numbers(given, field)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
     # numbers so large that a float64 does not tell them apart are counted with the excessive

@@ -73,6 +73,21 @@ class RecordWarning(UserWarning):
 class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
+    Between two rows theta ramps monotonically; rows in the middle of a monotone stretch change
+    nothing. A velocity is a displacement per unit of `times` (per second for dates), gaps counted;
+    the chain is taken from T0 to the first row at the time of that row.
+
+    Raises `InputError` if a row cannot be what is said of it. The message has every kind of fault
+    with its first lines, their number, and the option that would mend it.
+
+    Warns with `RecordWarning` if temperatures look like those of the other unit, or one must mark a
+    missing reading.
+
+    >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
+    >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
+    >>> record.theta[1], record.temperatures
+    (Fraction(609, 1000000), array([10. , 31. , 12.5]))
+
     Parameters
     ----------
     file : str or path
@@ -117,30 +132,6 @@ class TemperatureRecord(Listed):
         Date of the first row in ISO 8601, "" if times are numbers.
     sha256 : str
         Digest of the file, or of the arrays.
-
-    Raises
-    ------
-    InputError
-        If a row cannot be what is said of it. The message has every kind of fault with its first
-        lines, their number, and the option that would mend it.
-
-    Warns
-    -----
-    RecordWarning
-        If temperatures look like those of the other unit, or one must mark a missing reading.
-
-    Notes
-    -----
-    Between two rows theta ramps monotonically; rows in the middle of a monotone stretch change
-    nothing. A velocity is a displacement per unit of `times` (per second for dates), gaps counted;
-    the chain is taken from T0 to the first row at the time of that row.
-
-    Examples
-    --------
-    >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
-    >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
-    >>> record.theta[1], record.temperatures
-    (Fraction(609, 1000000), array([10. , 31. , 12.5]))
     """
 
     file: str
@@ -241,6 +232,8 @@ class TemperatureRecord(Listed):
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 
+        Raises `InputError`: as for a file; rows count from 1.
+
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
@@ -252,11 +245,6 @@ class TemperatureRecord(Listed):
             Series or DataFrame.
         **options
             All that does not say where a file has what.
-
-        Raises
-        ------
-        InputError
-            As for a file; rows count from 1.
         """
         index = getattr(temperatures, "index", None) if times is None else times
         if index is None or callable(index):
@@ -291,7 +279,6 @@ class TemperatureRecord(Listed):
         return {name: getattr(self, name).strip() for name in names}
 
     def _table(self) -> tuple[DataFrame, bytes]:
-        """Return the columns of the file that are read, as texts by line, and its content."""
         content = packed = content_of(Path(self.file), "file", MOST_BYTES)
         if self.file.lower().endswith(".gz"):
             try:
@@ -443,7 +430,6 @@ class TemperatureRecord(Listed):
         return {name: getattr(self, name) for name in names}
 
     def parameters(self) -> dict[str, Any]:
-        """Return what makes the drive again, without the file."""
         kept = super().parameters()
         if not self.origin:
             del kept["origin"]

@@ -68,7 +68,6 @@ def behaviour(
 
 
 def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: int) -> Behaviour:
-    """Return what is known of a chain that has not settled, from its drift."""
     chain = velocity.experiment.chain
     burn_in, mean = velocity.mean(done)
     least = velocity.error(burn_in, least=True)

@@ -19,6 +19,7 @@ import time
 import warnings
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -48,18 +49,9 @@ class CheckpointWarning(UserWarning):
 class Checkpoint:
     """The checkpoint file of one or more runs: added to when it is due, and read again.
 
-    Attributes
-    ----------
-    path : str
-    every : float
-        Seconds between two writings.
-    note : mapping
-        What a caller wants to find in it.
-    experiments : list of Experiment
-    runs : mapping of int to tuple
-        Of each of them that has begun, as it was read: a snapshot, and rows in blocks.
-    stale : str
-        Why the file does not hold how far the run has come; "" if it does.
+    `runs` are the snapshot and the blocks of rows, as they were read, of each of its `experiments`
+    that has begun; `note` is what a caller wants to find in it; `stale` says why the file does not
+    hold how far the run has come, "" if it does.
     """
 
     def __init__(
@@ -70,7 +62,6 @@ class Checkpoint:
         force: bool = False,
         note: Mapping[str, Any] | None = None,
     ) -> None:
-        """Take over where to write, or raise `InputError` if no file can be written there."""
         self.every = nearest_float(number_from_zero(every, "every"))
         check_output(path, "checkpoint", force=force)
         self.path = os.fspath(path)
@@ -94,7 +85,7 @@ class Checkpoint:
             for record in others:
                 member = record["member"]
                 require(type(member) is int and 0 <= member < len(found.experiments), "whose run?")
-                rows = found.runs[member][1] if member in found.runs else defaultdict(list)
+                _, rows = found.runs.get(member, (None, defaultdict(list)))
                 for name, block in record["rows"].items():
                     rows[name].append(block)
                 found.runs[member] = record["run"], rows
@@ -108,7 +99,7 @@ class Checkpoint:
         return found
 
     def begin(self, experiments: Sequence[Experiment]) -> None:
-        """Take over the experiments that are to be run, unless they are those of the file."""
+        """Take over the experiments that are to be run, unless the file has its own."""
         if not self.experiments:
             self.experiments = list(experiments)
             described = [experiment.description() for experiment in experiments]
@@ -158,18 +149,15 @@ class Checkpoint:
             write_file(self.path, record, "checkpoint", force=self._force)
         else:
             try:
-                with open(self.path, "r+b", buffering=0) as file:
-                    try:
-                        file.truncate(self._size)
-                        file.seek(self._size)
-                        rest = memoryview(record)
-                        while rest:
-                            rest = rest[file.write(rest) :]
-                        os.fsync(file.fileno())
-                    except OSError:
-                        file.truncate(self._size)
-                        raise
+                with open(self.path, "r+b") as file:
+                    file.truncate(self._size)
+                    file.seek(self._size)
+                    file.write(record)
+                    file.flush()
+                    os.fsync(file.fileno())
             except OSError as error:
+                with suppress(OSError):
+                    os.truncate(self.path, self._size)
                 reason = f"cannot be written: {error.strerror or error}; resume goes on from what"
                 raise InputError("checkpoint", self.path, f"{reason} it holds") from None
         self._size += len(record)
@@ -181,15 +169,8 @@ def _refusal(path: str, error: Exception) -> InputError:
     return InputError("checkpoint", path, f"is not a checkpoint of a run: {reason}")
 
 
-# -- records --------------------------------------------------------------------------------------
-
-
 def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
-    """Return the line of a record that holds `content`, and its digest.
-
-    It may hold None, truth values, numbers, strings, rationals, enclosures, arrays, and lists,
-    tuples and mappings of these; `before` is the digest of the record before.
-    """
+    """Return the line of a record, and its digest; `before` is the digest of the record before."""
     tree = json.dumps(_encoded(content), separators=(",", ":"))
     digest = hashlib.sha256(f"{before}{tree}".encode()).hexdigest()
     return f"{digest} {tree}\n".encode(), digest
@@ -241,7 +222,6 @@ def _decoded(item: dict[str, Any]) -> Any:
 
 
 def to_bytes(content: Mapping[str, Any]) -> bytes:
-    """Return a file of one record; see `packed`."""
     return _LINE + packed(content)[0]
 
 
@@ -252,7 +232,6 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return what the first record of a file holds, or raise `InputError`."""
     return from_bytes(_content(path), os.fspath(path))
 
 

@@ -108,20 +108,30 @@ def creep(
 ) -> Creep:
     """Drive a chain through its targets quasi-statically and return what it did.
 
+    Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
+
+    Raises `InputError` if an argument is out of range, or an option is not the solver's. Raises
+    `Interrupted`: a KeyboardInterrupt that holds the partial result.
+
+    >>> from exactcreep import Chain, Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
+    >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
+    ('creeping', 0.776114, (100, 2))
+
     Parameters
     ----------
     chain : Chain
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
     seed : int
-        Of the disorder: static coefficients and random dilations.
+        Of the disorder.
     solver : str
         A name of `exactcreep.solvers.registry.SOLVERS`.
     start : State, optional
         Default: the relaxed chain. A start that is not at rest is first rearranged.
     record : sequence of str
         Among ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables
-        ``events``, ``rearrangements`` and ``slip_table`` (a row for each slider of an event, for
-        each rearrangement that came to rest, for each slip); `Creep.dataset` lists their columns.
+        ``events``, ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns.
         With ``()`` the run needs no more memory than the chain does.
     burn_in : int, optional
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
@@ -178,25 +188,6 @@ def creep(
 
         `velocity_error` comes from averages over blocks (`statistics.standard_error`). It is nan
         where it still grows with the blocks; what no block of the run shows remains unseen.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range, or an option is not the solver's.
-    Interrupted
-        A KeyboardInterrupt that holds the partial result.
-
-    Notes
-    -----
-    Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, Cycles
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
-    >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
-    ('creeping', 0.776114, (100, 2))
     """
     experiment = Experiment.of(
         chain, drive, seed=seed, solver=solver, start=start, record=record, burn_in=burn_in,
@@ -222,25 +213,20 @@ def resume(
 
     The file goes on being kept up to date; limits count anew, except `max_events`.
 
+    Raises `InputError` if the file is no checkpoint of one run, damaged, or of another version.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
+    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
+    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
+    ('limit', True)
+
     Parameters
     ----------
     path : path
         What `creep` or ``exactcreep run --checkpoint`` kept.
     progress, max_events, max_seconds, max_bytes, memory, every
         As for `creep`.
-
-    Raises
-    ------
-    InputError
-        If the file is no checkpoint of one run, damaged, or of another version.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
-    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
-    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
-    ('limit', True)
     """
     saved = Checkpoint.read(path, every)
     if len(saved.experiments) != 1:
@@ -261,12 +247,7 @@ def run_members(
 
     The seconds of `limits` are for all together, from when the first one is ready to begin; members
     not yet begun when they are over have no result. The other limits are for each. A `checkpoint`
-    is kept up to date; if it was read from a file, its experiments go on from there.
-
-    Raises
-    ------
-    Interrupted
-        After Ctrl-C, with the results so far.
+    that was read from a file goes on from there. Ctrl-C raises `Interrupted`.
     """
     results: list[Creep] = []
 
@@ -305,7 +286,6 @@ def run_members(
 
 
 def _progress(run: ObservedRun, member: int, members: int, phase: str) -> Progress:
-    """Return how far a run has come, also on its way to the next target."""
     drive, seed, done = run.experiment.drive, run.experiment.seed, run.done
     theta = float(drive.targets(done, 1, seed)[0]) if done else run.experiment.theta
     part = 0.0
@@ -314,9 +294,8 @@ def _progress(run: ObservedRun, member: int, members: int, phase: str) -> Progre
         way = float(drive.targets(done + 1, 1, seed)[0]) - before
         part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
     work, events = (done + part) / run.total, run.simulation.tally.events
-    now = run.pace.at(run.seconds, work) if phase == "running" else None
     return Progress(phase, done, run.total, events, run.seconds, member, members,
-                    work=work, theta=theta, pace=now)  # fmt: skip
+                    work=work, theta=theta)  # fmt: skip
 
 
 def _warn(result: Creep) -> None:
@@ -330,8 +309,8 @@ def accuracy_reached(report: Mapping[str, Any]) -> str:
     """Return the sentence that says whether a velocity is as accurate as was asked for."""
     known, wanted = report["relative_error"], f"{report['accuracy']:.2g}"
     reached = "is not known" if known is None or math.isnan(known) else f"is {known:.2g}"
-    far = f", within {wanted}" if report["accuracy_reached"] else f", not {wanted}: run more cycles"
-    return f"the velocity's relative error at 95 % {reached}{far}"
+    far = f"within {wanted}" if report["accuracy_reached"] else f"not {wanted}: run more cycles"
+    return f"the velocity's relative error at 95 % {reached}, {far}"
 
 
 def _warm_up(experiment: Experiment, limits: Limits, compiling: Any) -> float:
@@ -340,7 +319,5 @@ def _warm_up(experiment: Experiment, limits: Limits, compiling: Any) -> float:
     All that may be needed if the time is limited: compiling later would use it up.
     """
     solver = experiment.algorithm
-    lengths = solver.compiles(experiment.chain.n)
-    if limits.at == math.inf:
-        lengths = lengths[:1]
+    lengths = solver.compiles(experiment.chain.n)[: 1 if limits.at == math.inf else None]
     return compiled(solver, lengths, experiment.record, compiling)

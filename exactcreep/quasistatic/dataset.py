@@ -101,7 +101,6 @@ def dataset_of(result: Creep) -> xr.Dataset:
 def _labelled(
     columns: Mapping[str, Column], written: Mapping[str, Any], *dimension: str
 ) -> dict[str, Any]:
-    """Return what of `written` is a quantity of `columns`, as variables of a dataset."""
     variables: dict[str, Any] = {}
     for name, values in written.items():
         column = columns.get(quantity(name))
@@ -165,7 +164,6 @@ def _attribute(value: Any) -> Any:
 
 
 def _fields_of(data: xr.Dataset) -> dict[str, Any]:
-    """Return the fields of the result that `dataset_of` labelled."""
     about, exact = data.attrs, None
     if "velocity_exact" in about:
         parts = about["velocity_exact"], about["velocity_exact_radius"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -13,13 +13,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float
-from exactcreep.model.numbers import (
-    InputError,
-    Number,
-    exact_number,
-    nearest_float,
-    whole_number,
-)
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.solvers.registry import solver_named
@@ -44,19 +38,17 @@ def drive_of_kind(kind: Any) -> type[Drive]:
 class Experiment:
     """A chain, a drive, the disorder, a solver, and what is to be recorded.
 
+    >>> from exactcreep import load_scene
+    >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
+    >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
+    (2, 20, 'exact')
+
     Attributes
     ----------
     chain, drive, seed, solver, start, record, burn_in, twin, accuracy
         The parameters of `exactcreep.creep`.
     options : mapping
         The solver's own options, as given.
-
-    Examples
-    --------
-    >>> from exactcreep import load_scene
-    >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
-    >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
-    (2, 20, 'exact')
     """
 
     chain: Chain
@@ -85,13 +77,7 @@ class Experiment:
         accuracy: Number | None = None,
         options: Mapping[str, Any] | None = None,
     ) -> Experiment:
-        """Return the experiment with these parameters; see `exactcreep.creep`.
-
-        Raises
-        ------
-        InputError
-            If one of them is of the wrong type or out of range.
-        """
+        """Return the experiment with parameters of `exactcreep.creep`, or raise `InputError`."""
         if not isinstance(chain, Chain):
             raise InputError("chain", chain, "must be a Chain")
         if not isinstance(drive, Drive):
@@ -143,12 +129,10 @@ class Experiment:
 
     @cached_property
     def algorithm(self) -> Solver:
-        """The solver with its options."""
         return solver_named(self.solver, dict(self.options))
 
     @cached_property
     def initial(self) -> State:
-        """The state from which the chain starts."""
         return State.relaxed(self.chain, self.seed) if self.start is None else self.start
 
     @property
@@ -170,22 +154,16 @@ class Experiment:
     def description(self) -> dict[str, Any]:
         """Return the experiment as plain data, exactly; `from_description` makes it again."""
         start = self.start
-        return {
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {
             "chain": self.chain.parameters(),
             "drive": self.drive.parameters(),
-            "seed": self.seed,
-            "solver": self.solver,
             "options": dict(self.options),
             "start": start and {**vars(start), "past": None},
             "record": list(self.record),
-            "burn_in": self.burn_in,
-            "twin": self.twin,
-            "accuracy": self.accuracy,
         }
 
     @classmethod
     def from_description(cls, data: Mapping[str, Any]) -> Experiment:
-        """Return the experiment that `description` described."""
         given, drive = dict(data), dict(data["drive"])
         start = given["start"]
         return cls.of(

@@ -66,7 +66,6 @@ def tree(result: Creep) -> xr.DataTree:
 
 
 def frame(result: Creep, name: str) -> pd.DataFrame:
-    """Return one table of a run as a data frame; see `Creep.to_pandas`."""
     dataset = table(result, name)
     dimension = str(next(iter(dataset[next(iter(dataset))].dims)))
     first = int(dimension == "half_cycle")
@@ -89,10 +88,7 @@ def frame(result: Creep, name: str) -> pd.DataFrame:
 
 
 def _compact(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a column with 32 bits for integers that fit.
-
-    Fewer might fit, too, but the squares of such numbers would overflow unseen.
-    """
+    """Return a column with 32 bits for integers that fit; squares of shorter ones overflow."""
     fits = values.dtype == np.int64 and (values == values.astype(np.int32)).all()
     return values.astype(np.int32) if fits else values
 
@@ -100,8 +96,8 @@ def _compact(values: NDArray[Any]) -> NDArray[Any]:
 def export(result: Creep, name: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
     """Write one table of a run to a CSV or Parquet file and return how many rows it has.
 
-    Parquet has units and meanings in its metadata, where pandas finds them as ``attrs``; CSV has
-    numbers in full, and units in brackets behind the names of their columns.
+    In Parquet pandas finds units and meanings as ``attrs``; CSV has units in brackets behind the
+    names of the columns.
     """
     ending, rows = check_ending(path), frame(result, name)
     units = rows.attrs["units"]

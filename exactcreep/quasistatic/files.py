@@ -1,13 +1,10 @@
-"""Write files in one piece or not at all: a locked part beside the target, fsync, rename."""
+"""Write files in one piece or not at all: a part beside the target, fsync, rename."""
 
 from __future__ import annotations
 
-import contextlib
-import importlib
 import io
 import itertools
 import os
-import re
 import secrets
 from collections.abc import Callable
 from pathlib import Path
@@ -15,19 +12,11 @@ from typing import Any
 
 from exactcreep.model.numbers import InputError
 
-fcntl: Any = None
-with contextlib.suppress(ImportError):  # not on Windows, where no part is known to be stale
-    fcntl = importlib.import_module("fcntl")
-
 PICTURES = (".png", ".pdf", ".svg")
-_PART = re.compile(r"\.[0-9a-f]{8}\.part$")
 Content = bytes | memoryview | Callable[[io.FileIO], None]
-"""Of a file: bytes, or what writes it."""
 
 
 class Occupied(InputError):
-    """A file exists, and is not to be overwritten."""
-
     def __init__(self, field: str, value: str, allowed: str = "") -> None:
         super().__init__(field, value, allowed or "exists and is not overwritten without force")
 
@@ -50,14 +39,9 @@ def file_name(value: Any, field: str) -> str:
 
 
 def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Path:
-    """Return `path` if a file can be written there, else raise `InputError`.
-
-    What killed writers left of it is removed.
-    """
-    target = _regular_file(path, field)
-    if target.exists() and not force:
+    """Return `path` if a file can be written there, else raise `InputError`."""
+    if _regular_file(path, field).exists() and not force:
         raise Occupied(field, os.fspath(path))
-    remove_parts(target.parent, target.name)
     return Path(path)
 
 
@@ -98,63 +82,24 @@ def output_directory(path: str | os.PathLike[str], field: str) -> Path:
 
 
 def check_picture(path: Path) -> None:
-    """Raise `InputError` unless the name ends like that of a picture."""
     if path.suffix.lower() not in PICTURES:
         raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
 
 
-def check_plot(path: str | os.PathLike[str], *, force: bool) -> None:
-    """Raise `InputError` unless a picture can be written there, and its name ends like one."""
-    check_picture(check_output(path, "plot", force=force))
-
-
-def remove_parts(folder: Path, name: str | None = None) -> None:
-    """Remove the parts of a file, or of all files, in `folder` that killed writers left.
-
-    Whoever writes a part holds a lock on it, which the system takes away when the process ends.
-    """
-    begins = "." if name is None else f".{name}."
-    with contextlib.suppress(OSError):
-        for entry in os.scandir(folder):
-            if entry.name.startswith(begins) and _PART.search(entry.name):
-                with contextlib.suppress(OSError), open(entry.path, "rb", opener=_opened) as file:
-                    if _locked(file.fileno()):
-                        os.unlink(entry.path)
-
-
-def _opened(path: str, flags: int) -> int:
-    """Open a file, but not where a link leads."""
-    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0))
-
-
-def _locked(file: int) -> bool:
-    """Return whether this process could take the lock of an open file."""
-    with contextlib.suppress(OSError, AttributeError):  # no `flock` where there is no fcntl
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return True
-    return False
-
-
 class _Part(io.FileIO):
-    """A new file beside its target, locked, for libraries that must not see a disk fill up.
+    """A new file beside its target, for libraries that must not see a disk fill up.
 
     Once writing has failed nothing more is written, and `failed` holds the error.
     """
 
     def __init__(self, target: Path) -> None:
-        while True:
-            self.path = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-            # made, as any file, with the permissions that the user's mask leaves
-            flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-            super().__init__(os.open(self.path, flags, 0o666), "r+")
-            self.failed: OSError | None = None
-            _locked(self.fileno())
-            if self.path.exists():  # not taken away by another process before the lock held
-                return
-            self.close()
+        self.path = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+        # made, as any file, with the permissions that the user's mask leaves
+        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        super().__init__(os.open(self.path, flags, 0o666), "r+")
+        self.failed: OSError | None = None
 
     def write(self, data: Any) -> int:
-        """Write all of `data`, unless an error has come before."""
         rest = memoryview(data).cast("B")
         length = len(rest)
         try:
@@ -166,34 +111,24 @@ class _Part(io.FileIO):
         return length
 
     def truncate(self, size: int | None = None) -> int:
-        """Make the file so long, unless an error has come before."""
         try:
             return super().truncate(size)
         except OSError as error:
             self.failed = self.failed or error
             return self.tell() if size is None else size
 
-    def fill(self, content: Content) -> None:
-        """Write all of a file, and bring it to the disk."""
-        if callable(content):
-            content(self)
-        else:
-            self.write(content)
-        if self.failed is not None:
-            raise self.failed
-        os.fsync(self.fileno())
 
-    def name_it(self, target: Path, *, force: bool) -> None:
-        """Give the part its name, or raise `FileExistsError` if that is taken."""
-        if not force:
-            try:
-                os.link(self.path, target)
-                return
-            except FileExistsError:
-                raise
-            except OSError:  # a file system without links
-                os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
-        os.replace(self.path, target)
+def _name(part: Path, target: Path, *, force: bool) -> None:
+    """Give a part its name, or raise `FileExistsError` if that is taken."""
+    if not force:
+        try:
+            os.link(part, target)
+            return
+        except FileExistsError:
+            raise
+        except OSError:  # a file system without links
+            os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+    os.replace(part, target)
 
 
 def write_file(
@@ -201,21 +136,21 @@ def write_file(
 ) -> None:
     """Make `content` that of a file, in one piece or not at all, even if the power fails.
 
-    Links are followed; `field` is the name used in messages.
-
-    Raises
-    ------
-    Occupied
-        If the file exists, perhaps since a moment ago, and `force` is not given.
-    InputError
-        If it cannot be written, on a full disk for instance; what was there before is still there.
+    Links are followed. Raises `Occupied` if the file exists, perhaps since a moment ago, without
+    `force`; `InputError`, with the name `field`, if it cannot be written.
     """
     target = _regular_file(path, field)
     try:
         with _Part(target) as part:
             try:
-                part.fill(content)
-                part.name_it(target, force=force)
+                if callable(content):
+                    content(part)
+                else:
+                    part.write(content)
+                if part.failed is not None:
+                    raise part.failed
+                os.fsync(part.fileno())
+                _name(part.path, target, force=force)
             finally:
                 part.path.unlink(missing_ok=True)
         if os.name == "posix":  # the new name, too, must be on the disk

@@ -26,8 +26,6 @@ from exactcreep.quasistatic.files import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
-_INFLATED = 1000
-"""Bytes of values for each byte of a file: beyond what compression makes of true numbers."""
 
 
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], None]:
@@ -46,10 +44,7 @@ def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], Non
 
 
 def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr.Dataset]:
-    """Return the datasets of a NetCDF file by their groups; None is the root.
-
-    `InputError` names `field` if it is no file, or is damaged, or too short for what it claims.
-    """
+    """Return the datasets of a NetCDF file by groups, None the root, or raise `InputError`."""
     name = file_name(path, field)
     if not Path(path).is_file():
         raise InputError(field, name, "must be a file")
@@ -75,14 +70,11 @@ def _require_seal(name: str) -> None:
 
 
 def _read(name: str) -> dict[str | None, xr.Dataset]:
-    most = _INFLATED * Path(name).stat().st_size
     groups: list[str | None] = [None]
 
     def look(path: str, item: Any) -> None:
         if isinstance(item, h5py.Group):
             groups.append(path)
-        elif isinstance(item, h5py.Dataset) and item.nbytes > most:
-            raise ValueError(f"it is too short for the {item.size} values of {path}")
 
     # h5netcdf complains, when it is collected, about a file that it could not open
     with h5py.File(name, "r") as file:

@@ -13,13 +13,7 @@ NEVER = 1 << 62
 
 
 class Observer:
-    """Looks at every target of a run, and knows no other observer.
-
-    Attributes
-    ----------
-    needs : tuple of str
-        What the simulation has to record for it.
-    """
+    """Looks at every target of a run, of which the simulation records what it `needs`."""
 
     needs: tuple[str, ...] = ()
 
@@ -40,7 +34,6 @@ class Observer:
         """Raise `ValueError` unless what was taken over can be known after `done` targets."""
 
     def kept(self) -> dict[str, Any]:
-        """Return what a checkpoint keeps of it."""
         return {name: getattr(self, name) for name in self.state}
 
     def restore(self, kept: Any, done: int) -> None:

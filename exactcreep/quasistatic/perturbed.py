@@ -28,14 +28,8 @@ _FIRST, _LONGEST = 256, 2**14  # targets at once; the first over n**2: long chai
 class PerturbedCopy(Observer):
     """Compares a run with its perturbed copy, and says from where on the run is undecided.
 
-    Attributes
-    ----------
-    doubted_from : int
-        The first target from which on the run is undecided, 0 if it is not.
-    trusted : int
-        The last target up to which the copy has agreed to `TRUSTED`.
-    parted, followed : bool
-        Whether it has ceased to; whether it goes on.
+    That is from target `doubted_from` on, 0 if it is not; up to `trusted` the copy has agreed to
+    `TRUSTED`.
     """
 
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
@@ -51,12 +45,10 @@ class PerturbedCopy(Observer):
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a checkpoint keeps; see `Observer`."""
         counts = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
         return counts | {"parted": False, "followed": False, "copied": None}
 
     def next(self, done: int) -> int:
-        """Return the next target at which the run is compared."""
         if self.followed:
             return done + min(max(self._first, done), _LONGEST)
         if self._known or self.doubted_from:  # each target says for itself whether it is decided
@@ -64,7 +56,6 @@ class PerturbedCopy(Observer):
         return max(self.checked + max(1, self.checked // 4), done + 1)
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        """Take the copy to the same targets, and see where it ceases to be where the run is."""
         done = first + stretch.completed - 1
         self._known = stretch.doubts is not None
         if stretch.doubts is not None:
@@ -105,14 +96,12 @@ class PerturbedCopy(Observer):
         return self.trusted if self.parted or self.followed else None
 
     def kept(self) -> dict[str, Any]:
-        """Return what a checkpoint keeps of it."""
         self.copied = {} if self.followed else None
         if self.copy is not None and self.copy.at_rest:
             self.copied = self.copy.snapshot()
         return super().kept()
 
     def check(self, done: int) -> None:
-        """Raise `ValueError` unless it can have come so far in `done` targets."""
         most = max(self.doubted_from, self.trusted, self.checked)
         require(most <= done, "what is trusted is not known")
         self.copy = self._made() if self.copied else None

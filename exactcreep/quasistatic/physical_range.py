@@ -24,11 +24,9 @@ class PhysicalRange(Observer):
 
     @property
     def state(self) -> dict[str, int]:
-        """What a checkpoint keeps; see `Observer`."""
         return {"theta_beyond_one": 0, "crossings": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        """Look at the targets from `first` on."""
         experiment = self.experiment
         if experiment.widest >= 1:
             theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
@@ -38,7 +36,6 @@ class PhysicalRange(Observer):
             self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
 
     def check(self, done: int) -> None:
-        """Raise `ValueError` if more was counted than there were targets."""
         require(max(self.kept().values()) <= done, "what left the range is out of range")
 
 

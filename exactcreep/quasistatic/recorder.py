@@ -27,21 +27,9 @@ Columns = Mapping[str, NDArray[Any]]
 class Recorder:
     """Keeps the columns that an experiment records.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    memory : int
-        Bytes that are kept in memory at most, but for texts: the decimals of a solver with digits
-        have no fixed size.
-
-    Attributes
-    ----------
-    bytes : int
-        Of all that was recorded.
-    failed : str
-        Why it has no room left; "" if it has.
-    begun : mapping of str to ndarray
-        Rows since the last target, which the next one brings once more.
+    At most `memory` bytes are kept in memory, but for texts: decimals have no fixed size. `failed`
+    says why there is no room left; `begun` are rows since the last target, which the next one
+    brings once more.
     """
 
     def __init__(self, experiment: Experiment, memory: int = MEMORY) -> None:
@@ -54,12 +42,10 @@ class Recorder:
         self._columns = {name: _Column(values) for name, values in self._nothing.items()}
 
     def take(self, stretch: Stretch) -> None:
-        """Take over what was recorded in a stretch."""
         self.begun = self._written(stretch.begun)
         self.add(stretch.recorded)
 
     def add(self, rows: Columns) -> None:
-        """Add rows to the columns that are recorded."""
         self._extend(self._written(rows))
 
     def _written(self, rows: Columns) -> Columns:

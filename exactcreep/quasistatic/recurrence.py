@@ -32,12 +32,10 @@ class RecurrenceObserver(Recurrence, Observer):
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a checkpoint keeps; see `Observer`."""
         kept = {"ends": np.empty((0, self.chain.n + 1)), "known": [(NUMBER, [NUMBER])]}
         return kept | {"forgotten": 0, "noted": (0, 0), "slipped": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        """Take over how the chain stood at the targets from `first` on."""
         recorded, begin = stretch.recorded, first % 2
         slips = recorded["slips"].sum(axis=1)
         slips[:1] += self.slipped
@@ -47,7 +45,6 @@ class RecurrenceObserver(Recurrence, Observer):
         self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)
 
     def check(self, done: int) -> None:
-        """Raise `ValueError` unless all cycles up to `done` are there."""
         require(len(self.ends) > 0 and self.cycles == done // 2, "cycles are missing")
         require(self.forgotten % self.most == 0, "so is a count")
         fits = all(len(row) == self.chain.n - 1 for _, row in self.known)

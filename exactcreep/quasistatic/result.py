@@ -25,7 +25,6 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.solver import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
-from exactcreep.solvers.tables import TABLES, lists_columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,6 +52,16 @@ _IN_SHORT = ("outcome", "evidence", "direction", "velocity", "velocity_error", "
 @dataclass(frozen=True, eq=False, repr=False)
 class Creep(Result):
     """What a chain did along a drive, and how well that is known.
+
+    Two are equal if their datasets are identical, whatever the time they took.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
+    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
+    True
+    >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
+    (-0.001, 0.0)
 
     Attributes
     ----------
@@ -109,20 +118,6 @@ class Creep(Result):
     saved : mapping of int to mapping
         How far the simulation was, by targets reached: from there `state_at` begins. A result
         from a file has none.
-
-    Notes
-    -----
-    Two are equal if their datasets are identical, whatever the time they took.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
-    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
-    True
-    >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
-    (-0.001, 0.0)
     """
 
     experiment: Experiment
@@ -152,22 +147,18 @@ class Creep(Result):
 
     @property
     def chain(self) -> Chain:
-        """The chain."""
         return self.experiment.chain
 
     @property
     def drive(self) -> Drive:
-        """The drive."""
         return self.experiment.drive
 
     @property
     def solver(self) -> str:
-        """The solver's name."""
         return self.experiment.solver
 
     @property
     def seed(self) -> int:
-        """The seed of the disorder."""
         return self.experiment.seed
 
     @property
@@ -209,42 +200,37 @@ class Creep(Result):
             return "a chain that runs away"
         if self.velocity_error == 0 and self.drive.cyclic:
             return f"the cycle in which it has settled, since cycle {self.since}"
-        return f"this run: the mean over {self._named} {self.burn_in + 1} to {self.half_cycles}"
-
-    @property
-    def _named(self) -> str:
-        return "half-cycles" if self.drive.cyclic else "targets"
+        named = "half-cycles" if self.drive.cyclic else "targets"
+        return f"this run: the mean over {named} {self.burn_in + 1} to {self.half_cycles}"
 
     @property
     def velocity_reason(self) -> str:
         """Why the velocity, or only its standard error, is nan; "" where both are known."""
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
+        named = "half-cycles" if cyclic else "targets"
         if math.isnan(self.velocity):
             burn_in = self.experiment.burn_in_of(self.half_cycles)
             if self.half_cycles > burn_in and not cyclic:
                 return "one row of a record lasts no time"
             whole = "whole cycle" if cyclic else "target"
-            return (
-                f"no {whole} was completed after the burn-in of {burn_in} {self._named};"
-                f" {self.half_cycles} were reached"
-            )
+            told = f"no {whole} was completed after the burn-in of {burn_in} {named}"
+            return f"{told}; {self.half_cycles} were reached"
         if math.isinf(self.velocity):
             return "the chain runs away: a velocity without bound has no standard error"
         if not math.isnan(self.velocity_error):
             return ""
-        few = f"{after} {self._named} after the burn-in are too few for a standard error"
+        few = f"{after} {named} after the burn-in are too few for a standard error"
         if after < FEWEST_STEPS * (2 if cyclic else 1):
             return few
         if not self.event_count:
-            return f"nothing happened in {after} {self._named}: how rarely it does is not known"
+            return f"nothing happened in {after} {named}: how rarely it does is not known"
         return f"{few} beside the time over which the advance is correlated"
 
     @cached_property
     def metastable(self) -> str:
-        """One sentence if drawn coefficients stop this creep for ever in a foreseeable time.
+        """One sentence if drawn coefficients foreseeably stop this creep for ever; else "".
 
-        That is within 1e6 cycles, or a hundred times the run; see
-        `exactcreep.laws.stopping.stopping_time`. Else "".
+        That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`.
         """
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
@@ -269,10 +255,7 @@ class Creep(Result):
 
     @property
     def course(self) -> str:
-        """One sentence: what outcome and velocity are worth, and how far the course is known.
-
-        "" where there is nothing to say but the evidence.
-        """
+        """One sentence: what outcome and velocity are worth, how far the course is known; or ""."""
         return known_of([self])
 
     @property
@@ -281,14 +264,10 @@ class Creep(Result):
         return {name: getattr(self, field) for name, field in COUNTS.items()}
 
     def state_at(self, half_cycle: int) -> State:
-        """Return the state at rest in which the run was after a half-cycle.
+        """Return the state at rest after a half-cycle, bit for bit that of the run; 0 is the start.
 
-        It is computed again from the nearest state before that was saved on the way; 0 is the start
-        as it was given. `InputError` if the run did not reach it.
-
-        Notes
-        -----
-        Guarantee: the state is that of the run, bit for bit.
+        It is computed again from the nearest state before that was saved. `InputError` if the run
+        did not reach it.
         """
         most, experiment = self.half_cycles, self.experiment
         until = whole_number(half_cycle, "half_cycle", least=0, most=most)
@@ -334,17 +313,15 @@ class Creep(Result):
         return {"dataset": self.dataset.assign_attrs(seconds=0.0)}
 
     @cached_property
-    @lists_columns(*TABLES)
     def dataset(self) -> xr.Dataset:
         """What was recorded, labelled, with all that is needed to make it again.
 
         Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1),
         ``event``, ``rearrangement`` and ``slip``; half-cycles of a record with dates have a
         ``date`` (UTC, if it names a time zone). Parameters stand in the attributes, rationals as
-        strings.
+        strings; each variable says its unit and meaning.
         """
-        made: xr.Dataset = _datasets().dataset_of(self)
-        return made
+        return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
     @property
     def plot(self) -> Plots:
@@ -352,21 +329,15 @@ class Creep(Result):
 
         ``plot(ax=None)`` draws x_G over time and returns the axes; ``plot.avalanches("size")``
         draws how the size of its avalanches is distributed (or their ``"duration"``, ``"energy"``,
-        ``"extent"``). Without axes they are drawn in a new figure of pyplot.
+        ``"extent"``).
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
-        plots: Plots = import_module("exactcreep.figures.run").Plots(self)
-        return plots
+        return import_module("exactcreep.figures.run").Plots(self)  # type: ignore[no-any-return]
 
     @property
     def tree(self) -> xr.DataTree:
-        """The `dataset` as an xarray DataTree with one group for each table.
-
-        The groups are called as in `to_pandas`; a group ``states`` holds the first and the last
-        state, the root the parameters.
-        """
-        made: xr.DataTree = _frames().tree(self)
-        return made
+        """The `dataset` as a DataTree: a group for each table of `to_pandas`, and ``states``."""
+        return _frames().tree(self)  # type: ignore[no-any-return]
 
     def to_pandas(self, table: str) -> pd.DataFrame:
         """Return one table as a data frame; whole numbers have 32 bits if they fit.
@@ -374,32 +345,26 @@ class Creep(Result):
         Parameters
         ----------
         table : {"half_cycles", "events", "rearrangements", "slip_table"}
-            One that the run has recorded. The index counts what a row is: half-cycles from 1,
-            events, rearrangements and slips from 0, so that ``events.merge(rearrangements,
-            left_on="rearrangement", right_index=True, suffixes=("", "_all"))`` sets each event
-            beside its rearrangement. What has a number for each slider is one column for each,
-            ``x_1``, ``x_2``, ... ``attrs["units"]`` and ``attrs["meanings"]`` are of every column.
+            One that the run has recorded. The index counts its rows, half-cycles from 1, others
+            from 0: ``events.merge(rearrangements, left_on="rearrangement", right_index=True)``.
+            What has a number for each slider is one column for each, ``x_1``, ``x_2``, ... Units
+            and meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
         """
-        made: pd.DataFrame = _frames().frame(self, table)
-        return made
+        return _frames().frame(self, table)
 
     def export(self, table: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
         """Write one table (see `to_pandas`) to a file and return how many rows it has.
 
-        Its name ends in ``.csv``, with units behind the names of the columns, or in ``.parquet``,
-        for which pyarrow is needed (the extra ``export``). With `force` a file that exists is
-        replaced.
+        Its name ends in ``.csv``, or in ``.parquet``, for which pyarrow is needed (the extra
+        ``export``). With `force` a file that exists is replaced.
         """
-        rows: int = _frames().export(self, table, path, force=force)
-        return rows
+        return _frames().export(self, table, path, force=force)  # type: ignore[no-any-return]
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write `dataset` to a NetCDF file, in one piece or not at all.
 
         `InputError` if the file exists and `force` is not given, or it cannot be written.
 
-        Examples
-        --------
         >>> from exactcreep import Chain, Cycles, creep
         >>> result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 5))
         >>> result.save("run.nc")
@@ -427,9 +392,8 @@ def save_members(
     results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
 ) -> None:
     """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ..."""
-    groups = _datasets().groups_of(results)
-    write_file(path, import_module("exactcreep.quasistatic.netcdf").netcdf(groups), "out",
-               force=force)  # fmt: skip
+    write = import_module("exactcreep.quasistatic.netcdf").netcdf(_datasets().groups_of(results))
+    write_file(path, write, "out", force=force)
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -14,9 +13,8 @@ import numpy as np
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.disorder import static_coefficients
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.progress import RecentPace
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
@@ -31,7 +29,6 @@ from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run
 _MOST_NUMBERS = 1 << 21  # of a column, recorded at once
-_LEAST_BYTES = 500  # of memory for a slider
 _SAVED = 1.25  # snapshots from which a state is computed again lie so many times further apart
 _FIRST_SAVED = 64  # targets; then at least whenever twice as many are reached
 _MOST_SAVED_SLIDERS = 2**17  # in all of them
@@ -40,30 +37,16 @@ _MOST_SAVED_SLIDERS = 2**17  # in all of them
 class ObservedRun:
     """A simulation on its way along its drive, and its observers.
 
-    Attributes
-    ----------
-    done : int
-        Targets reached.
-    outcome : Outcome or None
-        Why it ended before the last target, with the `reason`.
-    seconds : float
-        Since the very start, over all sessions.
-    saved : mapping of int to mapping
-        Snapshots, by targets reached.
-    observers : mapping of str to Observer
-        Those that look at every target.
-    pace : RecentPace
-    kept_up_to_date : bool
-        Whether a checkpoint is.
+    `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` are
+    snapshots by targets reached; `kept_up_to_date` says whether a checkpoint is.
     """
 
     kept_up_to_date = False
 
     def __init__(self, experiment: Experiment, memory: int = MEMORY) -> None:
-        _check_memory(experiment.chain.n)
         self.experiment = experiment
         self.total = experiment.drive.half_cycles
-        self.done, self.seconds, self.pace = 0, 0.0, RecentPace()
+        self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""
         self.saved: dict[int, Mapping[str, Any]] = {}
@@ -91,8 +74,9 @@ class ObservedRun:
     def _accurate(self) -> bool:
         """Whether the velocity is known as well as was asked for, at a target to look at."""
         wanted, done = self.experiment.accuracy, self.done
-        looked = wanted is not None and next_look(done - 1) == done
-        return looked and self._relative_error() <= (wanted or 0.0)
+        if wanted is None or next_look(done - 1) != done:
+            return False
+        return self._relative_error() <= wanted
 
     def _relative_error(self) -> float:
         """Return the relative error of the mean velocity at 95 %, nan if that is not known."""
@@ -101,8 +85,6 @@ class ObservedRun:
         burn_in, velocity = self.velocity.mean(self.done)
         value = 0.0 if velocity is None else abs(as_float(velocity))
         return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
-
-    # -- on its way ----------------------------------------------------------------------------
 
     def advance(
         self, limits: Limits, begin: float, watch: Callable[[], None], pause: float
@@ -141,7 +123,6 @@ class ObservedRun:
         watch()
 
     def take(self, stretch: Stretch) -> None:
-        """Take over what the simulation did on the way to some further targets."""
         self.recorder.take(stretch)
         if stretch.completed:
             for observer in self.observers.values():
@@ -149,8 +130,7 @@ class ObservedRun:
             self.done += stretch.completed
             self._save()
         if stretch.stop.final:
-            runaway = stretch.stop is Stop.RUNAWAY
-            self.outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
+            self.outcome = Outcome.RUNAWAY if stretch.stop is Stop.RUNAWAY else Outcome.LIMIT
             self.reason = stretch.reason
 
     def _given_up(self, limits: Limits, events: int) -> str:
@@ -158,7 +138,7 @@ class ObservedRun:
         if self.recorder.failed:
             return self.recorder.failed
         if limits.bytes is not None and self.recorder.bytes > limits.bytes:
-            return limits.full
+            return f"max_bytes = {limits.bytes} was reached by what is recorded"
         early = limits.stop(0)
         if early is Stop.DEADLINE:
             self._rest(NO_LIMITS)
@@ -186,10 +166,7 @@ class ObservedRun:
         if due and room and self.simulation.at_rest:
             self.saved[self.done] = self.simulation.snapshot()
 
-    # -- what it comes to ----------------------------------------------------------------------
-
     def result(self) -> Creep:
-        """Return what is known of the run."""
         simulation, experiment, done = self.simulation, self.experiment, self.done
         tally, state = replace(simulation.tally), simulation.state()
         burn_in, mean = self.velocity.mean(done)
@@ -211,9 +188,8 @@ class ObservedRun:
         report = simulation.report()
         if experiment.accuracy is not None:
             reached = 0.0 if found.velocity is not None else self._relative_error()
-            within = reached <= experiment.accuracy
-            report |= {"accuracy": experiment.accuracy, "relative_error": reached}
-            report |= {"accuracy_reached": within}
+            report |= {"accuracy": experiment.accuracy, "relative_error": reached,
+                       "accuracy_reached": reached <= experiment.accuracy}  # fmt: skip
         known = experiment.digits and self.velocity.burnt(done)
         return Creep(
             experiment=experiment,
@@ -236,8 +212,6 @@ class ObservedRun:
             since=found.since,
             saved=self.saved,
         )
-
-    # -- to go on later ------------------------------------------------------------------------
 
     def kept(self) -> dict[str, Any]:
         """Return what a checkpoint keeps of it, at rest, but for the rows that were recorded."""
@@ -296,14 +270,3 @@ class ObservedRun:
         require(bool((held == own).all()), "coefficients are not those that are drawn")
         limits = np.maximum(held, nearest_float(chain.mu_d)) * chain.cos_alpha
         require(bool((abs(state.forces(chain)) <= limits + scale).all()), "a slider does not rest")
-
-
-def _check_memory(n: int) -> None:
-    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
-    try:
-        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # a system that does not tell
-        return
-    if n * _LEAST_BYTES > there:
-        most = there // _LEAST_BYTES
-        raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")

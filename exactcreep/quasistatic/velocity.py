@@ -54,13 +54,11 @@ class MeanVelocity(Observer):
 
     @property
     def state(self) -> dict[str, Any]:
-        """What a checkpoint keeps; see `Observer`."""
         mark = (0, NUMBER, np.zeros(self.experiment.chain.n), 0)
         kept = {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark]}
         return kept | {"slips": 0}
 
     def next(self, done: int) -> int:
-        """Return the next target after which a run that is to reach an accuracy is looked at."""
         return NEVER if self.experiment.accuracy is None else next_look(done)
 
     def _next_mark(self) -> int:
@@ -70,7 +68,6 @@ class MeanVelocity(Observer):
         return self._burn_in if self._burn_in > last else NEVER
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        """Take over x_G at the targets from `first` on."""
         x_G, done = stretch.recorded["x_G"], first + stretch.completed - 1
         self.tail = [*self.tail, *map(enclosure, x_G[-2:].tolist())][-2:]
         wanted = self.spacing * len(self.values)
@@ -113,10 +110,7 @@ class MeanVelocity(Observer):
         return burn_in, self.tail[-1 - partial].rate(begin, span) if span else None
 
     def error(self, burn_in: int, *, least: bool = False) -> float:
-        """Return the standard error of the mean velocity, or `least` what it may be.
-
-        nan if it is unknown.
-        """
+        """Return the standard error of the mean velocity, or `least` what it may be; or nan."""
         begin = -(-burn_in // self.spacing)
         targets = (len(self.values) - begin) * self.spacing
         moved = self.values[-1] != self.values[0]
@@ -127,7 +121,6 @@ class MeanVelocity(Observer):
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
     def check(self, done: int) -> None:
-        """Raise `ValueError` unless all samples and marks up to `done` are there."""
         values, spacing, least = self.values, self.spacing, 2 if self.drive.cyclic else 1
         require(spacing >= least and spacing % least == 0, "samples are not spaced so")
         require(len(values) == done // spacing + 1 <= _MOST_SAMPLES, "samples of x_G are missing")

@@ -46,12 +46,8 @@ def finished(rests: Any, chain: Chain, arithmetic: Arithmetic = FLOAT64) -> dict
 class Avalanche:
     """A rearrangement under way, in any arithmetic: makes slips, and its row, of its events.
 
-    Parameters
-    ----------
-    known : mapping
-        Its `half_cycle`, `theta`, and the `direction` of the ramp.
-    tensions : ndarray, shape (n - 1,)
-        At theta_c, before anything moves.
+    `known` are its `half_cycle`, `theta`, and the `direction` of the ramp; `tensions`, shape (n -
+    1,), those at theta_c.
     """
 
     def __init__(
@@ -70,8 +66,7 @@ class Avalanche:
     ) -> list[tuple[Any, ...]]:
         """Take in the next event of rearrangement `number`; return the rows of slips it ends.
 
-        `moved` are the sliders' displacements since the start of the rearrangement; `coefficient`
-        returns what a slider (from 0) has drawn at its stop.
+        `moved` are displacements since its start; `coefficient(k)` is what slider k (from 0) draws.
         """
         before = len(self._slips)
         self._began = self._began or event.sliders

@@ -34,10 +34,10 @@ class ChainIntegrator(ChainAtRest):
     """A chain that is taken through rearrangements, event by event."""
 
     def rearrangement(self) -> Iterator[Event | None]:
-        """Yield the events of the rearrangement under way, one by one, until rest or runaway.
+        """Yield the events of the rearrangement under way, and None after those of each instant.
 
-        After the events of each instant comes None: only there may a caller stop asking and later
-        begin anew, for in between an event is only half resolved.
+        Only there may a caller stop asking and later begin anew: in between an event is half
+        resolved.
         """
         if self.flow is not None and not self.announced:
             self.announced = True
@@ -147,7 +147,6 @@ class ChainIntegrator(ChainAtRest):
             yield self._event(EventKind.START, sliders, signs, distance)
 
     def rest(self, flow: Flow) -> None:
-        """End the rearrangement: every slider is at rest."""
         self.tensions, self.displacements = self._shape(flow)
         self.forces, self.force_slack = flow.forces, flow.force_slack
         if self.exact is not None:
@@ -172,7 +171,6 @@ class ChainIntegrator(ChainAtRest):
         return Event(self.time, kind, numbers, tuple(signs), residual)
 
     def _draw(self, n: int) -> None:
-        """Draw the next static coefficient of slider `n` (from 0)."""
         drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
         self.draws[n] += 1
         self.coefficients[n] = float(drawn)

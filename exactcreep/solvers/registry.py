@@ -30,13 +30,7 @@ _AUTO = (
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
-    """Return the solver `name` with the given options.
-
-    Raises
-    ------
-    InputError
-        If there is no such solver, or it does not take one of the options.
-    """
+    """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
         allowed = _AUTO if name == "auto" else "must be one of " + ", ".join(SOLVERS)
         raise InputError("solver", name, allowed)
@@ -73,6 +67,20 @@ def rearrange(
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
 
+    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; how well its
+    time is known is its `residual`, and what was not decided is counted in `undecided`.
+    Source: Eqs. (dynamic_eq1)-(static_eqN).
+
+    Raises `InputError` if an argument is out of range, an option is not the solver's, or the chain
+    has no slips (mu_s = mu_d with sigma_mu = 0).
+
+    The first slip of the lowest of three relaxed sliders takes half a period, pi:
+
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
+    [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
+
     Parameters
     ----------
     chain : Chain
@@ -102,27 +110,6 @@ def rearrange(
         motion `sol(t)` between the first event and the last; `outcome` and `evidence`. If it was
         given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else in it is
         what was reached.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range, an option is not the solver's, or the chain has no slips
-        (mu_s = mu_d with sigma_mu = 0).
-
-    Notes
-    -----
-    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; how well its
-    time is known is its `residual`, and what was not decided is counted in `undecided`.
-    Source: Eqs. (dynamic_eq1)-(static_eqN).
-
-    Examples
-    --------
-    The first slip of the lowest of three relaxed sliders takes half a period, pi:
-
-    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-    >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
-    [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
     """
     limits = Limits.of(whole_number(max_events, "max_events", least=1), max_seconds)
     way, key = _valid(chain, state, direction, seed)

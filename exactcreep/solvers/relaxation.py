@@ -22,20 +22,12 @@ class _Half:
         self.steps = 0
         self.pieces: list[tuple[Any, int | None, Any]] = []
 
-    def widen(self) -> None:
-        """Go on by one spring."""
-        self.steps += 1
-
     def push(self, end: Any, slope: int | None, jump: Any = None) -> None:
-        """Add a piece next to the root: up to `end` with `slope`, or a `jump` at `end`."""
         stored = None if slope is None else slope - self.steps
         self.pieces.append((end - self.steps * self.shift, stored, jump))
 
     def cross(self, place: Any, rise: Any, other: _Half) -> Any:
-        """Return where the derivative has changed by `rise` from `place` on outwards.
-
-        The pieces passed go over to the `other` half.
-        """
+        """Return where the derivative has changed by `rise` from `place` on outwards."""
         while self.pieces:
             end, stored, jump = self.pieces.pop()
             end = end + self.steps * self.shift
@@ -76,8 +68,8 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
     for given in tensions:
         # where the bounds leave a choice, only the present spring counts
         low, high = root - uphill, root + downhill
-        below.widen()
-        above.widen()
+        below.steps += 1
+        above.steps += 1
         if given < low:
             above.push(high, 1)
             root = below.cross(low, low - given, above)
@@ -103,21 +95,10 @@ def relaxed(
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
     Where every slider moves, those at -b uphill and those at +b downhill, the balance of forces
-    leaves open where the chain as a whole ends; the range of that is the third result, else zero.
-
-    Parameters
-    ----------
-    tensions : list of numbers
-        As they are given, n - 1 of them; floats, rationals or numbers of Q(cos(alpha)).
-    uphill, downhill : number
-        ``b + s`` and ``b - s``, b = mu_d c: how far a tension may fall or rise from spring to
-        spring.
-    share : Fraction
-        How far up in that range the chain ends: 0 as far downhill as possible, 1 uphill.
-
-    Notes
-    -----
-    Guarantee: exact in exact arithmetic.
+    leaves open where the chain as a whole ends; the range of that is the third result, else zero,
+    and the chain ends the `share` of it further up. `uphill` is ``b + s`` and `downhill` ``b - s``,
+    with b = mu_d c: how far a tension may fall or rise from spring to spring. All is exact in exact
+    arithmetic.
     """
     zero = uphill - uphill
     found = nearest_at_rest(tensions, uphill, downhill)

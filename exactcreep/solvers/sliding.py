@@ -301,7 +301,6 @@ class SlidingSimulation(Simulation):
         return abs(self.chain.tan_alpha) > self.chain.mu_d
 
     def state(self) -> State:
-        """Return the present state; coefficients and draws are those of the start."""
         if self._lost:
             return self._start
         return replace(
@@ -314,7 +313,6 @@ class SlidingSimulation(Simulation):
 
     @property
     def at_rest(self) -> bool:
-        """Always: between two calls it stands at a target."""
         return not self._lost
 
     def snapshot(self) -> dict[str, Any]:
@@ -365,9 +363,9 @@ class SlidingSimulation(Simulation):
     def report(self) -> dict[str, Any]:
         """Return the pivots and, where the limit is not unique, what it leaves open.
 
-        ``x_G_low`` and ``x_G_high`` are the present values of x_G if the pivot had always been
-        the one that lets the chain move least, or most, downhill; for Cycles ``velocity_low`` and
-        ``velocity_high`` are the two velocities per half-cycle of the asymptotic cycle.
+        ``x_G_low`` and ``x_G_high`` are x_G now if the pivot had always been the one that lets the
+        chain move least, or most, downhill; ``velocity_low`` and ``velocity_high`` the two
+        velocities of the asymptotic cycle.
         """
         chain = self.chain
         report: dict[str, Any] = {
@@ -404,6 +402,7 @@ class Sliding(Solver):
     A start that friction cannot hold first goes to the rest state nearest in elastic energy. A
     slip is one slider's uninterrupted sliding; its start, and its stop where theta turns, are
     counted as events, but there are no rearrangements, and no events that could be recorded.
+    In float64 each extension is the rounded exact one, without drift.
 
     Parameters
     ----------
@@ -414,11 +413,6 @@ class Sliding(Solver):
         What to take where two neighbours may both be the pivot and the limit is not unique: the
         one with which the chain moves further downhill, further uphill, or both in equal shares.
         The half-cycles in which it mattered are counted as undecided.
-
-    Notes
-    -----
-    Guarantee: with ``exact=True`` every number is exact. In float64 each extension is the rounded
-    exact one, without drift, and positions are sums kept with their rounding error.
     """
 
     exact: bool = False
@@ -438,7 +432,6 @@ class Sliding(Solver):
             raise InputError("pivot", self.pivot, "must be one of " + ", ".join(_SHARES))
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Refuse: without inertia there are no rearrangements."""
         raise InputError(
             "solver",
             self.name,
@@ -446,5 +439,4 @@ class Sliding(Solver):
         )
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        """Return a simulation in the sliding limit."""
         return SlidingSimulation(start, record, self.exact, self.pivot)

@@ -26,7 +26,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
+from exactcreep.solvers.tables import RECORDS, joined
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,8 +47,7 @@ _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 class Energy(NamedTuple):
     """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``, numbers or arrays.
 
-    The potential energy in the field of gravity, and what friction has dissipated, count from the
-    start.
+    `gravity`, the potential energy in its field, and `dissipated` count from the start.
     """
 
     kinetic: Any
@@ -60,6 +59,15 @@ class Energy(NamedTuple):
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Rearrangement(Shown):
     """One mechanical rearrangement, from unstable rest to rest.
+
+    What a solver did not need is made when it is asked for, and kept. `==` compares all but
+    `report` and what follows from the rest.
+
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
+    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
 
     Attributes
     ----------
@@ -99,19 +107,6 @@ class Rearrangement(Shown):
         rounding of the state's numbers to float64 comes on top.
     doubt : str
         Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else empty.
-
-    Notes
-    -----
-    What a solver did not need is made when it is asked for, and kept. `==` compares all but
-    `report` and what follows from the rest.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, State, rearrange
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
-    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
     """
 
     shown_as: ClassVar[str] = "Rearrangement"
@@ -132,15 +127,11 @@ class Rearrangement(Shown):
     motion: Solution | None
 
     def __init__(self, **known: Any) -> None:
-        """Take over what the solver knows, fields by name; for what is not given see `_USUAL`."""
         vars(self).update(_USUAL, **known)
 
     @classmethod
     def of(cls, moved: Any, solver: str, ended: Ending, **known: Any) -> Self:
-        """Return what `moved`, a simulation or what moves in one, was taken through.
-
-        What only this solver knows is `known`.
-        """
+        """Return what `moved`, a simulation or what moves in one, was taken through."""
         tally = moved.tally
         return cls(
             chain=moved.chain,
@@ -158,7 +149,6 @@ class Rearrangement(Shown):
 
     @property
     def evidence(self) -> Evidence:
-        """How well the result is known."""
         return self.decided
 
     @cached_property
@@ -275,7 +265,6 @@ class Ending(NamedTuple):
     reason: str = ""
 
 
-@lists_columns(*TABLES)
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """What `Simulation.follow` and `advance` came to.
@@ -285,16 +274,11 @@ class Stretch:
     completed : int
         Targets reached in this call.
     recorded : mapping of str to ndarray
-        ``x_G`` (completed,), and if asked for ``x`` (completed, n), ``tension`` (completed,
-        n - 1), ``slips`` (completed, n), each at the end of a half-cycle; if ``events``,
-        ``rearrangements`` or ``slip_table`` was asked for, the columns of that table.
-    stop : Stop
-        Why it ended.
-    reason : str
-        Unless every target was reached: one sentence.
+        ``x_G`` (completed,), and what else was asked for, at targets and in tables.
+    stop, reason : Stop, str
+        Why it ended; a sentence unless every target was reached.
     begun : mapping of str to ndarray
-        Rows of tables since the last target, of a solver that may have to write them anew: the
-        next stretch brings them again.
+        Rows of tables since the last target that the next stretch brings again.
     doubts : ndarray of int64 or None
         At each target: how much of the way so far is undecided; None if that is not known.
     """
@@ -337,19 +321,13 @@ class Simulation(ABC):
 
     @abstractmethod
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the chain is, at rest: plain numbers and arrays by name.
-
-        The state as the solver knows it, theta, and counts; nothing of what is recorded.
-        """
+        """Return how far the chain is, at rest, in numbers and arrays; nothing that is recorded."""
 
     @abstractmethod
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot of a simulation with the same start, seed and records.
 
-        Raises
-        ------
-        ValueError
-            If its shapes, ranges or counts cannot be those of such a simulation.
+        Raises `ValueError` if its shapes, ranges or counts cannot be those of one.
         """
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
@@ -357,10 +335,7 @@ class Simulation(ABC):
         return {}
 
     def perturbed(self) -> Simulation | None:
-        """Return a simulation whose start is a few roundings off, to be taken the same way.
-
-        None if rounding does not matter to this one, or nobody knows how it does.
-        """
+        """Return a simulation whose start is a few roundings off; None if rounding is no matter."""
         return None
 
     @property
@@ -369,7 +344,6 @@ class Simulation(ABC):
         return Evidence.of(self.tally.undecided, Evidence.COMPUTED)
 
     def report(self) -> dict[str, Any]:
-        """Return what only this solver knows: precision, enclosure radii, work counts."""
         return {}
 
 
@@ -439,13 +413,9 @@ class Solver(ABC):
     """What its simulations can record, and why no more."""
 
     def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
+        self, chain: Chain, state: State, direction: int, seed: int,
         limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
+    ) -> Rearrangement:  # fmt: skip
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange.
 
         The outcome is `LIMIT` after the events of `limits`, or soon after its time is over.
@@ -461,8 +431,7 @@ class Solver(ABC):
     ) -> Simulation:
         """Return a simulation that starts from `state`.
 
-        A start that is not at rest is first rearranged at its own theta, within the first call of
-        `Simulation.follow`.
+        A start that is not at rest is first rearranged at its own theta, by `Simulation.follow`.
         """
         for name in record:
             if name not in self.records:
@@ -503,8 +472,7 @@ def compiled(
 ) -> float:
     """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
 
-    What is compiled depends on the number of sliders and what is recorded alone. `say` is called if
-    the compiler is at work, and not if code is found in its cache.
+    It depends on the number of sliders and what is recorded. `say` is called if the compiler works.
     """
     begin = time.perf_counter()
     with compiling.told(say):

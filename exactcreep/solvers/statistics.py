@@ -38,6 +38,17 @@ def standard_error(
 ) -> float:
     """Return the standard error of the mean velocity between the first position and the last.
 
+    1.96 of it make an interval of 95 %. nan of fewer than `FEWEST_STEPS` steps, or if they are seen
+    to be correlated over times that are not short beside the whole.
+
+    Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): averages over blocks.
+    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them
+    (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than
+    that of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow;
+    and where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after
+    A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance,
+    whose sums over blocks do not scatter more than single steps, needs neither.
+
     Parameters
     ----------
     positions, clock : ndarray of float64, shape (steps + 1,)
@@ -46,23 +57,6 @@ def standard_error(
         What is returned where nothing moved.
     least : bool
         Return the estimate also where the true error may be larger.
-
-    Returns
-    -------
-    float
-        1.96 of it make an interval of 95 %. nan of fewer than `FEWEST_STEPS` steps, or if they are
-        seen to be correlated over times that are not short beside the whole. Guarantee: none;
-        correlations longer than the run are not seen.
-
-    Notes
-    -----
-    Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): averages over blocks.
-    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them
-    (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than
-    that of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow;
-    and where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after
-    A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance,
-    whose sums over blocks do not scatter more than single steps, needs neither.
     """
     gains, spans = np.diff(positions), np.diff(clock)
     steps = gains.size
@@ -97,7 +91,6 @@ def rests_for_long(chain: Chain, targets: int) -> bool:
 
 
 def _sums(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
-    """Return the sums over blocks of `size` steps, those at the beginning left out."""
     return np.asarray(steps[steps.size % size :].reshape(-1, size).sum(axis=1))
 
 
@@ -107,7 +100,6 @@ def _spread(steps: NDArray[np.float64], size: int) -> tuple[float, int]:
 
 
 def _skewness(steps: NDArray[np.float64], size: int) -> float:
-    """Return the size of the skewness of sums over blocks of `size` steps."""
     sums = _sums(steps, size)
     centred = sums - sums.mean()
     power = float((centred**2).mean()) ** 1.5

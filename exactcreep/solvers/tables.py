@@ -6,12 +6,11 @@ schema, datasets take their labels from it, and studies read rows and events bac
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import groupby, repeat
-from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,21 +26,12 @@ _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers the
 EVENT_KINDS = tuple(kind.value for kind in _KINDS)
 """What the numbers in the column of kinds mean."""
 
-Thing = TypeVar("Thing")
-
 
 class Column(NamedTuple):
-    """One quantity of a table.
+    """One quantity of a table: `dtype` in files, unit, meaning, and what a row has one number for.
 
-    Attributes
-    ----------
-    dtype : str
-        In files. In memory, a solver with digits of its own keeps its numbers where this is
-        float64.
-    unit : str
-    meaning : str
-    across : tuple of str
-        What a row has one number for: ``slider``, ``spring``; empty if it has a single number.
+    In memory, a solver with digits of its own keeps its numbers where the type is float64. `across`
+    is empty if a row has a single number, else of ``slider`` or ``spring``.
     """
 
     dtype: str
@@ -61,22 +51,14 @@ class Column(NamedTuple):
 
     @property
     def attributes(self) -> dict[str, str]:
-        """What a dataset says about this quantity."""
         return {"units": self.unit, "long_name": self.meaning}
 
 
 @dataclass(frozen=True)
 class Schema:
-    """The columns of a table.
+    """The columns of a table, by the fields of a `row`, a named tuple annotated by `Column`.
 
-    Attributes
-    ----------
-    dimension : str
-        What one row is.
-    row : type
-        A named tuple whose fields are annotated by their `Column`.
-    prefix : str
-        Of the columns' names where several tables stand side by side.
+    `dimension` is what one row is; `prefix` that of names where tables stand side by side.
     """
 
     dimension: str
@@ -85,42 +67,26 @@ class Schema:
 
     @cached_property
     def fields(self) -> dict[str, Column]:
-        """The columns by the fields of a row."""
         hints = get_type_hints(self.row, include_extras=True)
         return {name: hint.__metadata__[0] for name, hint in hints.items()}
 
     @cached_property
     def columns(self) -> dict[str, Column]:
-        """The columns by their full names."""
         return {self.prefix + name: column for name, column in self.fields.items()}
 
     @property
     def dtype(self) -> list[tuple[str, str]]:
-        """Names and types of one row, for a structured array."""
         return [(name, column.dtype) for name, column in self.fields.items()]
 
     def arrays(self, values: Any, n: int = 1) -> dict[str, NDArray[Any]]:
         """Return new arrays by full names, from a mapping (or a structured array) by fields."""
-        return {
-            self.prefix + name: column.array(values[name], n)
-            for name, column in self.fields.items()
-        }
+        fields = self.fields.items()
+        return {self.prefix + name: column.array(values[name], n) for name, column in fields}
 
     def from_rows(self, rows: Sequence[tuple[Any, ...]]) -> dict[str, NDArray[Any]]:
         """Return the columns of `rows`, of the right types also where there are none."""
         values = zip(*rows, strict=True) if rows else ((),) * len(self.fields)
         return self.arrays(dict(zip(self.fields, values, strict=True)))
-
-    def __str__(self) -> str:
-        """Return a line for each column: its name, type, unit and meaning."""
-        table = [
-            [name, " x ".join([column.dtype, *column.across]), column.unit, column.meaning]
-            for name, column in self.columns.items()
-        ]
-        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
-        lines = ["    " + "  ".join(map(str.ljust, line, widths)).rstrip() for line in table]
-        about = (inspect.getdoc(self.row) or self.dimension).rstrip(".")
-        return "\n".join([f"{about}::", "", *lines])
 
 
 _real = partial(Column, "float64")
@@ -225,7 +191,6 @@ class TargetRows(NamedTuple):
         )
 
     def part(self, first: int, last: int | None = None) -> TargetRows:
-        """Return the rows from `first` on, up to before `last`."""
         return TargetRows(*(values[first:last] for values in self))
 
     def recorded(self, record: tuple[str, ...], done: int) -> dict[str, NDArray[Any]]:
@@ -235,14 +200,9 @@ class TargetRows(NamedTuple):
 
 
 def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArray[Any]]:
-    """Return what was recorded as arrays by the names of their columns.
+    """Return what was recorded as arrays by the names of their columns; `n` is the chain's.
 
-    Parameters
-    ----------
-    rows : mapping
-        Of each record asked for: its value at every target, or the rows of one of `LOGS`.
-    n : int
-        Sliders of the chain.
+    `rows` are of each record its value at every target, or the rows of one of `LOGS`.
     """
     arrays: dict[str, NDArray[Any]] = {}
     for name, values in rows.items():
@@ -284,7 +244,7 @@ def events_of(
 ) -> Iterator[tuple[EventRow, Event]]:
     """Yield every event of some rows behind the row of its first slider.
 
-    Residuals, one for each row, are not recorded, and zero by default.
+    Residuals, one for each row, are zero by default.
     """
     pairs = zip(rows, repeat(0) if residuals is None else residuals, strict=False)
     for _, group in groupby(
@@ -296,14 +256,3 @@ def events_of(
         signs = tuple(row.sign for row, _ in together)
         residual = max(residual for _, residual in together)
         yield first, Event(first.time, _KINDS[first.kind], sliders, signs, residual)
-
-
-def lists_columns(*tables: Schema) -> Callable[[Thing], Thing]:
-    """Return a decorator that ends a docstring with the columns of `tables`."""
-
-    def extended(thing: Thing) -> Thing:
-        if thing.__doc__ is not None:
-            thing.__doc__ = "\n\n".join([inspect.cleandoc(thing.__doc__), *map(str, tables)])
-        return thing
-
-    return extended

@@ -32,7 +32,7 @@ from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import output_directory, remove_parts, write_file
+from exactcreep.quasistatic.files import output_directory, write_file
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LENGTH, LOGS
@@ -274,8 +274,6 @@ class CellFolder:
             allowed = "holds the cells of an earlier sweep; resume it, or name another"
             raise InputError("out", os.fspath(out), allowed)
         output_directory(self.cells, "out")
-        for folder in (self.path, self.cells):
-            remove_parts(folder)
         if not os.access(self.cells, os.W_OK):
             raise InputError("out", os.fspath(out), "must be a directory that can be written")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import io
 import os
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from exactcreep.quasistatic import files
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import Occupied, check_output, remove_parts, write_file
+from exactcreep.quasistatic.files import Occupied, check_output, write_file
 from exactcreep.quasistatic.netcdf import netcdf
 from tests.paper import paper_chain
 
@@ -105,31 +104,6 @@ def test_of_two_writers_of_one_file_the_second_is_told(
         write_file(tmp_path / "a", OLD, "out", force=False)
     assert (tmp_path / "a").read_bytes() == NEW
     assert left(tmp_path) == ["a"]
-
-
-@pytest.mark.skipif(files.fcntl is None, reason="needs locks")
-def test_parts_of_killed_writers_are_removed_and_those_of_living_ones_stay(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(OLD)
-    (tmp_path / "to_a").symlink_to("a")
-    read, write = os.pipe()
-    child = os.fork()
-    if child == 0:
-        files.os.replace = lambda *names: (os.write(write, b"."), signal.pause())
-        write_file(tmp_path / "a", NEW, "out")
-    assert os.read(read, 1) == b"."
-    (part,) = [name for name in left(tmp_path) if name.endswith(".part")]
-    check_output(tmp_path / "to_a", "out", force=True)
-    assert part in left(tmp_path)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    (tmp_path / "other.part").write_bytes(OLD)
-    check_output(tmp_path / "b", "out", force=True)  # of another file
-    assert part in left(tmp_path)
-    check_output(tmp_path / "to_a", "out", force=True)
-    assert left(tmp_path) == ["a", "other.part", "to_a"]
-    (tmp_path / part).write_bytes(OLD)
-    remove_parts(tmp_path)
-    assert left(tmp_path) == ["a", "other.part", "to_a"]
 
 
 @pytest.mark.parametrize("writer", ["result", "run", "picture", "sweep", "checkpoint", "paper"])

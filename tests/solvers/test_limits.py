@@ -177,7 +177,7 @@ def test_limits_are_a_value_that_can_only_be_replaced():
     assert limits.later(10).at == limits.at + 10
     assert limits.stop(6) is None
     assert (limits.events_left, limits.bytes) == (7, 5)
-    assert replace(Limits.of(), interrupted=None) == NO_LIMITS
+    assert replace(Limits.of(), interrupted=bool) == NO_LIMITS
     with pytest.raises(AttributeError):
         limits.events = 8
 
