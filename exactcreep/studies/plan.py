@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -30,10 +30,7 @@ FLOAT_DIGITS = 15
 _FIRST = 10  # half-cycles whose events are counted
 _MOST = 1_000_000  # of these events, and
 _FOLLOWED = 20_000  # of those over which a copy a few roundings off is followed
-NANOSECONDS: Mapping[str, tuple[float, float]] = {
-    "exact": (200, 4),
-    "certified": (500_000, 40_000),
-}
+NANOSECONDS = {"exact": (200, 4), "certified": (500_000, 40_000)}
 """What an event takes: so much, and so much more for each slider, as measured for the book."""
 _LONE_SLIP = 8  # nanoseconds of an event of two sliders, by `exact`
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
@@ -43,110 +40,15 @@ _NO_INERTIA = {
     "law": "a theorem tells the velocity without following any slip",
     "sliding": "sliders slide with theta, and never accelerate",
 }
+_SHOWN = {"solver", "reason", "law", "events", "seconds", "course"}
 
 
 class Need(NamedTuple):
-    """One thing that a scene needs or not, and why.
-
-    Its name is ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
-    """
+    """One thing that a scene needs or not, and why; `_needs` lists them."""
 
     name: str
     needed: bool
     reason: str
-
-
-class _Asked:
-    """What the rules decide about; `solid`: whether the scene speaks SI, of a solid on a slope."""
-
-    def __init__(
-        self, experiment: Experiment, digits: int, explicit: str | None, *, solid: bool = False
-    ) -> None:
-        self.experiment, self.digits, self.explicit = experiment, digits, explicit
-        self.solid = solid
-        self.chain = chain = experiment.chain
-        self.slope, self.recorded = abs(chain.tan_alpha), bool(experiment.record)
-        self.relaxed = experiment.start is None and chain.sigma_mu == 0
-
-    @property
-    def rests(self) -> bool:
-        """Whether it is a single slider that stays where it is."""
-        return self.chain.n == 1 and self.slope <= self.chain.mu_d and not self.recorded
-
-    @property
-    def still(self) -> bool:
-        """Whether neither end is ever loaded beyond its threshold, from the relaxed chain."""
-        load = nearest_float(self.chain.l0 * Fraction(self.experiment.widest))
-        room = float(self.chain.mu_s - self.slope) * self.chain.cos_alpha * (1 - 2**-40)
-        return self.relaxed and self.chain.n > 1 and load < room and not self.recorded
-
-    @property
-    def staircase(self) -> bool:
-        """Whether the staircase of two sliders is the whole answer."""
-        pair = self.relaxed and self.chain.n == 2 and 0 < self.slope < self.chain.mu_d
-        cycles = isinstance(self.experiment.drive, Cycles)
-        return pair and cycles and self.digits <= FLOAT_DIGITS and not self.recorded
-
-    @property
-    def continuous(self) -> bool:
-        """Whether it is a solid of whose slips only the sum is asked for.
-
-        The descent alone is wanted, the next pivot is worth at most `_NEXT_PIVOT` of it, and a
-        swing of theta moves the ends by `_MANY_SLIPS` at least, beyond what friction takes up.
-        """
-        chain, drive = self.chain, self.experiment.drive
-        descent = self.solid and set(self.experiment.record) <= {"x_G"}
-        if not (descent and 0 < self.slope < chain.mu_d):
-            return False
-        targets = drive.targets(1, min(drive.half_cycles, _SWINGS), self.experiment.seed)
-        swing = np.abs(np.diff(targets, prepend=self.experiment.theta)).mean() / 2
-        taken = chain.n * float(chain.mu_d - self.slope) * chain.cos_alpha / 2
-        many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess
-        gear = chain.n + 3 - 2 * max(pivots(chain.n, self.slope, chain.mu_d))
-        return many and _NEXT_PIVOT * gear >= 2
-
-
-class Rule(NamedTuple):
-    """A rule of `plan`: when it holds, which solver it names ("law": no run), and why."""
-
-    holds: Callable[[_Asked], bool]
-    solver: str
-    reason: str
-
-
-RULES = (
-    Rule(lambda a: a.explicit is not None, "", "the scene names it"),
-    Rule(lambda a: a.rests, "law", "one slider has no spring: it rests for ever"),
-    Rule(
-        lambda a: a.chain.slides,
-        "sliding",
-        "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact",
-    ),
-    Rule(
-        lambda a: a.still,
-        "law",
-        "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts",
-    ),
-    Rule(
-        lambda a: a.staircase,
-        "law",
-        "two relaxed sliders without disorder: the staircase is exact",
-    ),
-    Rule(
-        lambda a: a.digits > FLOAT_DIGITS,
-        "certified",
-        f"more than {FLOAT_DIGITS} digits: float64 does not hold them",
-    ),
-    Rule(
-        lambda a: a.continuous,
-        "sliding",
-        "a solid that makes many slips in every swing: static friction moves its descent by less"
-        f" than the next pivot is worth, at most {100 * _NEXT_PIVOT:g} % (measured on 10 to 80"
-        " contacts, not proved)",
-    ),
-    Rule(lambda a: True, "exact", "every event counts, and float64 holds the digits asked for"),
-)
-"""In order of precedence: the first that holds decides."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,9 +62,8 @@ class Plan(Result):
         Significant digits asked for.
     explicit : str or None
         The solver that the scene names itself, which a plan never overrides.
-    solver : str
+    solver, reason : str
         ``law`` if a closed form is the answer.
-    reason : str
     needs : tuple of Need
     law : tuple of float
         The mean velocity by the theorem that decides, or of the paper's law; empty: none.
@@ -171,17 +72,14 @@ class Plan(Result):
     events, seconds : float
         Expected of the whole run: events from its first ten half-cycles, times the published time
         of one; nan: not known.
-    course : str
-        How far the trajectory can be trusted; "" where that is not known.
-    trusted_half_cycles : int or None
-        As in `Creep`.
+    course, trusted_half_cycles : str, int or None
+        How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
 
     Examples
     --------
     >>> from exactcreep import Chain, Cycles, plan
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> plan(chain, Cycles("0.001", 50)).solver, plan(chain, Cycles("0.001", 50), digits=40).solver
-    ('law', 'certified')
+    >>> plan(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)).solver
+    'law'
     """
 
     experiment: Experiment
@@ -197,16 +95,19 @@ class Plan(Result):
     course: str = ""
     trusted_half_cycles: int | None = None
 
+    told = (
+        "solver", "reason", "explicit", "digits", "law", "theorems", "events", "seconds",
+        "course", "trusted_half_cycles",
+    )  # fmt: skip
+
     def _facts(self) -> dict[str, Any]:
-        names = "solver reason law events seconds course"
-        facts = {name: getattr(self, name) for name in names.split()}
-        return {k: v for k, v in facts.items() if v == v and v not in ((), "")}
+        facts = {name: getattr(self, name) for name in self.told if name in _SHOWN}
+        return {k: v for k, v in facts.items() if v == v and v != ()}
 
     def _numbers(self) -> dict[str, Any]:
-        names = "solver reason explicit digits law theorems events seconds course"
-        told = {name: getattr(self, name) for name in f"{names} trusted_half_cycles".split()}
         needs = {n.name: {"needed": n.needed, "reason": n.reason} for n in self.needs}
-        return told | {"half_cycles": self.experiment.drive.half_cycles, "needs": needs}
+        half_cycles = self.experiment.drive.half_cycles
+        return {**super()._numbers(), "half_cycles": half_cycles, "needs": needs}
 
 
 def plan(
@@ -220,7 +121,7 @@ def plan(
 ) -> Plan:
     """Return which solver answers a question about a chain and a drive, and what that takes.
 
-    By `RULES` and theorems alone: nothing is measured, and the clock plays no part.
+    By rules and theorems alone: nothing is measured, and the clock plays no part.
 
     Parameters
     ----------
@@ -266,13 +167,12 @@ def plan_scene(
     members, run = scene.members(), scene.tables["run"]
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     for member in members:
-        settings, e = member.settings, member.experiment
+        settings, own = member.settings, member.experiment
         say("planning", len(plans), len(members), "members")
         if limits.passed():
             break
-        asked = "record" in run or "run.record" in settings
-        record = e.record if asked else ()
-        own = Experiment.of(e.chain, e.drive, seed=e.seed, start=e.start, record=record)
+        if "record" not in run and "run.record" not in settings:
+            own = replace(own, record=())
         named = settings.get("run.solver", run.get("solver"))
         solid = member.solid is not None
         plans.append((settings, _planned(own, digits, named, limits, solid=solid)))
@@ -283,24 +183,69 @@ def _planned(
     experiment: Experiment, digits: Any, explicit: str | None, limits: Limits = NO_LIMITS,
     *, solid: bool = False,
 ) -> Plan:  # fmt: skip
-    """Return the plan of one experiment."""
+    """Return the plan of one experiment; `solid`: it speaks SI, of a solid on a slope."""
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
-    asked = _Asked(experiment, wanted, explicit, solid=solid)
-    rule = next(rule for rule in RULES if rule.holds(asked))
-    solver = rule.solver or str(explicit)
+    solver, reason, *law = _chosen(experiment, wanted, explicit, solid=solid)
     chain, drive = experiment.chain, experiment.drive
-    law: tuple[float, ...] = ()
-    if solver == "law" and (asked.still or asked.rests):
-        law = (0.0,)
-    elif (found := prediction(chain, drive, experiment.start)) is not None:
+    if not law and (found := prediction(chain, drive, experiment.start)) is not None:
         decides = solver == "law" and found.staircase is not None
-        law = (found.staircase,) if decides else found.printed  # type: ignore[assignment]
+        law = [found.staircase] if decides else [*found.printed]
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
     cost = {} if solver in _NO_INERTIA else _expected(experiment, solver, limits)
     needs = _needs(experiment, solver, wanted)
-    return Plan(experiment, wanted, explicit, solver, rule.reason, needs, law, theorems, **cost)
+    return Plan(experiment, wanted, explicit, solver, reason, needs, tuple(law), theorems, **cost)
+
+
+def _chosen(
+    experiment: Experiment, digits: int, explicit: str | None, *, solid: bool
+) -> tuple[Any, ...]:
+    """Return the solver that the first rule names which holds, why, and a velocity if it has one.
+
+    "law": a theorem tells the velocity, and nothing is run.
+    """
+    chain, drive, recorded = experiment.chain, experiment.drive, bool(experiment.record)
+    slope, relaxed = abs(chain.tan_alpha), experiment.start is None and chain.sigma_mu == 0
+    if explicit is not None:
+        return explicit, "the scene names it"
+    if chain.n == 1 and slope <= chain.mu_d and not recorded:
+        return "law", "one slider has no spring: it rests for ever", 0.0
+    if chain.slides:
+        why = "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact"
+        return "sliding", why
+    if relaxed and chain.n > 1 and not recorded:
+        load = nearest_float(chain.l0 * Fraction(experiment.widest))
+        if load < float(chain.mu_s - slope) * chain.cos_alpha * (1 - 2**-40):
+            why = "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts"
+            return "law", why, 0.0
+        staircase = chain.n == 2 and 0 < slope < chain.mu_d and isinstance(drive, Cycles)
+        if staircase and digits <= FLOAT_DIGITS:
+            return "law", "two relaxed sliders without disorder: the staircase is exact"
+    if digits > FLOAT_DIGITS:
+        return "certified", f"more than {FLOAT_DIGITS} digits: float64 does not hold them"
+    if solid and set(experiment.record) <= {"x_G"} and _continuous(experiment):
+        why = "a solid that makes many slips in every swing: static friction moves its descent by"
+        why += f" less than the next pivot is worth, at most {100 * _NEXT_PIVOT:g} % (measured on"
+        return "sliding", f"{why} 10 to 80 contacts, not proved)"
+    return "exact", "every event counts, and float64 holds the digits asked for"
+
+
+def _continuous(experiment: Experiment) -> bool:
+    """Return whether the next pivot is worth at most `_NEXT_PIVOT` of the descent, and slips many.
+
+    A swing of theta then moves the ends by `_MANY_SLIPS`, beyond what friction takes up.
+    """
+    chain, drive = experiment.chain, experiment.drive
+    slope = abs(chain.tan_alpha)
+    if not 0 < slope < chain.mu_d:
+        return False
+    targets = drive.targets(1, min(drive.half_cycles, _SWINGS), experiment.seed)
+    swing = np.abs(np.diff(targets, prepend=experiment.theta)).mean() / 2
+    taken = chain.n * float(chain.mu_d - slope) * chain.cos_alpha / 2
+    many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess
+    gear = chain.n + 3 - 2 * max(pivots(chain.n, slope, chain.mu_d))
+    return bool(many and _NEXT_PIVOT * gear >= 2)
 
 
 def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, Any]:
@@ -325,19 +270,18 @@ def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, 
 def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:
     """Return what a scene needs and does not need."""
     chain, random, record = experiment.chain, experiment.drive.random, experiment.record
-    inertia = solver not in _NO_INERTIA
+    inertia, drawn = solver not in _NO_INERTIA, chain.sigma_mu != 0
     slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
     disorder = "sigma_mu = 0: no coefficient is drawn"
-    if chain.sigma_mu != 0:
+    if drawn:
         disorder = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}: one is drawn at every stop"
     recorded = "recorded: " + ", ".join(record) if record else "only the velocity is asked for"
-    drawn = "drawn at every target" if random else "given"
-    many = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
-    held = "float64 holds what is asked for"
+    theta, many = "drawn at every target" if random else "given", digits > FLOAT_DIGITS
+    held = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
     return (
-        Need("disorder", inertia and chain.sigma_mu != 0, disorder),
-        Need("random dilations", random, "theta is " + drawn),
+        Need("disorder", inertia and drawn, disorder),
+        Need("random dilations", random, "theta is " + theta),
         Need("inertia", inertia, _NO_INERTIA.get(solver, slips)),
         Need("trajectories", bool(record), recorded),
-        Need("digits", digits > FLOAT_DIGITS, many if digits > FLOAT_DIGITS else held),
+        Need("digits", many, held if many else "float64 holds what is asked for"),
     )
