@@ -1,10 +1,8 @@
 """Audit a finished run: do its events obey the model, and does running it again give the same?
 
 The sliders are set in motion and at rest as the events say, and followed in closed form; this
-shares the motion of a run with the solvers, and none of their searches. Does each event's condition
-hold at its time; does every slider that rests stay within its threshold, and every one that moves
-keep its direction, at all times between; do all stop; does energy balance. Then the experiment is
-run again, and has to give the same bits: what a log claims is never believed.
+shares the motion of a run with the solvers, and none of their searches. What a log claims is never
+believed: in the end the experiment is run again, and has to give the same bits.
 """
 
 from __future__ import annotations
@@ -14,23 +12,22 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from exactcreep.display import shows_progress
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.enclosure import as_claimed, enclosure, exact_value, floats
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Outcome
-from exactcreep.model.result import Result
+from exactcreep.model.result import Result, alike
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.modes import Run, forces_of
@@ -43,9 +40,9 @@ from exactcreep.studies.event_log import rearrangements
 
 ACCURACY = 1e-12
 """What float64 claims: errors of forces and velocities in units of the largest threshold."""
-ROUNDING = 2.0**-46
-"""Of the replay in float64 itself."""
+_ROUNDING = 2.0**-46  # of the replay in float64 itself
 _NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
+_MOST_FINDINGS = 20
 _EXTRA_BITS = 64  # of the replay beyond those of the log
 _MORE_EVENTS = 1000  # that running again may take beyond those of the log
 _OWN = ("seconds", "version", "reason")  # of one run: the time it took, which limit it met
@@ -56,10 +53,10 @@ _LONGEST = 1e6  # tau_dyn: no slider that friction brakes moves for so long
 
 @dataclass(frozen=True)
 class Finding:
-    """Something in a log that contradicts the model: how far it is off, and how far it may be.
+    """What contradicts the model: where, counted from 0, how far it is off, and how far it may be.
 
     `check` is ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state`` or
-    ``again`` (what running again does not give); rearrangements, and events in them, count from 0.
+    ``again`` (what running again does not give).
     """
 
     check: str
@@ -81,7 +78,6 @@ class Audit(Result):
     Attributes
     ----------
     findings : tuple of Finding
-        Empty if the run is in order.
     rearrangements, events : int
         Followed to their end.
     errors, radii : ndarray, shape (events,)
@@ -123,13 +119,14 @@ class Audit(Result):
     @property
     def largest_time_error(self) -> float:
         """By how much the time of an event is off, at most; unit tau_dyn."""
-        return float(np.nanmax(np.where(np.isfinite(self.errors), self.errors, 0.0), initial=0.0))
+        return float(np.max(self.errors, where=np.isfinite(self.errors), initial=0.0))
+
+    told = ("passed", "reason", "remark", "rearrangements", "events", "largest_time_error")
 
     def _numbers(self) -> dict[str, Any]:
-        names = "passed reason remark rearrangements events largest_time_error"
-        told = {name: getattr(self, name) for name in names.split()}
-        told |= {"energy_balance": self.balance, "digits": self.digits}
-        return told | {"findings": [asdict(finding) for finding in self.findings]}
+        findings = [vars(finding) for finding in self.findings]
+        about = {"energy_balance": self.balance, "digits": self.digits, "findings": findings}
+        return {**super()._numbers(), **about}
 
 
 @shows_progress
@@ -137,7 +134,7 @@ def audit(
     result: Rearrangement | Creep,
     *,
     seed: int | None = None,
-    most_findings: int = 20,
+    most_findings: int = _MOST_FINDINGS,
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Audit:
@@ -152,16 +149,9 @@ def audit(
     most_findings : int
         The audit ends after so many.
     max_seconds : number, optional
-        The audit of a `Creep` ends after so much time; its `reason` says so, and it is not
-        `passed`.
+        The audit of a `Creep` ends after so much time, with a `reason`, and is not `passed`.
     progress : bool or callable, optional
-        Called with a `Progress` at every rearrangement of a `Creep`; default: a bar where somebody
-        waits.
-
-    Returns
-    -------
-    Audit
-        `passed`, or its `findings`: sentences with rearrangement and event.
+        Called with a `Progress` at every rearrangement of a `Creep`; else as for `creep`.
 
     Raises
     ------
@@ -172,12 +162,11 @@ def audit(
     -----
     Guarantee: an event that differs from the closed form by more than four times the radius that
     its solver claims, of which no more is believed than the digits of the log allow (float64: four
-    times its residual; in a run, which records none, `ACCURACY` of the largest threshold), an event
-    that is missing, and a contact that is not as the law has it, are found. Between events no
-    excursion beyond a threshold is larger than `ACCURACY`, at any time. A `Creep` is run again, and
-    whatever differs in a bit is found, but for the time that it took and, of one that was cut
-    short, the limit. The events of `verlet` are late by up to its step: they are measured, and only
-    running again judges them.
+    times its residual; in a run, which records none, 1e-12 of the largest threshold), an event that
+    is missing, and a contact that is not as the law has it, are found. Between events no excursion
+    beyond a threshold is larger than 1e-12, at any time. A `Creep` is run again, and whatever
+    differs in a bit is found, but for its time, version and reason. The events of `verlet` are late
+    by up to its step: they are measured, and only running again judges them.
 
     Examples
     --------
@@ -188,29 +177,23 @@ def audit(
     """
     if isinstance(result, Rearrangement):
         return _of_rearrangement(result, seed, most_findings)
-    if isinstance(result, Creep):
-        if seed is not None and seed != result.seed:
-            raise InputError("seed", seed, f"must be that of the run, {result.seed}")
-        limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-        return _of_creep(result, most_findings, limits, say)
-    raise InputError("result", result, "must be a Rearrangement or a Creep")
+    if not isinstance(result, Creep):
+        raise InputError("result", result, "must be a Rearrangement or a Creep")
+    if seed is not None and seed != result.seed:
+        raise InputError("seed", seed, f"must be that of the run, {result.seed}")
+    return _of_creep(result, most_findings, Limits.of(max_seconds=max_seconds), reporter(progress))
 
 
 def audit_file(
-    path: str | os.PathLike[str],
-    *,
-    most_findings: int = 20,
-    max_seconds: Number | None = None,
-    progress: Hearer = None,
+    path: str | os.PathLike[str], *, max_seconds: Number | None = None, progress: Hearer = None
 ) -> list[Audit]:
     """Return what is wrong with the runs in a file, one audit for each member; see `audit`."""
-    members = load_members(path)
+    members, found = load_members(path), []
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    texts = [f"member {k}" if len(members) > 1 else "" for k in range(1, len(members) + 1)]
-    return [
-        _of_creep(member, most_findings, limits, partial(say, text=text))
-        for member, text in zip(members, texts, strict=True)
-    ]
+    for number, member in enumerate(members, 1):
+        text = f"member {number}" if len(members) > 1 else ""
+        found.append(_of_creep(member, _MOST_FINDINGS, limits, partial(say, text=text)))
+    return found
 
 
 def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Audit:
@@ -222,14 +205,12 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     auditor = _Auditor(chain, result.initial, disorder.valid_seed(seed or 0), *known, most)
     with auditor.following():
         auditor.begin()
-        float64 = auditor.arithmetic is FLOAT64
         auditor.load = float(chain.l0 * abs(exact_value(result.theta)))
-        error = 4 * 2.0**-52 * auditor.load if float64 else 0.0
-        auditor.room = auditor.floor() + error
-        auditor.place = (0, None)
+        error = 4 * 2.0**-52 * auditor.load if auditor.float64 else 0.0
+        auditor.room, auditor.place = auditor.floor() + error, (0, None)
         auditor.way = int(auditor.stable())
         if result.events:
-            residuals = [float(event.residual) for event in result.events] if float64 else ()
+            residuals = [float(e.residual) for e in result.events] if auditor.float64 else []
             ended = result.outcome is Outcome.AT_REST
             auditor.rearrangement(result.events, error, ended=ended, residuals=residuals)
         auditor.place = (None, None)
@@ -241,16 +222,10 @@ def _of_creep(result: Creep, most: int, limits: Limits, say: Callable[..., None]
     if "event_time" not in result.recorded:
         raise InputError("record", list(result.recorded), "must include events")
     stepped, remark = result.solver == "verlet", ""
-    try:
-        columns = as_claimed(result.recorded)
-        bits, times = result.report.get("precision_bits"), columns["event_time"].tolist()
-        known = _arithmetic(times, bits, result.experiment.digits)
-        enough = sys.maxsize if stepped else most
-        start = result.experiment.initial
-        auditor = _Auditor(result.chain, start, result.seed, *known, enough, limits)
-    except _NOT_WHOLE as error:
-        told = Finding("order", None, None, f"what was recorded cannot be read: {error}")
-        return Audit((told,), 0, 0, np.empty(0), np.empty(0), math.nan, 0)
+    columns, bits = as_claimed(result.recorded), result.report.get("precision_bits")
+    known = _arithmetic(columns["event_time"].tolist(), bits, result.experiment.digits)
+    enough, start = sys.maxsize if stepped else most, result.experiment.initial
+    auditor = _Auditor(result.chain, start, result.seed, *known, enough, limits)
     with auditor.following():
         auditor.run(result, columns, say)
     if stepped:
@@ -270,17 +245,12 @@ def _again(auditor: _Auditor, result: Creep) -> None:
     limits, cut = auditor.limits, result.outcome is Outcome.LIMIT
     most = result.event_count + (0 if cut else _MORE_EVENTS)
     (again,) = run_members([result.experiment], limits=replace(limits, events=most))
-    if limits.passed():
-        raise OutOfTime(limits.reason(Stop.DEADLINE))
-    pairs = [
-        {(str(name), 0): xr.Dataset({name: column}) for name, column in data.variables.items()}
-        | {(str(name), 1): xr.Dataset(attrs={name: value}) for name, value in data.attrs.items()}
-        for data in (result.dataset, again.dataset)
-    ]
-    for key in sorted({*pairs[0], *pairs[1]} - {(name, 1) for name in _OWN}):
-        given, made = (parts.get(key) for parts in pairs)
-        if given is None or made is None or not given.identical(made):
-            auditor.find("again", f"running again gives another {key[0]}")
+    limits.require()
+    for part in ("variables", "attrs"):
+        given, made = (getattr(run.dataset, part) for run in (result, again))
+        for name in sorted({*given, *made}.difference(_OWN)):
+            if name not in given or name not in made or not alike(given[name], made[name]):
+                auditor.find("again", f"running again gives another {name}")
 
 
 def _arithmetic(
@@ -289,9 +259,9 @@ def _arithmetic(
     """Return the arithmetic in which a log is followed, and its digits."""
     if all(isinstance(time, (float, np.floating, int)) for time in times) and digits is None:
         return FLOAT64, 15
-    wanted = max(int(bits or 0), math.ceil((digits or 0) * BITS_PER_DIGIT))
+    wanted = max(int(bits or 0), math.ceil((digits or 0) * BITS_PER_DIGIT)) or 64
     arithmetic = digits_of(max(wanted, 64) + _EXTRA_BITS)
-    return arithmetic, digits or max(1, math.floor((wanted or 64) / BITS_PER_DIGIT) - 15)
+    return arithmetic, digits or max(1, math.floor(wanted / BITS_PER_DIGIT) - 15)
 
 
 class _Auditor:
@@ -309,7 +279,7 @@ class _Auditor:
     ) -> None:  # fmt: skip
         self.chain, self.contacts, self.limits = chain, Contacts(chain, seed), limits
         self.arithmetic, self.digits, self.most, self.start = arithmetic, digits, most, start
-        self.l0 = arithmetic.number(chain.l0)
+        self.float64, self.l0 = arithmetic is FLOAT64, arithmetic.number(chain.l0)
         self.findings: list[Finding] = []
         self.place: tuple[int | None, int | None] = (None, None)
         self.errors: list[float] = []
@@ -327,10 +297,9 @@ class _Auditor:
             theta=arithmetic.number(exact_value(start.theta)),
         )
         self.scale = float(max(self.thresholds().tolist()))
-        self.accuracy = ACCURACY if arithmetic is FLOAT64 else 10.0 ** -min(digits, 300)
+        self.accuracy = ACCURACY if self.float64 else 10.0 ** -min(digits, 300)
 
     def audit(self) -> Audit:
-        """Return what has been found so far."""
         return Audit(
             tuple(self.findings), self.rearrangements, self.events, np.array(self.errors),
             np.array(self.radii), self.balance, self.digits, self.reason,
@@ -360,7 +329,6 @@ class _Auditor:
         return self.contacts.thresholds(self.state.coefficients, self.arithmetic)
 
     def find(self, check: str, sentence: str, error: Any = math.inf, allowed: Any = 0.0) -> None:
-        """Add a finding."""
         finding = Finding(check, *self.place, sentence, float(error), float(allowed))
         self.findings.append(finding)
         if len(self.findings) >= self.most:
@@ -373,12 +341,10 @@ class _Auditor:
 
     def floor(self) -> float:
         """Return how far a condition may be off whatever its time claims."""
-        if self.arithmetic is FLOAT64:
+        if self.float64:
             return self.accuracy * self.scale
         # decimals of theta and of all times so far were rounded
         return self.accuracy * (self.scale + self.load) * (1 + len(self.radii))
-
-    # -- along the drive -----------------------------------------------------------------------
 
     def run(self, result: Creep, columns: Any, say: Callable[..., None]) -> None:
         """Follow a run along its drive, from rearrangement to rearrangement."""
@@ -396,7 +362,7 @@ class _Auditor:
                 say("auditing", r, len(log), "rearrangements")
                 theta, radius = enclosure(log[r].theta)
                 error = min(float(radius * result.chain.l0), self.floor())
-                if arithmetic is FLOAT64:
+                if self.float64:
                     error += 4 * 2.0**-52 * max(self.load, abs(float(theta * result.chain.l0)))
                 self.room = self.floor() + error
                 ramped = r > 0 or self.stable()
@@ -435,22 +401,19 @@ class _Auditor:
         return excesses
 
     def stable(self) -> bool:
-        """Return whether no slider exceeds its threshold as the chain stands."""
         return all(beyond <= self.room for beyond in self.excesses())
 
     def rests(self, when: str) -> None:
-        """Check that every slider is within its threshold."""
-        for n, beyond in enumerate(self.excesses()):
-            text = f"slider {n + 1} exceeds its threshold when {when}"
+        for n, beyond in enumerate(self.excesses(), 1):
+            text = f"slider {n} exceeds its threshold when {when}"
             self.within("static", text, beyond, self.room)
 
     def ends_in(self, state: State) -> None:
-        """Compare the final state."""
         present = self.state
         self.same("the final tension", present.tensions, state.tensions)
         self.same("the final displacement", present.displacements, state.displacements)
         off = abs(exact_value(present.theta) - exact_value(state.theta)) * self.chain.l0
-        rounding = 2.0**-49 * self.load + self.accuracy * (self.arithmetic is not FLOAT64)
+        rounding = 2.0**-49 * self.load + self.accuracy * (not self.float64)
         text = "the final theta is not where the drive took it"
         self.within("state", text, float(off), rounding)
         if not np.array_equal(present.draws, state.draws):
@@ -464,11 +427,9 @@ class _Auditor:
             known, value = enclosure(there), exact_value(here)
             allowed = max(ACCURACY if isinstance(there, float) else 0.0, self.accuracy)
             room = allowed * (1 + len(self.radii)) ** 0.5 * self.scale + self.room
-            room += 2.0**-50 * abs(float(value)) * (self.arithmetic is FLOAT64)
+            room += 2.0**-50 * abs(float(value)) * self.float64
             text = f"{what} is not what the events make"
             self.within("state", text, float(abs(value - known.middle)), room)
-
-    # -- one rearrangement ---------------------------------------------------------------------
 
     def rearrangement(
         self, events: Sequence[Event], load_error: float, *, ended: bool,
@@ -484,14 +445,13 @@ class _Auditor:
             self.place = (rearrangement, number)
             self.phase(replay, phase)
             for event in phase.events:
-                self.place = (rearrangement, number)
-                slack = widest
+                self.place, slack = (rearrangement, number), widest
                 if residuals and number:
-                    slack = min(widest, 4 * residuals[number] + ROUNDING * self.scale)
+                    slack = min(widest, 4 * residuals[number] + _ROUNDING * self.scale)
                 legal = self.contact(replay, event)
+                radius = min(nearest_float(known[number].radius), widest)
                 for n, sign in legal.items():
-                    radius = nearest_float(known[number].radius)
-                    self.condition(replay, event.kind, n, sign, min(radius, widest), slack)
+                    self.condition(replay, event.kind, n, sign, radius, slack)
                 phase.happen(event, legal)
                 number += 1
         self.rearrangements += 1
@@ -501,8 +461,7 @@ class _Auditor:
         self.balanced(replay, before.tensions)
         if not ended:
             return
-        moving = [n + 1 for n in np.flatnonzero(replay.flow.signs).tolist()]
-        if moving:
+        if moving := [n + 1 for n in np.flatnonzero(replay.flow.signs).tolist()]:
             self.find("motion", f"sliders {moving} still move after the last event")
         self.rests("the rearrangement ends")
 
@@ -523,13 +482,11 @@ class _Auditor:
                     beyond = abs(replay.flow.forces[n]) - replay.threshold(n)
                     text = f"slider {n + 1} stays at rest beyond its threshold {when}"
                     self.within("static", text, beyond, self.room)
-            allowed = ACCURACY * self.scale
-            span = nearest_float(exact_value(phase.span))
+            allowed, span = ACCURACY * self.scale, nearest_float(exact_value(phase.span))
             if span > _LONGEST:
                 self.find("motion", f"no slider moves for {span:.3g} tau_dyn", span, _LONGEST)
                 raise EnoughFindings
-            watches = Watches(replay, phase.runs)
-            worst, n, moving = watches.worst(span, allowed)
+            worst, n, moving = Watches(replay, phase.runs).worst(span, allowed)
             if worst < -allowed:
                 act = "turns back" if moving else "exceeds its threshold"
                 self.find("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
@@ -560,10 +517,7 @@ class _Auditor:
     def condition(
         self, replay: Replay, kind: EventKind, n: int, sign: int, radius: float, slack: float
     ) -> None:
-        """Check that slider `n` (from 0) stops without velocity, or starts at its threshold.
-
-        Where it may start beyond its threshold, check that it is not below.
-        """
+        """Check that slider `n` (from 0) stops without velocity, or starts at its threshold."""
         flow, first = replay.flow, self.place[1] == 0
         if kind is EventKind.STOP:
             value, what = flow.velocities[n], "moves"
@@ -572,7 +526,7 @@ class _Auditor:
             value, what = sign * flow.forces[n] - replay.threshold(n), "is not at its threshold"
             around = [m for m in (n - 1, n + 1) if 0 <= m < self.chain.n and flow.signs[m] != 0]
             slope = float(abs(sum(flow.velocities[m] for m in around)))
-            if first or n in replay.just_stopped:
+            if first or n in replay.just_stopped:  # it may start beyond its threshold
                 self.within("static", f"slider {n + 1} starts below its threshold", -value, slack)
                 if first and self.way:
                     text = f"slider {n + 1} starts beyond its threshold on a ramp"
@@ -591,7 +545,7 @@ class _Auditor:
         energies = replay.energies()
         if largest := max(abs(term) for term in energies):
             # what is left over of tensions that are much larger than their change is rounding
-            rounding = 2.0**-50 if self.arithmetic is FLOAT64 else self.accuracy
+            rounding = 2.0**-50 if self.float64 else self.accuracy
             base = rounding * float((before * before).sum()) / float(largest)
             left = float(abs(energies.left) / largest)
             self.balance = max(self.balance, left)
@@ -599,10 +553,10 @@ class _Auditor:
 
 
 class Watches:
-    """What must stay positive during a piece of motion, in float64, at many times at once.
+    """What must stay positive during a piece of motion, each with a bound of its second derivative.
 
     A moving slider's speed along its direction, and the two distances of a resting neighbour's
-    force from its thresholds, each with a bound of its second derivative.
+    force from its thresholds; in float64.
     """
 
     def __init__(self, replay: Replay, runs: Sequence[Run]) -> None:
@@ -612,14 +566,13 @@ class Watches:
         ]
         flow, n = replay.flow, replay.chain.n
         self.size = n
-        movers = np.array([i for run in runs for i in run.sliders])
+        self.movers = movers = np.array([i for run in runs for i in run.sliders])
         ends = {m for run in runs for m in (run.first - 1, run.first + run.p)}
-        resting = np.array(sorted(m for m in ends if 0 <= m < n), dtype=int)
-        self.movers, self.resting = movers, resting
+        self.resting = resting = np.array(sorted(m for m in ends if 0 <= m < n), dtype=int)
         self.sliders = np.concatenate([movers, resting, resting])
         self.directions = flow.signs[movers][:, None]
         rooms = [
-            [nearest_float(exact_value(replay.threshold(m) - side * flow.forces[m]))]
+            nearest_float(exact_value(replay.threshold(m) - side * flow.forces[m]))
             for side in (1, -1)
             for m in resting.tolist()
         ]
@@ -635,8 +588,7 @@ class Watches:
 
     def values(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return every margin and its slope at the times `t`, each of shape (margins, times)."""
-        shape = (3, self.size + 2, t.size)
-        moved = np.zeros(shape)
+        moved = np.zeros((3, self.size + 2, t.size))
         for run in self.runs:
             moved[:, run.first + 1 : run.first + 1 + run.p] = run.at(t)
         speeds, gains = (self.directions * part[self.movers + 1] for part in moved[1:])
@@ -645,10 +597,10 @@ class Watches:
         return np.concatenate([speeds, rooms]), np.concatenate([gains, -rate, rate])
 
     def worst(self, span: float, allowed: float) -> tuple[float, int, bool]:
-        """Return a margin below -`allowed` on ``[0, span]``, its slider and whether that moves.
+        """Return a margin below -`allowed` on ``[0, span]``, its slider, whether that moves; or 0.
 
         From value and slope at either end of a piece follows how far inwards a margin stays above
-        -`allowed`; a piece that these two reaches do not cover is halved. Returns 0 if all are.
+        -`allowed`; a piece that these two reaches do not cover is halved.
         """
         ends = np.linspace(0.0, span, 2 + math.ceil(2 * span))
         waiting = [(ends[k : k + _TOGETHER], ends[k + 1 : k + 1 + _TOGETHER])
