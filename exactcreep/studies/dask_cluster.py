@@ -44,9 +44,8 @@ def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """Yield an executor that computes on the workers of a dask scheduler.
 
     `address` is that of the scheduler, e.g. ``tcp://10.0.0.1:8786``, or the path of its
-    ``--scheduler-file``; it is waited for so many seconds, and `InputError` if none answers there.
-    A cell whose worker dies is computed again by another one, up to the number of times that
-    dask's ``distributed.scheduler.allowed-failures`` says.
+    ``--scheduler-file``; it is waited for so many seconds. A cell whose worker dies is computed
+    again by another one, as often as dask's ``distributed.scheduler.allowed-failures`` says.
     """
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:

@@ -1,8 +1,8 @@
-"""Run tasks on threads of this process or on an executor, and yield them as they finish.
+"""Run tasks on threads of this process or on an executor, each with a future of its own.
 
-joblib does not replace this: its generator of results ends at the first task that fails, and on
-dask (1.6) waits for ever for a task whose worker died. Executors of `concurrent.futures` give each
-task a future of its own, so that the others are saved and the one that failed is named.
+So the others are saved, and the one that failed is named. joblib does not replace this: its
+generator of results ends at the first task that fails, and on dask (1.6) waits for ever for a task
+whose worker died.
 """
 
 from __future__ import annotations
@@ -49,9 +49,8 @@ class Pool:
         """Have ``function(task)`` computed, with the signals if there are any.
 
         `take` is called with the key of a task and its future as it finishes; what it raises ends
-        the others, and those that had finished by then are taken, too. `show` is called at the
-        begin and at the end, and about four times a second between. `InputError` if the executor
-        takes no tasks any more.
+        the others, and those that had finished by then are taken, too. `show` is called about four
+        times a second. `InputError` if the executor takes no tasks any more.
         """
         waiting: dict[Future[Any], int] = {}
         shown, remaining = -math.inf, iter(tasks.items())
@@ -96,10 +95,7 @@ def reason_of(error: BaseException) -> str:
 
 @contextmanager
 def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]:
-    """Yield a pool of so many threads, default one for each processor, or of an executor.
-
-    `InputError` if `workers` is no such number, or given together with an executor.
-    """
+    """Yield a pool of so many threads, default one for each processor, or of an executor."""
     if executor is not None:
         if workers is not None:
             raise InputError("workers", workers, "belongs to the executor that is given")
@@ -110,7 +106,7 @@ def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]
     if workers is not None:
         count = whole_number(workers, "workers", least=1, most=10_000)
     signals = Signals()
-    with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
+    with ThreadPoolExecutor(count) as threads:
         try:
             yield Pool(threads, 4 * (count or 1), signals)
         except BaseException:

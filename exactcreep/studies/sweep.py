@@ -1,11 +1,9 @@
 """Sweeps: every member of a scene as one cell of a labelled grid, on threads or many machines.
 
-A cell is a pure function of its experiment, so that it does not matter where or in which order
-cells are computed. Each one that finishes is saved at once as a small file of its own, named by
-the digest of its experiment: a sweep that is stopped, in whatever way, goes on from there and
-gives the same bits, and a grid that grows keeps what it had. Such a file holds the numbers of a
-cell (0.6 kB, 1 ms); the file of a whole `Creep`, as of the members of a run, takes a hundred times
-as long to write (21 kB, 0.12 s of processor).
+A cell is a pure function of its experiment, wherever and in whichever order cells are computed.
+Each one that finishes is saved at once as a small file of its own (0.6 kB, 1 ms; the file of a
+whole `Creep` takes a hundred times as long), named by the digest of its experiment: a sweep that is
+stopped, in whatever way, goes on from there, and a grid that grows keeps what it had.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.display import shows_progress
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
 from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
@@ -100,10 +98,9 @@ def sweep(
     -------
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
-        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. If the scene
-        records x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along
-        ``half_cycle`` (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or
-        -1) where a cell has fewer.
+        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. What the
+        scene records at targets follows as ``recorded_x_G`` and so on along ``half_cycle`` (with
+        ``recorded_theta``, unless the drive is cyclic), filled up with nan (or -1).
 
     Raises
     ------
@@ -116,9 +113,9 @@ def sweep(
 
     Notes
     -----
-    Guarantee: a cell depends on its experiment alone, not on what else is computed, when, in which
-    order, thread or process: the dataset of a sweep that was stopped and resumed is the same bit
-    for bit. (Machines of different kinds agree as far as their mathematics libraries do.)
+    Guarantee: a cell depends on its experiment alone: the dataset of a sweep that was stopped and
+    resumed is the same bit for bit. (Machines of different kinds agree as far as their mathematics
+    libraries do.)
 
     Examples
     --------
@@ -141,8 +138,7 @@ def sweep(
         cells.finished()
         raise
     dataset = cells.finished()
-    left = Counter(name for value in cells.values if value for name in value["warnings"])
-    if left:
+    if left := Counter(name for value in cells.values if value for name in value["warnings"]):
         counts = ", ".join(f"{name} in {count}" for name, count in left.items())
         told = f"of {len(cells.values)} cells: {counts} left the model's physical range"
         warnings.warn(told, PhysicsWarning, stacklevel=3)
@@ -163,11 +159,6 @@ class _Cells:
         self.values: list[Cell | None] = [None] * len(self.experiments)
         self.load()
 
-    @property
-    def count(self) -> int:
-        """How many have been computed."""
-        return sum(value is not None for value in self.values)
-
     def load(self) -> None:
         """Take from the folder what it holds of those that have not been computed."""
         if self.folder is not None:
@@ -182,32 +173,33 @@ class _Cells:
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # a slider of a half-cycle costs about the same everywhere
         weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
-        found, failed, say = self.count, dict[int, CellsFailed](), reporter(progress)
+        total, say, failed = len(self.values), reporter(progress), dict[int, CellsFailed]()
+        found = total - len(todo)
+        made: dict[int, Cell] = {}
 
         def collect(index: int, future: Future[Cell]) -> None:
             try:
                 value = self._value(pool, future, index)
             except CellsFailed as error:
                 failed[index] = error
-                if self.folder is None or (self.count == 0 and len(failed) >= _MOST_FAILURES):
+                if self.folder is None or (not found + len(made) and len(failed) >= _MOST_FAILURES):
                     raise
                 return
             if self.folder is not None:
                 self.folder.save(self.experiments[index], value)
-            self.values[index] = value
+            self.values[index] = made[index] = value
 
         def show() -> None:
-            made = {k: value for k in todo if (value := self.values[k]) is not None}
             work = sum(weights[k] for k in made) / sum(weights.values()) if weights else 1.0
             compiling = pool.signals is not None and pool.signals.compiling
-            say("compiling" if compiling else "running", self.count, len(self.values), "cells",
-                events=sum(value["events"] for value in made.values()), found=found,
-                work=work)  # fmt: skip
+            events = sum(value["events"] for value in made.values())
+            say("compiling" if compiling else "running", found + len(made), total, "cells",
+                events=events, found=found, work=work)  # fmt: skip
 
         pool.run(finished_cell, todo, collect, show)
         if failed:
             first = failed[min(failed)]
-            count = f"{len(failed)} of {len(self.values)} cells failed, and all others are computed"
+            count = f"{len(failed)} of {total} cells failed, and all others are computed"
             raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
 
     def _value(self, pool: Pool, future: Future[Cell], index: int) -> Cell:
@@ -236,10 +228,7 @@ class _Cells:
 
 
 def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cell:
-    """Return what a sweep keeps of one experiment, as plain data.
-
-    `signals` are those of a sweep in the same process.
-    """
+    """Return what a sweep keeps of one experiment; `signals` of a sweep in the same process."""
 
     def glance(progress: Progress) -> None:
         if signals is not None:
@@ -251,21 +240,17 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
     recorded = {name: result.recorded[name] for name in experiment.record}
     if experiment.record and not experiment.drive.cyclic:
         recorded["theta"] = experiment.drive.targets(1, result.half_cycles, experiment.seed)
-    value: Cell = {"version": __version__, "seconds": result.seconds}
+    value: Cell = {"version": __version__, "warnings": dict(result.warnings), "recorded": recorded}
     value |= {name: float(getattr(result, name)) for name in _NUMBERS}
     value |= {name: result.counts[name] for name in _COUNTS}
-    value |= {name: getattr(result, name) for name in ("direction", "reason", "velocity_reason")}
-    value |= {"outcome": result.outcome.value, "evidence": result.evidence.value}
+    value |= plain_data({name: getattr(result, name) for name in _WORDS})
     if result.velocity_text is not None:
         value["velocity_decimal"] = result.velocity_text
-    return value | {"warnings": dict(result.warnings), "recorded": recorded}
+    return value
 
 
 class CellFolder:
-    """The directory in which the cells of a sweep are saved, one file each.
-
-    `InputError` if `out` cannot be such a directory, or holds cells and `resume` is not given.
-    """
+    """The directory in which the cells of a sweep are saved, one file each."""
 
     def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
         self.path = output_directory(out, "out")
@@ -278,7 +263,6 @@ class CellFolder:
             raise InputError("out", os.fspath(out), "must be a directory that can be written")
 
     def load(self, experiment: Experiment) -> Cell | None:
-        """Return what was saved of an experiment, None if nothing was."""
         name = _digest(experiment)
         path = self.cells / f"{name}.cell"
         if not path.exists():
@@ -290,13 +274,12 @@ class CellFolder:
         except InputError as error:
             allowed = f"{error.allowed}; delete the file to compute it again"
             raise InputError("cell", os.fspath(path), allowed) from None
-        value: Cell = content["value"]
-        return value
+        return dict(content["value"])
 
     def save(self, experiment: Experiment, value: Cell) -> None:
         """Write a cell, in one piece or not at all."""
         name = _digest(experiment)
-        content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
+        content = {"format": _CELL_FORMAT, "name": name, "value": value}
         write_file(self.cells / f"{name}.cell", checkpoint.to_bytes(content), "out")
 
 
@@ -304,10 +287,9 @@ def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
     """Return one member; nothing is recorded that the scene does not ask for by name."""
     record = setting.get("run.record", scene.tables["run"].get("record", []))
     experiment = scene.experiment({**setting, "run.record": record})
-    for name in experiment.record:
-        if name in LOGS:
-            allowed = "are too many for a sweep; record them in a single run"
-            raise InputError("run.record", name, allowed)
+    if logs := LOGS.keys() & experiment.record:
+        allowed = "are too many for a sweep; record them in a single run"
+        raise InputError("run.record", ", ".join(sorted(logs)), allowed)
     return experiment
 
 
@@ -315,9 +297,6 @@ def _digest(experiment: Experiment) -> str:
     """Return the name under which the cell of an experiment is saved."""
     description = {"version": __version__, "experiment": experiment.description()}
     return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
-
-
-# --- the grid ------------------------------------------------------------------------------------
 
 
 def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
@@ -353,9 +332,9 @@ def _assembled(
     dims, cells = tuple(names.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     known: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
-    for name, texts in _NUMBERS.items():
-        units, meaning = (text.format(per=per) for text in texts)
-        known[name] = math.nan, {"units": units, "long_name": meaning}
+    for name, (units, meaning) in _NUMBERS.items():
+        about = {"units": units, "long_name": meaning}
+        known[name] = math.nan, {key: text.format(per=per) for key, text in about.items()}
     for name, meaning in _COUNTS.items():
         known[name] = _MISSING, {"units": "1", "long_name": meaning}
     for name, meaning in _WORDS.items():
@@ -401,15 +380,13 @@ def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
     """Return the parameters that all experiments have in common, rationals as strings."""
     described = [
-        {**experiment.chain.parameters(), "drive": experiment.drive.kind}
-        | {k: v for k, v in experiment.drive.parameters().items() if k != "kind"}
-        | {"solver": experiment.solver, "seed": experiment.seed}
-        for experiment in experiments
+        {**one.chain.parameters(), "drive": one.drive.kind, **one.drive.parameters(), "kind": None}
+        | {"solver": one.solver, "seed": np.uint64(one.seed)}
+        for one in experiments
     ]
-    common = {
+    return {
         name: str(value) if isinstance(value, Fraction) else value
         for name, value in described[0].items()
         if not (isinstance(value, (list, tuple)) or value is None)
         and all(other.get(name) == value for other in described)
     }
-    return common | ({"seed": np.uint64(common["seed"])} if "seed" in common else {})

@@ -6,10 +6,9 @@ have; evidence says which of the two a result speaks of.
 *Locked in the limit.* A slider next to an end may start just before that end stops, y above its
 threshold. If mu_s/(mu_s - mu_d) is a whole number it is y - y^2/(6 D) above it half a cycle later,
 with D = (mu_s - mu_d) c: nothing acts on y to first order, a marginal cycle. Then y falls like 6 D
-over the number of half-cycles, and the forces change by 1.5 D/k^2 in cycle k; the cycle in which
-the slider grazes its threshold is approached for ever. Such an approach is recognized by equal
-slips in every cycle, which leave at least one slider at rest, and by changes that fall at least
-like 1/k^2 and have less to go than any slider at rest needs to slip. This is no proof.
+over the number of half-cycles, and the forces change by 1.5 D/k^2 in cycle k. Such an approach is
+recognized by equal slips in every cycle, which leave at least one slider at rest, and by changes
+that fall at least like 1/k^2 and have less to go than any slider at rest needs to slip. No proof.
 """
 
 from __future__ import annotations
@@ -108,11 +107,8 @@ def fate(
 def refuse_sliding(chain: Chain) -> None:
     """Raise `InputError` for a chain that slides with theta without slips."""
     if chain.slides:
-        allowed = (
-            "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
-            ' creep(solver="sliding") tells how'
-        )
-        raise InputError("mu_s", chain.mu_s, allowed)
+        allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
+        raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
 
 
 def numerical_fate(
@@ -131,12 +127,12 @@ def numerical_fate(
             break
     simulation, drive = course.simulation, course.drive
     evidence, outcome = simulation.evidence, Outcome.LIMIT
-    known: dict[str, Any] = {}
+    known: dict[str, Any] = {"last_advance": course.last_advance}
     if (settled := course.settled) is not None:
         moved, itinerary = _one_period(course, settled.period)
         noise = nearest_float(simulation.chain.rounding) * sum(len(one) for _, one in itinerary)
         advance = moved if abs(moved) > noise else 0.0
-        known = {"settled_after": settled.since, "period": settled.period}
+        known |= {"settled_after": settled.since, "period": settled.period}
         known |= {"advance": advance, "itinerary": itinerary}
         outcome = Outcome.CREEPING if advance else Outcome.CYCLING
         if not itinerary:
@@ -151,19 +147,11 @@ def numerical_fate(
         reason, known = approach
     elif not reason:
         reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
-    known = {"last_advance": course.last_advance} | known
+    report = {"events": simulation.tally.events, "undecided": simulation.tally.undecided}
     found = Fate(
-        chain=simulation.chain,
-        amplitude=drive.amplitude,
-        start=start,
-        solver="exact",
-        outcome=outcome,
-        evidence=evidence,
-        cycles=course.cycles,
-        reason=reason,
-        report={"events": simulation.tally.events, "undecided": simulation.tally.undecided},
-        **known,
-    )
+        simulation.chain, drive.amplitude, start, "exact", outcome, evidence, course.cycles,
+        reason=reason, report=report, **known,
+    )  # fmt: skip
     return found, stop
 
 

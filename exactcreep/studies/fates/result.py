@@ -90,25 +90,25 @@ class Fate(Result):
     @property
     def direction(self) -> str:
         """Which way the chain creeps or runs away, as `direction_of` says it; else ``none``."""
-        tangent, advance = self.chain.tan_alpha, 0.0
-        if self.outcome is Outcome.CREEPING:
-            advance = self.advance or 0.0
-        return direction_of(tangent if self.outcome is Outcome.RUNAWAY else advance, tangent)
+        tangent = self.chain.tan_alpha
+        ways = {Outcome.RUNAWAY: tangent, Outcome.CREEPING: self.advance or 0.0}
+        return direction_of(ways.get(self.outcome, 0), tangent)
 
     @property
     def velocity(self) -> float | None:
         """The advance per half-cycle once it has settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
+    told = (
+        "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
+        "advance", "velocity", "last_advance", "marginal", "reason",
+    )  # fmt: skip
+
     def _facts(self) -> dict[str, Any]:
-        names = ("amplitude", "solver", "outcome", "evidence", "cycles", "settled_after", "period")
-        told = {name: getattr(self, name) for name in (*names, "advance", "direction", "reason")}
-        return {"n": self.chain.n, **told}
+        return {"n": self.chain.n, "amplitude": self.amplitude, **super()._numbers()}
 
     def _numbers(self) -> dict[str, Any]:
-        names = "solver outcome evidence direction cycles settled_after period advance velocity"
-        out: dict[str, Any] = {"n": self.chain.n, "amplitude": nearest_float(self.amplitude)}
-        out |= {name: getattr(self, name) for name in f"{names} last_advance marginal".split()}
+        out = self._facts() | {"amplitude": nearest_float(self.amplitude), "report": self.report}
         if self.advance_enclosure is not None:
             middle, radius = self.advance_enclosure
             out["advance_enclosure"] = [middle - radius, middle + radius]
@@ -117,7 +117,7 @@ class Fate(Result):
                 {"half_cycle": half, "events": [f"{kind} {movers(*who)}" for kind, *who in events]}
                 for half, events in self.itinerary
             ]
-        return out | {"reason": self.reason, "report": self.report}
+        return out
 
 
 def movers(sliders: Sequence[int], signs: Sequence[int]) -> str:

@@ -1,11 +1,9 @@
 """How long creep lasts: many starts of one chain, and when each of them is arrested.
 
 Chaotic creep cannot be proved to last; how long it does can be measured. Nearly identical starts
-creep for very different times. Where all of them are arrested at last, locked or at rest, some are
-so within a few cycles, and the others at a constant rate, as in transient chaos (Lai and Tel): what
-is left of their lifetimes is exponentially distributed. The lifetime of a start is the last cycle
-in which x_G advanced. A start that has not been arrested when the horizon is reached is censored:
-its lifetime is known to exceed the horizon, and no more.
+creep for very different times: some are arrested, locked or at rest, within a few cycles, the
+others at a constant rate, as in transient chaos (Lai and Tel). The lifetime of a start is the last
+cycle in which x_G advanced; one that is not arrested when the horizon is reached is censored.
 """
 
 from __future__ import annotations
@@ -28,19 +26,14 @@ from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import (
-    Number,
-    exact_number,
-    nearest_float,
-    plain_data,
-    whole_number,
-)
+from exactcreep.model.numbers import Number, exact_number, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import SettlingChain
+from exactcreep.studies.comparison import rate_of
 from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
@@ -68,9 +61,8 @@ class Rate(NamedTuple):
     """The escape rate: arrests per cycle of the starts that outlive the transient.
 
     `low` and `high` are its exact interval; nan, and `reason` says why, where lifetimes are not
-    exponential even after the `cut`. Up to the cut, in cycles, `before` starts were arrested;
-    `exponential` is the probability of later lifetimes at least as far from exponential, nan if
-    too few were arrested.
+    exponential even after the `cut`, in cycles. `before` starts were arrested up to it;
+    `exponential` is the probability of later lifetimes at least as far from exponential.
     """
 
     rate: float
@@ -140,11 +132,10 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     The transient ends when half of the arrests have happened. If the later ones are not exponential
     (Kolmogorov and Smirnov: at a constant rate they are spread evenly over the total time on test;
     probability below 0.05) it lasts until half of these have, too; if the rest is not exponential
-    either, no interval is given. A cut at an arrest leaves the distribution of later
-    exponential lifetimes as it is, whatever came before, so that the interval (chi-squared, of all
-    cycles lived after the cut) covers the rate as often as it says. Where most starts are censored,
-    early arrests may outnumber the later ones and reach beyond the cut: at a horizon of 0.4 mean
-    lifetimes, with 20 or 38 % of early ones, it covered 83 %.
+    either, no interval is given. A cut at an arrest leaves the distribution of later exponential
+    lifetimes as it is, so that the interval (chi-squared, of all cycles lived after the cut) covers
+    the rate as often as it says; but where most starts are censored, early arrests may reach beyond
+    the cut: at a horizon of 0.4 mean lifetimes, with 20 or 38 % of early ones, it covered 83 %.
 
     Examples
     --------
@@ -155,8 +146,7 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     """
     ends = np.sort(np.asarray(lifetimes, dtype=np.float64))
     every = np.concatenate([ends, np.asarray(censored, dtype=np.float64)])
-    cut, probability = 0.0, math.nan
-    late, seen = ends, every
+    cut, probability, reason, late, seen = 0.0, math.nan, "", ends, every
     for _ in range(_MOST_CUTS):
         if not late.size:
             break
@@ -165,21 +155,17 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
         probability = _exponential(late, seen)
         if not probability < _DOUBTED:
             break
-    lived = seen.sum()
-    about = (int(cut), ends.size - late.size, probability)
-    if lived == 0:
+    lived = float(seen.sum())
+    rate, low, high = rate_of(late.size, lived)
+    if not lived:
         reason = f"no rate: every start was arrested up to cycle {cut:.0f}"
-        return Rate(math.nan, math.nan, math.nan, *about, reason)
-    rate, tail = late.size / lived, (1 - CONFIDENCE) / 2
-    if probability < _DOUBTED:
+    elif probability < _DOUBTED:
+        low = high = math.nan
         reason = (
             f"no rate: after cycle {cut:.0f}, too, arrests do not come at a constant rate"
             f" (probability {probability:.1g})"
         )
-        return Rate(rate, math.nan, math.nan, *about, reason)
-    low = stats.chi2.ppf(tail, 2 * late.size) if late.size else 0.0
-    high = stats.chi2.ppf(1 - tail, 2 * late.size + 2)
-    return Rate(rate, float(low / 2 / lived), float(high / 2 / lived), *about)
+    return Rate(rate, low, high, int(cut), ends.size - late.size, probability, reason)
 
 
 def _exponential(lifetimes: NDArray[np.float64], every: NDArray[np.float64]) -> float:
@@ -198,17 +184,12 @@ class Survival(Result):
 
     Attributes
     ----------
-    chain : Chain
-    amplitude : Fraction
-    size : Fraction
-        Largest tension of a start, unit m g.
-    starts, cycles, seed, dormant : int
+    chain, amplitude, size, starts, cycles, seed, dormant
         As asked for.
     records : tuple of StartRecord
         What every start came to, in their order.
     reason : str
-        Which limit ended the computation; "" if it was completed. Starts that it cut short are
-        censored where it did.
+        Which limit ended the computation, and censored the starts that it cut short; or "".
 
     Examples
     --------
@@ -293,9 +274,9 @@ class Survival(Result):
     @property
     def directions(self) -> dict[str, Share]:
         """Which part of the starts is among `creeping`, by the way that they go."""
-        ways = self._column("direction")
-        words = sorted({*ways[self._creeping].tolist()})
-        return {word: self._share(self._creeping & (ways == word)) for word in words}
+        ways, creeping = self._column("direction"), self._creeping
+        words = np.unique(ways[creeping]).tolist()
+        return {word: self._share(creeping & (ways == word)) for word in words}
 
     @property
     def _creeping(self) -> NDArray[np.bool_]:
@@ -329,13 +310,13 @@ class Survival(Result):
         return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
-    def _undecided(self) -> int:
-        return sum(record.evidence == Evidence.UNDECIDED.value for record in self.records)
-
-    @property
     def evidence(self) -> Evidence:
         """Of float64: undecided if one of the starts is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
+
+    @property
+    def _undecided(self) -> int:
+        return int((self._column("evidence") == Evidence.UNDECIDED.value).sum())
 
     def _about(self) -> dict[str, Any]:
         names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
@@ -355,9 +336,7 @@ class Survival(Result):
             "exponential": self.rate.exponential,
             "confidence": CONFIDENCE,
             **shares,
-            "lifetimes": self.lifetimes,
-            "censored": self.censored,
-            "evidence": self.evidence,
+            **{name: getattr(self, name) for name in ("lifetimes", "censored", "evidence")},
             "undecided_starts": self._undecided,
             "reason": self.reason,
         }
@@ -443,8 +422,7 @@ def survival(
     counts: a chain whose ends alone slip is dormant, and may wake up.
 
     Guarantee: results do not depend on the executor, nor on the number of threads. Trajectories are
-    those of float64, evidence `COMPUTED`: not one by one those of the equations, but with their
-    statistics.
+    those of float64: not one by one those of the equations, but with their statistics.
 
     Examples
     --------
@@ -462,9 +440,7 @@ def survival(
     start_of(chain, spread, key, 1)  # refuses a size
     wait_for = whole_number(dormant, "dormant", least=1)
     limits = Limits.of(max_seconds=max_seconds)
-    until = None
-    if max_seconds is not None:
-        until = time.time() + nearest_float(exact_number(max_seconds, "max_seconds"))
+    until = None if max_seconds is None else time.time() + limits.seconds
     asked = Survival(chain, drive.amplitude, spread, count, drive.cycles, key, wait_for)
     numbers, say = range(1, count + 1), reporter(progress)
     parts = dict[int, list[StartRecord]]()
@@ -472,16 +448,15 @@ def survival(
     def take(first: int, future: Future[list[StartRecord]]) -> None:
         parts[first] = future.result()
 
+    def show() -> None:
+        say("starts", sum(map(len, parts.values())), count, "starts")
+
+    tasks = {
+        first: _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
+        for first in numbers[::_STARTS_OF_A_TASK]
+    }
     with pool_of(executor, workers) as pool:
-        pool.run(
-            records_of,
-            {
-                first: _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
-                for first in numbers[::_STARTS_OF_A_TASK]
-            },
-            take,
-            lambda: say("starts", sum(map(len, parts.values())), count, "starts"),
-        )
+        pool.run(records_of, tasks, take, show)
     records = tuple(record for first in sorted(parts) for record in parts[first])
     over = any(record.over for record in records)
     return replace(asked, records=records, reason=limits.reason(Stop.DEADLINE) if over else "")
@@ -499,22 +474,19 @@ def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]
 def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
-    drive = Cycles(asked.amplitude, asked.cycles)
-    trajectory = SettlingChain(chain, drive, start, seed, asked.dormant)
-    fate, stop = numerical_fate(trajectory, start, limits)
+    course = SettlingChain(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
+    fate, stop = numerical_fate(course, start, limits)
     return StartRecord(
         fate.outcome.value,
         fate.evidence.value,
         fate.cycles,
         fate.last_advance,
-        trajectory.furthest,
+        course.furthest,
         -1 if fate.settled_after is None else fate.settled_after,
         fate.period or 0,
-        trajectory.dormant_after,
+        course.dormant_after,
         marginal=fate.marginal,
-        dormant=chain.sigma_mu != 0 and trajectory.dormant,
+        dormant=chain.sigma_mu != 0 and course.dormant,
         over=bool(limits.reason(stop)),
-        direction=fate.direction
-        if fate.period
-        else direction_of(trajectory.heading, chain.tan_alpha),
+        direction=fate.direction if fate.period else direction_of(course.heading, chain.tan_alpha),
     )
