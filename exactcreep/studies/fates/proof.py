@@ -55,12 +55,9 @@ from exactcreep.studies.fates.result import Fate
 Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
-MOST_PERIOD = 1000
-"""Cycles: a longer period is not found."""
-BITS = 192
-"""To begin with."""
-PROOF_BITS = 128
-"""Of what is concluded from the derivatives."""
+_MOST_PERIOD = 1000  # cycles: a longer period is not found
+_BITS = 192  # to begin with
+_PROOF_BITS = 128  # of what is concluded from the derivatives
 _CLOSE = 2.0**-40  # how nearly a shape has to return before a proof is tried
 _BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter period
 _CLOSER = 0.25  # how much more nearly before it is tried once more
@@ -71,16 +68,11 @@ _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
 class _Leaping(CertifiedSimulation):
-    """A certified simulation that raises its precision in leaps: most of a transient is lost.
-
-    Attributes
-    ----------
-    gap : ball or None
-        How far beyond all targets so far ``l0 theta`` could have gone without a further event.
-    """
+    """A certified simulation that raises its precision in leaps: most of a transient is lost."""
 
     leap = 4
     gap: Any = None
+    """How far beyond all targets so far ``l0 theta`` could have gone without a further event."""
 
     def _arrive(self, target: Fraction) -> None:
         mechanics, n = self.mechanics, self.start.chain.n
@@ -114,10 +106,7 @@ def proved_fate(
     say: Callable[..., None] | None = None,
     enough: Callable[[list[LoggedRearrangement]], bool] | None = None,
 ) -> ProvedFate:
-    """Follow a chain until it is proved what it does for ever.
-
-    Or until what has happened after a cycle is `enough`, whatever its fate.
-    """
+    """Follow a chain until it is proved what it does for ever, or what has happened is `enough`."""
     proof = _Proof(chain, drive, start, limits)
     fate = proof.fate(say, enough)
     return ProvedFate(fate, proof.log, proof.between(fate))
@@ -128,7 +117,7 @@ class _Proof:
 
     def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
-        digits = max(1, math.floor((BITS - 64) / BITS_PER_DIGIT))
+        digits = max(1, math.floor((_BITS - 64) / BITS_PER_DIGIT))
         solver = Certified(digits=digits, most_digits=30_000)
         self.simulation = _Leaping(Start(chain, start, 0), ("events",), solver)
         self.halves: list[HalfCycle] = []
@@ -147,8 +136,8 @@ class _Proof:
 
     def between(self, fate: Fate) -> Bracket | None:
         """Return between which amplitudes all that has happened is the same; see `ProvedFate`."""
-        proved = fate.evidence is Evidence.PROVED and fate.settled_after is not None
-        if not proved or "contraction" in fate.report:
+        settled = fate.settled_after is not None and "contraction" not in fate.report
+        if not settled or fate.evidence is not Evidence.PROVED:
             return None
         mechanics = self.simulation.mechanics
         with mechanics.arithmetic.active():
@@ -156,8 +145,6 @@ class _Proof:
         thetas = (enclosure(one.theta) for one in self.log)
         reached = max((abs(x.middle) + x.radius for x in thetas), default=Fraction(0))
         return reached, fate.amplitude + middle - radius
-
-    # -- the trajectory --------------------------------------------------------------------------
 
     def fate(
         self,
@@ -167,22 +154,20 @@ class _Proof:
         """Return what the chain does for ever, or which limit came first."""
         self._look()
         for cycle in range(1, self.drive.cycles + 1):
-            stretch = advance(
-                self.simulation, self.drive, 2 * cycle, self.limits, done=2 * cycle - 2
-            )
+            done = 2 * cycle - 2
+            stretch = advance(self.simulation, self.drive, done + 2, self.limits, done=done)
             if stretch.stop is not Stop.DONE:
                 runaway = stretch.stop is Stop.RUNAWAY
                 outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
                 return self._fate(outcome, cycle - 1, stretch.reason)
             log = logged(stretch.recorded)
             self.log += log
-            self.halves += _half_cycles(log, 2 * cycle - 1, 2 * cycle)
+            self.halves += _half_cycles(log, done + 1, done + 2)
             self.cycles.append(self.names.setdefault(tuple(self._cycle(cycle)), cycle))
             self._look()
             if say is not None:
                 say("cycles", cycle, self.drive.cycles, "cycles")
-            known = self._returned(cycle) or self._contracted(cycle)
-            if known is not None:
+            if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
             if enough is not None and enough(self.log):
                 return self._fate(Outcome.LIMIT, cycle, "what was asked for has happened")
@@ -225,8 +210,6 @@ class _Proof:
     def _cycle(self, cycle: int) -> list[HalfCycle]:
         return self.halves[2 * cycle - 2 : 2 * cycle]
 
-    # -- lone slips ------------------------------------------------------------------------------
-
     def _returned(self, cycle: int) -> Fate | None:
         """Return the fate if lone slips have brought back the tensions."""
         for one in joined.from_iterable(self._cycle(cycle)):
@@ -255,15 +238,13 @@ class _Proof:
         arithmetic = self.simulation.mechanics.arithmetic
         return 2 * arithmetic.times_cosine(self.chain, self.chain.mu_s - self.chain.mu_d)
 
-    # -- avalanches ------------------------------------------------------------------------------
-
     def _contracted(self, cycle: int) -> Fate | None:
         """Return the fate if a set of states is proved to be taken into itself."""
         held = self.simulation.mechanics.coefficients.tolist()
         if self.chain.sigma_mu != 0 or len(set(held)) > 1:
             return None
         best = math.inf
-        for period in range(1, min(MOST_PERIOD, cycle // 2) + 1):
+        for period in range(1, min(_MOST_PERIOD, cycle // 2) + 1):
             if self.cycles[-1] != self.cycles[-1 - period]:
                 continue
             apart = abs(self.shapes[-1] - self.shapes[-1 - period]).max(initial=0.0)
@@ -292,13 +273,7 @@ class _Proof:
         return None
 
     def _invariant(self, word: _Word) -> tuple[Enclosure, float]:
-        """Return advance and contraction of a set of states that is never left.
-
-        Raises
-        ------
-        Undecided
-            If none is proved.
-        """
+        """Return advance and contraction of a set that is never left, or raise `Undecided`."""
         inner = self.chain.n - 2
         point = self._followed(word, np.zeros((inner, inner)), 0.0)
         first, second = _floats(point.first), _floats(point.second)
@@ -319,16 +294,13 @@ class _Proof:
         drift = float(np.linalg.norm(row @ inverse)) * d / (1 - goal)
         load = _ROOM * (drift + float(point.load_radius)) + _LEAST
         joint = self._followed(word, inverse * reach, load)
-        with balls_of(PROOF_BITS).active():
+        with balls_of(_PROOF_BITS).active():
             return joint.advance, _contraction(joint, point, norm, inverse, reach, load)
 
     def _followed(self, word: _Word, spread: NDArray[np.float64], load: float) -> _Passed:
         """Follow the states around the present one over one period.
 
-        Raises
-        ------
-        Undecided
-            If they do not all follow the given itinerary.
+        Raises `Undecided` if they do not all follow the given itinerary.
         """
         present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
         arithmetic, doubt, noted = present.arithmetic, "they part", None
@@ -359,7 +331,7 @@ class _Proof:
             for place, slips in zip((0, -1), word.late, strict=True):
                 if shape:
                     shape[place] = shape[place] + slips * self._slip()
-            # the halves in one frame, that of a chain at its lower end of theta
+            # both halves in one frame, that of a chain at its lower end of theta
             return _Passed(
                 flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),
                 flint.arb_mat([row[::-1] for row in second]) if second else flint.arb_mat(0, 0),
@@ -370,8 +342,6 @@ class _Proof:
                 radii[0] + radii[-1],
                 enclosure((sum(mechanics.state().displacements.tolist()) - where) / n),
             )
-
-    # -- results ---------------------------------------------------------------------------------
 
     def _settled(self, before: int, period: int, moved: Enclosure, **proof: float) -> Fate:
         """Return what the chain does for ever from the end of cycle `before` on."""
@@ -391,44 +361,27 @@ class _Proof:
         return self._fate(outcome, before, reason, proof, **known)
 
     def _fate(
-        self,
-        outcome: Outcome,
-        until: int,
-        reason: str,
-        proof: dict[str, float] | None = None,
-        **known: Any,
-    ) -> Fate:
+        self, outcome: Outcome, until: int, reason: str,
+        proof: Mapping[str, float] | None = None, **known: Any,
+    ) -> Fate:  # fmt: skip
         """Return what is known; the last advance is looked for up to cycle `until`."""
-        evidence = self.simulation.evidence
-        if reason and outcome is not Outcome.RUNAWAY:
-            evidence = Evidence.UNDECIDED
-        return Fate(
-            self.chain,
-            self.drive.amplitude,
-            self.start,
-            "certified",
-            outcome,
-            evidence,
-            cycles=len(self.halves) // 2,
-            last_advance=self._last_advance(until),
-            reason=reason,
-            report={
-                "events": self.simulation.tally.events,
-                "bits": self.simulation.mechanics.arithmetic.bits,
-                "restarts": self.simulation.restarts,
-                "proofs_tried": self.tried,
-                **(proof or {}),
-            },
-            **known,
-        )
-
-    def _last_advance(self, until: int) -> int:
-        """Return the last cycle up to `until` in which x_G advanced, down or up the incline."""
-        for cycle in range(until, 0, -1):
-            a, b = self.travel[cycle - 1], self.travel[cycle]
+        simulation, last = self.simulation, 0
+        for cycle, (a, b) in enumerate(pairwise(self.travel[: until + 1]), 1):
             if abs(b.middle - a.middle) > max(a.radius + b.radius, Fraction(NO_ADVANCE)):
-                return cycle
-        return 0
+                last = cycle
+        certain = not reason or outcome is Outcome.RUNAWAY
+        report = {
+            "events": simulation.tally.events,
+            "bits": simulation.mechanics.arithmetic.bits,
+            "restarts": simulation.restarts,
+            "proofs_tried": self.tried,
+            **(proof or {}),
+        }
+        return Fate(
+            self.chain, self.drive.amplitude, self.start, "certified", outcome,
+            simulation.evidence if certain else Evidence.UNDECIDED,
+            cycles=len(self.halves) // 2, last_advance=last, reason=reason, report=report, **known,
+        )  # fmt: skip
 
 
 def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
@@ -438,8 +391,7 @@ def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
     """
     times = recorded["event_time"]
     if times.dtype == object:
-        middles = [exact_value(time) for time in times.tolist()]
-        recorded = {**recorded, "event_time": np.array([*middles, None], dtype=object)[:-1]}
+        recorded = {**recorded, "event_time": np.frompyfunc(exact_value, 1, 1)(times)}
     return rearrangements(recorded)
 
 
@@ -462,11 +414,10 @@ def lone(itinerary: Itinerary) -> bool:
 
 def mirrored(one: Itinerary, n: int) -> Itinerary:
     """Return an itinerary with the ends of the chain exchanged."""
-    events = []
-    for kind, sliders, signs in one:
-        pairs = sorted((n + 1 - m, sign) for m, sign in zip(sliders, signs, strict=True))
-        events.append((kind, tuple(m for m, _ in pairs), tuple(sign for _, sign in pairs)))
-    return tuple(events)
+    return tuple(
+        (kind, tuple(n + 1 - m for m in reversed(sliders)), signs[::-1])
+        for kind, sliders, signs in one
+    )
 
 
 class _Word(NamedTuple):
@@ -506,10 +457,7 @@ class _Word(NamedTuple):
 
 
 class _Passed(NamedTuple):
-    """What a set of states has come to over one period.
-
-    Both halves are seen in one frame, that of a chain at its lower end of theta.
-    """
+    """What a set of states has come to over one period, both halves in the frame of the first."""
 
     first: Any  # derivative of the shape over the first half, and over the second
     second: Any
