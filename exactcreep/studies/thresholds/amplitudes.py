@@ -18,10 +18,7 @@ SHORT = 5
 
 
 def require_sense(chain: Any, question: str) -> None:
-    """Raise `InputError` if a question has no sense for a chain; it names the one that has.
-
-    `question` is one of ``threshold``, ``threshold after``, ``half_life`` and ``intercept``.
-    """
+    """Raise `InputError` if a question has no sense for a chain; it names the one that has."""
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
     if abs(chain.tan_alpha) >= chain.mu_s:
@@ -50,21 +47,15 @@ def require_sense(chain: Any, question: str) -> None:
 
 
 class Span(NamedTuple):
-    """Where a threshold is looked for: between two amplitudes, or in scans, one after the other.
-
-    `free` says whether the first scan may begin lower if need be.
-    """
+    """Where a threshold is looked for: between two amplitudes, or in scans, one after the other."""
 
     bracket: Bracket | None
     scans: list[Bracket]
-    free: bool
+    free: bool  # whether the first scan may begin lower
 
     @classmethod
     def of(cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any) -> Span:
-        """Return the span that is asked for; the default decides nothing about where the edge is.
-
-        `InputError` if an end is negative or beyond floats, or a range is empty.
-        """
+        """Return the span that is asked for; the default decides nothing about the edge."""
         between = None
         if bracket is not None:
             if low is not None or high is not None:
@@ -77,21 +68,17 @@ class Span(NamedTuple):
         begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
         if begin < 0:
             raise InputError("from", low, "must not be negative")
-        if high is None:
-            ends = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
-            ends = ends or [2 * begin]
-        else:
-            ends = [exact_number(high, "to")]
-            if begin >= ends[0]:
-                raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
+        usual = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
+        ends = usual or [2 * begin] if high is None else [exact_number(high, "to")]
+        if high is not None and begin >= ends[0]:
+            raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
         largest = max(between or (begin, *ends))
         chain.require_dilation(largest, *(("bracket", bracket) if between else ("to", high)))
-        scans = list(pairwise([begin, *ends]))
-        return cls(between, scans, low is None and between is None)
+        return cls(between, list(pairwise([begin, *ends])), low is None and between is None)
 
 
 def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
-    """Return two ascending numbers, none negative (or all `positive`), or raise `InputError`."""
+    """Return two ascending numbers, none negative (or all `positive`)."""
     try:
         first, second = given
     except (TypeError, ValueError):

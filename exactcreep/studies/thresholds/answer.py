@@ -24,9 +24,8 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     """Return what the laws predict for a chain or its mirror image, as decimals; None: no law."""
     context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
     rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
-    numbers = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
-    about = {name: numbers[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
-    held = numbers["mu_s"]
+    about = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
+    held, _ = about.pop("mu_s"), about.pop("sigma_mu")
     values = {
         "law_seuil": threshold_amplitude(**about),
         "law_corrected": onset_amplitude(**about, mu_s=held),
@@ -44,7 +43,6 @@ class Answer(Result):
     compare: str
 
     def _beside(self) -> dict[str, Any]:
-        """Return the laws, the theorems, and which of them are about the same thing."""
         laws = laws_beside(self.chain, self.digits)
         return {**laws, "theorems": edges(self.chain), "compare": self.compare}
 
@@ -55,9 +53,8 @@ class Answer(Result):
     @cached_property
     def dataset(self) -> xr.Dataset:
         """What was looked at, with the chain and all single numbers and texts as attributes."""
-        chain = plain_data(self.chain.parameters())
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
-        return xr.Dataset(*self._columns(), chain | single)
+        return xr.Dataset(*self._columns(), plain_data(self.chain.parameters()) | single)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

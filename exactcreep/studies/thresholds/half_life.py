@@ -1,8 +1,4 @@
-"""The amplitude at which half of many starts still creep when a horizon is reached.
-
-From six sliders on creep is chaotic, and just above its first edge a transient: there is no edge
-from which on it lasts, but one can say how long it lives. The amplitude grows with the horizon.
-"""
+"""The amplitude at which half of many starts still creep when a horizon is reached."""
 
 from __future__ import annotations
 
@@ -32,10 +28,8 @@ class HalfLife(Measured):
 
     Attributes
     ----------
-    chain : Chain
-    starts, cycles, seed : int
-    size : Fraction
-        Largest tension of a start, unit m g.
+    chain, starts, cycles, seed, size
+        As asked for.
     amplitude : float or None
         Between the last amplitude of a bisection at which fewer than half creep, and the first of
         more; None: not found in time.
@@ -78,9 +72,10 @@ class HalfLife(Measured):
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
         tried = sorted(self.shares)
-        rows = zip(*(self.shares[a] for a in tried), strict=True) if tried else [[]] * 4
-        columns = dict(zip(Share._fields, (("amplitude", list(row)) for row in rows), strict=True))
-        return columns, {"amplitude": tried}
+        return {
+            name: ("amplitude", [getattr(self.shares[a], name) for a in tried])
+            for name in Share._fields
+        }, {"amplitude": tried}
 
 
 class _Search:
@@ -91,8 +86,9 @@ class _Search:
     ) -> None:
         self.follow, self.span, self.width, self.limits, self.say = follow, span, width, limits, say
         self.tried: dict[Fraction, Survival] = {}
-        low, high = span.scans[0][0], span.scans[-1][1]
-        scan = math.ceil(math.log(high / max(low, high / 10**6)) / math.log(_STEP))
+        self.first, self.last = span.scans[0][0], span.scans[-1][1]
+        self.below = max(self.first, self.last / 10**6)
+        scan = math.ceil(math.log(self.last / self.below) / math.log(_STEP))
         # the most amplitudes that it may take, for its progress
         self.most = 2 + scan * (span.bracket is None)
         self.most += math.ceil(math.log2(1 / width)) + 2 * _REFINED
@@ -132,22 +128,22 @@ class _Search:
                 shown = f"{nearest_float(low)} {nearest_float(high)}"
                 raise InputError("bracket", shown, allowed + shares)
             return low, high
-        low, high = self.span.scans[0][0], self.span.scans[-1][1]
-        below = max(low, high / 10**6)
+        below = self.below
         for _ in range(_LOWER * self.span.free):
             if not self.fewer(below):
                 below /= 2
         if not self.fewer(below):
-            raise InputError("from", nearest_float(low), "must be lower: half of the starts creep")
+            allowed = "must be lower: half of the starts creep"
+            raise InputError("from", nearest_float(self.first), allowed)
         amplitude = below
-        while amplitude < high:
-            amplitude = min(amplitude * _STEP, high)
+        while amplitude < self.last:
+            amplitude = min(amplitude * _STEP, self.last)
             if self.more(amplitude):
                 return below, amplitude
             if self.fewer(amplitude):
                 below = amplitude
         allowed = "must be higher: at no point of the scan do clearly more than half creep"
-        raise InputError("to", nearest_float(high), allowed)
+        raise InputError("to", nearest_float(self.last), allowed)
 
     def end(self, inner: Fraction, sure: Callable[[Fraction], bool]) -> Fraction:
         """Return the amplitude next to `inner` at which the share is surely on one side of 1/2.
@@ -241,29 +237,24 @@ def half_life(
     search = _Search(follow, span, width, limits, say)
     at, fewer, more, reason = None, None, None, ""
     try:
-        below, above = search.bracket()
-        *_, (below, above) = bisected(below, above, width, lambda a: search.share(a).share >= 0.5)
+        bracket = search.bracket()
+        *_, (below, above) = bisected(*bracket, width, lambda a: search.share(a).share >= 0.5)
         at = (below + above) / 2
-        fewer = search.end(below, search.fewer)
-        more = search.end(above, search.more)
+        fewer, more = search.end(below, search.fewer), search.end(above, search.more)
     except OutOfTime as limit:
         reason = str(limit)
         more = min(filter(search.more, search.tried), default=None)
-        less = [a for a in search.tried if search.fewer(a) and (more is None or a < more)]
-        fewer = max(less, default=None)
+        less = filter(search.fewer, search.tried)
+        fewer = max((a for a in less if more is None or a < more), default=None)
     except InputError as refused:
         if chain.tan_alpha == 0 and refused.field == "to":
             allowed = "must not be 0: on the level no more than half creep anywhere in the scan"
             raise InputError("tan_alpha", 0, allowed) from None
         raise
-    ends = [None if end is None else nearest_float(end) for end in (at, fewer, more)]
+    ends = {"amplitude": at, "low": fewer, "high": more}
     tried = {nearest_float(amplitude): found for amplitude, found in search.tried.items()}
     return HalfLife(
         chain=chain,
-        **given,
-        amplitude=ends[0],
-        low=ends[1],
-        high=ends[2],
         size=exact_number(size, "size"),
         shares={a: found.creeping for a, found in tried.items()},
         directions={
@@ -271,4 +262,6 @@ def half_life(
             for a, found in tried.items()
         },
         reason=reason,
+        **given,
+        **{name: None if end is None else nearest_float(end) for name, end in ends.items()},
     )

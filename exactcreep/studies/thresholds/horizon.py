@@ -1,9 +1,8 @@
 """What a chain does in the last of so many cycles, at one amplitude.
 
-Does x_G advance down the incline by more than 1e-6 in the last of them? That is exact and can be
-made again, but no more than it says: the chain may lock a little later, and for ever; see
-`lasting`. An advance uphill is not asked for: relaxing from its start, a chain that locks moves up,
-too, by less and less.
+Does x_G advance down the incline by more than 1e-6 in the last of them? That is exact, but the
+chain may lock a little later, and for ever; see `lasting`. An advance uphill is not asked for:
+relaxing from its start, a chain that locks moves up, too, by less and less.
 """
 
 from __future__ import annotations
@@ -49,9 +48,9 @@ class Observation(NamedTuple):
     log: list[LoggedRearrangement]
     outcome: Outcome | None  # of the last cycle, or for ever; None: it goes on to change
     outcome_evidence: Evidence
+    direction: str = "none"  # which way it creeps
     change: float = 0.0  # of a tension in the last cycle, the largest
     fate: Fate | None = None
-    direction: str = "none"  # which way it creeps
     between: tuple[Fraction, Fraction] | None = None  # amplitudes at which it does the same
 
 
@@ -79,27 +78,24 @@ class Question:
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return a solver's answer, and what happened."""
-        record = ("x_G", "tension", "events")
+        record, tangent = ("x_G", "tension", "events"), self.chain.tan_alpha
         stretch, evidence = self._followed(amplitude, solver, options, record)
         log, known = logged(stretch.recorded), self._last_advance(stretch)
-        creeps = stretch.stop is Stop.RUNAWAY or known.middle > ADVANCE
-        near = stretch.stop is not Stop.RUNAWAY and abs(known.middle - ADVANCE) <= known.radius
+        runs_away = stretch.stop is Stop.RUNAWAY
+        creeps = runs_away or known.middle > ADVANCE
+        near = not runs_away and abs(known.middle - ADVANCE) <= known.radius
         if near and evidence is Evidence.PROVED:
             evidence = Evidence.UNDECIDED
         tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
         before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
         changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
         room = Fraction(len(log), 2**50)
-        outcome = _last_outcome(
-            [one for one in log if one.half_cycle > 2 * self.cycles - 2],
-            evidence,
-            returned=all(abs(one.middle) <= one.radius + room for one in changes),
-        )
-        return Observation(
-            creeps, evidence, log, *outcome,
-            change=nearest_float(max(abs(one.middle) for one in changes)),
-            direction=direction_of(self.chain.tan_alpha * creeps, self.chain.tan_alpha),
-        )  # fmt: skip
+        last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
+        returned = all(abs(one.middle) <= one.radius + room for one in changes)
+        outcome = _last_outcome(last, evidence, returned=returned)
+        change = nearest_float(max(abs(one.middle) for one in changes))
+        direction = direction_of(tangent * creeps, tangent)
+        return Observation(creeps, evidence, log, *outcome, direction, change)
 
     def _followed(
         self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
@@ -112,12 +108,10 @@ class Question:
         stretch = advance(simulation, drive, 2 * self.cycles, limits)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
-        run = f"a run at A = {nearest_float(amplitude):.17g}"
-        if stretch.stop is Stop.BUDGET:
-            what = f"takes more than {most:.0e} events: look for the edge at smaller amplitudes"
-            raise GivenUp(f"{run} {what}")
-        if stretch.stop is Stop.LIMIT:
-            raise GivenUp(f"{run}: {stretch.reason}")
+        if stretch.stop in (Stop.BUDGET, Stop.LIMIT):
+            why = f"more than {most:.0e} events: look for the edge at smaller amplitudes"
+            why = stretch.reason if stretch.stop is Stop.LIMIT else why
+            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {why}")
         return stretch, simulation.evidence
 
     def _last_advance(self, stretch: Stretch) -> Enclosure:
@@ -149,10 +143,9 @@ def _last_outcome(
 def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
     """Return how a transient goes on that has come to no end.
 
-    From the largest change of a tension in one cycle, after so many cycles: the ``cycles``
-    followed, the ``change`` in the last of them, and, if it falls like a power of the number of
-    cycles (the last three agree on one to a tenth), its ``power``: with one below -1 the chain
-    approaches a cycle that it never quite reaches.
+    From the largest change of a tension in one cycle, after so many: the ``cycles`` followed, the
+    ``change`` in the last, and, if it falls like a power of their number (the last three agree on
+    one to a tenth), its ``power``: below -1 a cycle is approached, and never quite reached.
     """
     out: dict[str, Any] = dict(zip(("cycles", "change"), changes[-1], strict=True))
     if len(changes) > 2 and min(change for _, change in changes[-3:]) > 0:

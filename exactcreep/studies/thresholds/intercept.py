@@ -41,13 +41,11 @@ class Intercept(Measured):
 
     Attributes
     ----------
-    chain : Chain
+    chain, cycles, seed, size
+        As asked for.
     amplitudes, velocities, errors : ndarray, shape (points,)
         What was measured: the velocity per half-cycle, unit ``g tau_dyn**2``, and its standard
         error; where that is not known, the largest of the others.
-    cycles, seed : int
-    size : Fraction
-        Largest tension of a start, unit m g.
     fit : tuple of float
         The range of the line, in units of Eq. (seuil).
     intercept, error : float
@@ -59,8 +57,7 @@ class Intercept(Measured):
     chi2, chi2_probability : float
         Of the line, and the probability of one as large.
     law_seuil, law_slope : float
-        Eq. (seuil), and ``(N + 3 - 2i) l0`` of Eq. (vitesse); nan at slopes
-        between two plateaus, where i is not unique.
+        Eq. (seuil), and ``(N + 3 - 2i) l0`` of Eq. (vitesse); nan where i is not unique.
     reason : str
         Why the evidence is undecided; "" if it is not.
 
@@ -187,18 +184,11 @@ def intercept(
     elif len(measured) >= FEWEST_POINTS:
         line = _fitted(*columns)
     return Intercept(
-        chain=chain,
-        cycles=drive.cycles,
-        seed=key,
-        size=spread,
-        amplitudes=columns[0],
-        velocities=columns[1],
-        errors=columns[2],
-        fit=(low, high),
-        law_seuil=law,
-        law_slope=slopes[0] if len(slopes) == 1 else math.nan,
+        chain=chain, cycles=drive.cycles, seed=key, size=spread,
+        amplitudes=columns[0], velocities=columns[1], errors=columns[2], fit=(low, high),
+        law_seuil=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
         **line | {"reason": over or line.get("reason", "")},
-    )
+    )  # fmt: skip
 
 
 def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:
@@ -215,28 +205,23 @@ def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str,
         return np.polyfit(x, y, 1, w=weights[part], cov="unscaled")
 
     (slope, ordinate), covariance = line(slice(None))
-    at = -ordinate / slope
-    half = (count + 1) // 2
+    at, half = -ordinate / slope, (count + 1) // 2
     others = [line(part)[0] for part in (slice(None, half), slice(-half, None))]
-    found: dict[str, Any] = {
-        "intercept": float(at),
-        "systematic": max(
-            abs(float(-b / a - at)) if abs(a) > _FLAT * abs(slope) else math.inf for a, b in others
-        ),
-        "slope": float(slope),
-    }
+    shifts = [abs(-b / a - at) if abs(a) > _FLAT * abs(slope) else math.inf for a, b in others]
+    found = {"intercept": at, "systematic": max(shifts), "slope": slope}
+    if scatter.size:
+        turn = np.array([-at, -1.0]) / slope  # derivative of the intercept
+        chi2 = np.sum(((slope * amplitudes + ordinate - velocities) * weights) ** 2)
+        found |= {
+            "error": math.sqrt(turn @ covariance @ turn),
+            "slope_error": math.sqrt(covariance[0, 0]),
+            "chi2": chi2,
+            "chi2_probability": stats.chi2.sf(chi2, count - 2),
+        }
+    known: dict[str, Any] = {name: float(value) for name, value in found.items()}
     if not scatter.size:
-        why = "every chain has settled: v(A) has steps, and no errors to weigh them by"
-        return found | {"reason": why}
-    chi2 = float(np.sum(((slope * amplitudes + ordinate - velocities) * weights) ** 2))
-    probability = float(stats.chi2.sf(chi2, count - 2))
-    if probability < UNLIKELY:
-        why = f"chi2 is {chi2:.3g} for {count - 2} degrees of freedom: v(A) is no straight line"
-        found["reason"] = why
-    turn = np.array([-at, -1.0]) / slope  # derivative of the intercept
-    return found | {
-        "error": float(math.sqrt(turn @ covariance @ turn)),
-        "slope_error": float(math.sqrt(covariance[0, 0])),
-        "chi2": chi2,
-        "chi2_probability": probability,
-    }
+        known["reason"] = "every chain has settled: v(A) has steps, and no errors to weigh them by"
+    elif known["chi2_probability"] < UNLIKELY:
+        freedom = f"{known['chi2']:.3g} for {count - 2} degrees of freedom"
+        known["reason"] = f"chi2 is {freedom}: v(A) is no straight line"
+    return known

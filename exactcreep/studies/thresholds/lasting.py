@@ -16,14 +16,13 @@ from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.thresholds.amplitudes import Bracket
+from exactcreep.studies.thresholds.amplitudes import SHORT
 from exactcreep.studies.thresholds.horizon import Observation, Question
 
 MOST_CYCLES = 10_000
 """Of a float64 course whose fate is asked for."""
 CERTIFIED_CYCLES = 1_000
 """Of a certified one."""
-_SHORT = 5  # sliders: the transients of longer chains are too long to certify one after the other
 _TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
 Log = list[LoggedRearrangement]
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
@@ -42,7 +41,7 @@ class Lasting(Question):
     sensitive: dict[Fraction, bool] = field(default_factory=dict)
     locked: Log = field(default_factory=list)
     """Of the last run that was proved not to creep."""
-    windows: list[tuple[Bracket, Observation, Fate]] = field(default_factory=list)
+    windows: list[Observation] = field(default_factory=list)
     """What is proved between two amplitudes."""
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
@@ -56,7 +55,6 @@ class Lasting(Question):
         return found, float(course.simulation.state().displacements.mean()) - steady
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
-        """Return whether float64 is no witness at one of two amplitudes, or between them."""
         for amplitude in (low, high, (low + high) / 2):
             self.creeps(amplitude)
             if amplitude in self.certified or amplitude in self.sensitive:
@@ -64,11 +62,9 @@ class Lasting(Question):
         return False
 
     def unsettled(self, amplitude: Fraction) -> bool:
-        """Return whether float64 creeps there without ever coming to a period."""
         return self.float_fate(amplitude).outcome is Outcome.LIMIT
 
     def float_fate(self, amplitude: Fraction) -> Fate:
-        """Return the fate that float64 finds."""
         return self._course(amplitude, self.start)[0]
 
     def creeps(self, amplitude: Fraction) -> bool:
@@ -89,7 +85,7 @@ class Lasting(Question):
                 break
         else:
             return creeps
-        if found.outcome is not Outcome.LIMIT and self.chain.n <= _SHORT:
+        if found.outcome is not Outcome.LIMIT and self.chain.n <= SHORT:
             trial = self.tried(amplitude, self.solver, {})
             if trial.evidence is Evidence.PROVED:
                 self.certified[amplitude] = trial.creeps
@@ -98,7 +94,6 @@ class Lasting(Question):
         return creeps
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
-        """Return the fate that a solver finds, and what happened until it was known."""
         if solver == "exact":
             found = self.float_fate(amplitude)
             most = min(max(found.cycles, 1), CERTIFIED_CYCLES)
@@ -110,15 +105,16 @@ class Lasting(Question):
                 outcome_evidence=trial.evidence,
                 direction=found.direction,
             )
-        for (low, high), trial, fate in self.windows:
-            if low < amplitude < high:
-                return trial._replace(fate=replace(fate, amplitude=amplitude))
+        for trial in self.windows:
+            if trial.fate and trial.between and trial.between[0] < amplitude < trial.between[1]:
+                return trial._replace(fate=replace(trial.fate, amplitude=amplitude))
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
         digits: int = options.get("digits", 0)
         edge: Fraction | None = None
 
-        def far_beyond(log: Log) -> bool:
-            """Return whether the runs part so far below that the search goes on there."""
+        def far_beyond(
+            log: Log,
+        ) -> bool:  # the runs part so far below that the search goes on there
             nonlocal edge
             edge = parting(self.locked, log) if edge is None else edge
             return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
@@ -128,23 +124,17 @@ class Lasting(Question):
         found, log, between = proved
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
-        creeps = found.outcome not in _IDLE
+        creeps, known = found.outcome not in _IDLE, (found.outcome, found.evidence, found.direction)
         if not creeps:
             self.locked[:] = log
-        trial = Observation(
-            creeps, found.evidence, log, found.outcome, found.evidence, 0.0, found, found.direction,
-            between,
-        )  # fmt: skip
+        trial = Observation(creeps, found.evidence, log, *known, fate=found, between=between)
         if between is not None:
-            self.windows.append((between, trial, found))
+            self.windows.append(trial)
         return trial
 
 
 def parting(one: Log, other: Log) -> Fraction | None:
-    """Return the amplitude at which two runs part: at theta_c of what one of them alone comes to.
-
-    None if they do not, as far as both were followed.
-    """
+    """Return theta_c of what one of two runs alone comes to, None if they do not part so."""
     for mine, its in zip(one, other, strict=False):
         if (mine.half_cycle, mine.itinerary) == (its.half_cycle, its.itinerary):
             continue

@@ -43,10 +43,9 @@ _BITS_LOST = 64  # of a run along an itinerary, and a quarter of one for every e
 
 @dataclass(frozen=True)
 class Edge:
-    """An amplitude at which creep, or an advance in some cycle, `begins` or ends.
+    """Where creep, or an advance in some cycle, `begins` or ends: between two decimals.
 
-    It lies between the decimals `lower` and `upper`: at one of them the chain creeps (or advances),
-    not at the other; `evidence` is of both.
+    `evidence` is of what happens at both.
     """
 
     lower: str
@@ -60,9 +59,9 @@ class Edge:
         return (Fraction(self.lower) + Fraction(self.upper)) / 2
 
     def summary(self, what: str = "creep") -> dict[str, Any]:
-        """Return the edge by names, ready for JSON; `what` begins or ends there."""
-        begins, evidence = "begins" if self.begins else "ends", self.evidence.value
-        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": evidence}
+        """Return the edge by names; `what` begins or ends there."""
+        begins = "begins" if self.begins else "ends"
+        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": self.evidence}
 
 
 @dataclass(frozen=True)
@@ -77,12 +76,7 @@ class Difference:
         return {name: event and event.summary() for name, event in vars(self).items()}
 
 
-def deciding_amplitude(
-    question: Question,
-    one: Log,
-    other: Log,
-    digits: int,
-) -> Fraction | None:
+def deciding_amplitude(question: Question, one: Log, other: Log, digits: int) -> Fraction | None:
     """Return the amplitude at which two runs part to `digits` digits, None if rounding parts them.
 
     Beyond it they may part once more, and the edge lie further on.
@@ -95,17 +89,14 @@ def deciding_amplitude(
     if event.number:
         return None
     bits = math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4
-
-    def way_of(half_cycle: int) -> int:
-        return 1 if half_cycle % 2 else -1
-
-    way = way_of(event.half_cycle)
+    ways = -1, 1  # of theta in even half-cycles, and in odd ones
+    way = ways[event.half_cycle % 2]
     try:
         with balls_of(bits).active():
             known = KnownItinerary(Start(question.chain, question.start, 0), bits)
             for rearrangement in one[: event.rearrangement]:
                 question.limits.require()
-                known.follow(way_of(rearrangement.half_cycle), rearrangement.events)
+                known.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)
             load = known.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
     except ArithmeticError:  # it is the itinerary of no chain: rounding had made it
         return None
@@ -134,7 +125,6 @@ class EdgeSearch:
 
     `known` are the fields of a `Threshold` that have been found so far, `runs` those of the
     deciding solver by cycles and amplitude; they are `decided` when they have told the threshold.
-    `transient` is how a transient goes on that has come to no end.
     """
 
     question: Question
@@ -146,7 +136,7 @@ class EdgeSearch:
     known: dict[str, Any] = field(default_factory=dict)
     runs: dict[tuple[int, Fraction], Observation] = field(default_factory=dict)
     decided: bool = False
-    transient: dict[str, Any] | None = None
+    transient: dict[str, Any] = field(default_factory=dict)
 
     def search(self, *, windows: bool, refine: int) -> None:
         """Find the threshold, and what was asked for beside it; `known` grows on the way."""
@@ -154,11 +144,9 @@ class EdgeSearch:
         if self.span.free and question.creeps(lowest):
             self.span = self.span._replace(scans=[(Fraction(0), lowest)])
         edges: list[tuple[Fraction, Fraction, bool]] = []
-        if windows:
-            known["windows"] = ()
-            for bracket in self.edges():
-                edges.append(bracket)
-                known["windows"] += (_rounded(*bracket),)
+        for bracket in self.edges() if windows else ():
+            edges.append(bracket)
+            known["windows"] = tuple(_rounded(*found) for found in edges)
         low, high = edges[0][:2] if edges else self.first_bracket()
         self._enclosed(_rounded(low, high))
         edge, lower, upper, doubt = self.refined(low, high)
@@ -168,9 +156,9 @@ class EdgeSearch:
         known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
         known["direction"] = upper.direction
         if windows:
-            told = [edge] if refine else []
-            told += [self.refined(*other).edge for other in edges[1:refine]]
-            known["windows"] = (*told, *(self.rough(*other) for other in edges[refine:]))
+            told = [edge, *(self.refined(*other).edge for other in edges[1:refine])]
+            told = told[:refine] + [self.rough(*other) for other in edges[refine:]]
+            known["windows"] = tuple(told)
         if isinstance(question, Lasting):
             known["sensitive"] = tuple(sorted(map(nearest_float, question.sensitive)))
             known |= {"fates": (lower.fate, upper.fate), "reason": doubt}
@@ -193,17 +181,13 @@ class EdgeSearch:
 
     def report(self) -> dict[str, Any]:
         """Return what it took."""
-        report: dict[str, Any] = {"deciding_runs": len(self.runs)}
-        if self.transient is not None:
-            report["transient"] = self.transient
+        report = {"deciding_runs": len(self.runs), **self.transient}
         if isinstance(self.question, Lasting):
             report["certified_points"] = len(self.question.certified)
         return report
 
     def _enclosed(self, edge: Edge) -> None:
         self.known |= {"lower": edge.lower, "upper": edge.upper, "evidence": edge.evidence}
-
-    # -- float64 -----------------------------------------------------------------------------
 
     def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
         """Yield a bracket of every edge of the scan, and whether creep begins there."""
@@ -253,33 +237,28 @@ class EdgeSearch:
             return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
         return _rounded(*self.narrowed(low, high, begins), begins)
 
-    # -- all digits --------------------------------------------------------------------------
-
     def refined(self, low: Fraction, high: Fraction, begins: bool = True) -> Refined:
         """Return an edge to all digits, decided by two runs of the chosen solver."""
         question, side = self.question, high if begins else low
         if question.unsettled(side):
-            sides = [question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
+            lower, upper = (question.tried(amplitude, "exact", {}) for amplitude in (low, high))
             doubt = f"at A = {nearest_float(side):.9g} creep does not settle within"
             doubt += f" {question.cycles} cycles"
-            return Refined(self.rough(low, high, begins), sides[0], sides[1], doubt)
+            return Refined(self.rough(low, high, begins), lower, upper, doubt)
         unit = unit_of(high, self.digits + SPARE)
         if question.float_fails(low, high):  # bisection in float64 would find an edge of its own
             first, last = below, above = math.floor(low / unit), math.ceil(high / unit)
         else:
             low, high = self.narrowed(low, high, begins)
             room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
-            guess = self._deciding(
-                *(question.tried(one, "exact", {}) for one in (low - room, high + room))
-            )
+            ends = (question.tried(one, "exact", {}) for one in (low - room, high + room))
+            guess = self._deciding(*ends)
             if guess is None or abs(guess - high) > _STRAY * (high - low + room):
                 guess = (low + high) / 2
-            if self.solver == "exact":
-                # float64 claims no more than what its own edge shares with that of the same
-                # itinerary at more digits
-                apart = max(abs(guess - low), abs(guess - high))
-                while unit < 4 * apart:
-                    unit *= 10
+            # float64 claims no more than its own edge shares with that of the itinerary
+            apart = max(abs(guess - low), abs(guess - high)) if self.solver == "exact" else 0
+            while unit < 4 * apart:
+                unit *= 10
             first, last = math.floor(low / unit), math.ceil(high / unit)
             below = math.floor(guess / unit)
             above = below + 1
@@ -362,11 +341,8 @@ class EdgeSearch:
         return self.runs[key]
 
     def _deciding(self, one: Observation, other: Observation) -> Fraction | None:
-        """Return the amplitude that tells two runs apart."""
         digits = self.digits + SPARE + 3
         return deciding_amplitude(self.question, *side_by_side(one, other), digits)
-
-    # -- longer drives -------------------------------------------------------------------------
 
     def _settle(self, amplitude: Fraction) -> None:
         """Follow a transient in float64 through many more cycles at `amplitude`."""
@@ -381,7 +357,7 @@ class EdgeSearch:
                 self.known["outcome_at_lower"] = trial.outcome
                 return
             changes.append((later.cycles, trial.change))
-        self.transient = transient(changes)
+        self.transient = {"transient": transient(changes)}
 
     def stable_digits(self, edge: Edge, lasts: bool) -> int:
         """Return how many digits of an edge survive when `cycles` is doubled.

@@ -26,13 +26,7 @@ from exactcreep.studies.thresholds.amplitudes import Span, require_sense, text_o
 from exactcreep.studies.thresholds.answer import Answer, laws_beside
 from exactcreep.studies.thresholds.horizon import Question
 from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting
-from exactcreep.studies.thresholds.search import (
-    MOST_DIGITS,
-    SPARE,
-    Difference,
-    Edge,
-    EdgeSearch,
-)
+from exactcreep.studies.thresholds.search import MOST_DIGITS, SPARE, Difference, Edge, EdgeSearch
 
 _SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
@@ -44,15 +38,13 @@ class Threshold(Answer):
 
     Attributes
     ----------
-    chain : Chain
+    chain, digits, solver
+        As asked for.
     criterion : str
         ``lasting``: for ever; ``horizon``: in a given cycle (`after` of `threshold`).
     cycles : int
         Of ``horizon``: in the last of them the chain has to advance. Of ``lasting``: in so many it
         has to settle.
-    digits : int
-        Significant digits asked for.
-    solver : str
     compare : str
         Which law it may be compared with.
     lower, upper : str or None
@@ -85,15 +77,13 @@ class Threshold(Answer):
     report : mapping
         How many runs it took; where `outcome_at_lower` is None, how the ``transient`` goes on.
     reason : str
-        Which limit ended the search, or that creep does not settle; "" if it was completed. What
-        it had not come to is None, or missing from a list.
+        Which limit ended the search, or that creep does not settle; "" if it was completed.
 
     Examples
     --------
     >>> from exactcreep import Chain, threshold
-    >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
-    >>> float(found.upper) > float(found.lower), found.evidence.value, found.outcome_at_lower.value
-    (True, 'proved', 'at_rest')
+    >>> threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12).evidence.value
+    'proved'
     """
 
     chain: Chain
@@ -137,16 +127,18 @@ class Threshold(Answer):
         """What begins at the edge."""
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
+    told = (
+        "lower", "upper", "cycles", "digits", "stable_digits", "solver", "criterion",
+        "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
+    )  # fmt: skip
+
     def _facts(self) -> dict[str, Any]:
         names = "lower upper outcome_at_lower evidence direction criterion digits law_seuil"
         names += " solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 
     def _numbers(self) -> dict[str, Any]:
-        names = "lower upper cycles digits stable_digits solver criterion outcome_at_lower"
-        names += " outcome_evidence evidence direction deciding_event report"
-        out: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
-        out |= self._beside()
+        out: dict[str, Any] = {**super()._numbers(), **self._beside()}
         what = self.what.split()[0]
         if self.criterion == "lasting":
             out["sensitive"] = self.sensitive
@@ -278,22 +270,21 @@ def threshold(
     steps = whole_number(points, "points", least=1, most=10**7)
     count = whole_number(refine, "refine", least=0)
     number = whole_number(seeds, "seeds", least=0, most=10**6)
-    if count and not windows:
-        raise InputError("refine", count, "needs windows")
-    if number and lasting:
-        needed = "needs after: from some start creep lasts longest"
-        raise InputError("seeds", number, needed)
-    if span.bracket is not None and windows:
-        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
+    one_edge = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
+    for name, value, wrong, allowed in (
+        ("refine", count, not windows, "needs windows"),
+        ("seeds", number, lasting, "needs after: from some start creep lasts longest"),
+        ("windows", windows, span.bracket is not None, "needs a scan, and a bracket skips it"),
+        ("windows", windows, chain.n > 1 and chain.slides, one_edge),
+        ("seeds", number, chain.n > 1 and chain.slides, one_edge),
+    ):
+        if value and wrong:
+            raise InputError(name, value, allowed)
     if chain.n == 1:
         rest, proved = Outcome.AT_REST, Evidence.PROVED
         asked |= {"outcome_at_lower": rest, "outcome_evidence": proved, "evidence": proved}
         return Threshold(**asked)
-    if chain.mu_s == chain.mu_d:
-        for name, value in (("windows", windows), ("seeds", number)):
-            if value:
-                allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
-                raise InputError(name, value, allowed)
+    if chain.slides:
         return Threshold(**asked | _sliding(chain, most, asked["digits"], lasting=lasting))
     question = Question(chain, most, State.prepared(chain, [size] * (chain.n - 1)), limits)
     if lasting:
@@ -316,7 +307,7 @@ def _compared(chain: Chain, after: int | None, *, relaxed: bool) -> str:
     """Return which law an edge may be compared with."""
     if chain.n == 1:
         return "no law: one slider has no spring"
-    if chain.mu_s == chain.mu_d:
+    if chain.slides:
         return "Eq. (seuil), which is exact without slips"
     if chain.n == 2 and relaxed:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
@@ -333,8 +324,8 @@ def _sliding(chain: Chain, cycles: int, digits: int, *, lasting: bool) -> dict[s
     unit = Fraction(10) ** (magnitude(square) // 2 + 1 - digits - SPARE)
     below = math.isqrt(math.floor(square / unit**2))
     cycles = min(cycles, 20)  # it repeats from the second on
-    sliding, start = solver_named("sliding", {}), State.relaxed(chain)
-    simulation = sliding.simulation(chain, start, 0, ("x_G", "slips"))
+    sliding = solver_named("sliding", {})
+    simulation = sliding.simulation(chain, State.relaxed(chain), 0, ("slips",))
     followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
     moves = bool(np.any(followed.recorded["slips"][-2:]))
     return {
