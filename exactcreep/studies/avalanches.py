@@ -1,8 +1,8 @@
 """Distributions of avalanches (rearrangements): their size, duration, energy and extent.
 
-They are counted from the table `rearrangements` of a run, after its burn-in. The run is cut into
-blocks of whole cycles (of targets, for other drives), whose scatter tells the errors: avalanches of
-one half-cycle are not independent.
+They are counted from the table `rearrangements` of a run, after its burn-in, in blocks of whole
+cycles (of targets, for other drives), whose scatter tells the errors: avalanches of one half-cycle
+are not independent.
 """
 
 from __future__ import annotations
@@ -79,10 +79,7 @@ def avalanches_of(result: Creep) -> Avalanches:
 
 
 def edges_of(measure: str, low: float, high: float) -> Floats:
-    """Return the edges of bins, equal on a logarithmic scale, that hold what lies from low to high.
-
-    Those of whole numbers lie halfway between two of them.
-    """
+    """Return the edges of bins, equal on a logarithmic scale; of whole numbers halfway between."""
     first, last = (math.log10(value) * PER_DECADE for value in (low, high))
     edges = 10.0 ** (np.arange(math.floor(first), math.ceil(last) + 2) / PER_DECADE)
     return np.unique(np.ceil(edges)) - 0.5 if MEASURES[measure].whole else edges

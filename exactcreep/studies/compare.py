@@ -1,9 +1,8 @@
 """Solvers held against a better one, with the same disorder: one dataset over method and seed.
 
 All methods follow the same drive, with targets between the rearrangements that change nothing but
-let positions be compared after each one. For each method and seed: the first event that differs,
-how far off the sliders rest until then, the mean velocity and its bias, and what it costs. Orders
-in the time step, intervals over seeds, a table and an advice are reductions, see `comparison`.
+let positions be compared after each one. `comparison` makes orders in the time step, intervals over
+seeds, a table and an advice of it.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ from itertools import count
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
@@ -51,7 +50,6 @@ from exactcreep.studies.trajectory import (
     trajectory,
 )
 
-Floats = NDArray[np.float64]
 TIME_STEPS = ("0.1", "0.03", "0.01")
 """Of Verlet, unless methods are named."""
 DIGITS = 30
@@ -120,7 +118,6 @@ def compare(
         position, ``velocity`` and its ``bias`` against `exact`, ``half_cycles``, ``seconds`` per
         half-cycle; along ``rest`` too: ``errors``, one after each rearrangement. Over ``method``:
         ``memory``. Over ``seed``: ``events`` compared, and how well the truth is known.
-        `exactcreep.studies.comparison` makes orders, intervals, a table and an advice of it.
 
     Raises
     ------
@@ -133,9 +130,9 @@ def compare(
     Notes
     -----
     Guarantee: events agree in kind, sliders, directions and order, and those of a certified truth
-    are those of the equations, as far as ``truth_evidence`` says ``proved``. Times are reported,
-    and decide nothing. Velocities are those of `creep`, with its burn-in, over the whole drive or
-    the half-cycles of the first 100 000 events of `exact`; nan if these are none.
+    are those of the equations, as far as ``truth_evidence`` says ``proved``. Times decide nothing.
+    Velocities are those of `creep`, with its burn-in, over the whole drive or the half-cycles of
+    the first 100 000 events of `exact`; nan if these are none.
 
     Examples
     --------
@@ -159,13 +156,11 @@ def compare(
 
     def dataset() -> xr.Dataset:
         about = plain_data(chain.parameters()) | {"drive": experiment.drive.kind}
-        data = xr.concat(
-            rows, "seed", data_vars="all", coords="minimal", compat="override", join="outer"
-        )
-        data = data.transpose("method", "seed", "rest")
+        how: Any = {"data_vars": "all", "coords": "minimal", "compat": "override"}
+        data = xr.concat(rows, "seed", join="outer", **how).transpose("method", "seed", "rest")
         named = [member.seed for member in members[: len(rows)]]
-        large = max(named) >= 2**63
-        data = data.assign_coords(seed=np.array(named, np.uint64 if large else np.int64))
+        kind = np.uint64 if max(named) >= 2**63 else np.int64
+        data = data.assign_coords(seed=np.array(named, kind))
         return data.assign_attrs(about, truth=best.label, events=most)
 
     with warnings.catch_warnings():
@@ -208,13 +203,11 @@ def _members(experiment: Experiment, seeds: Any) -> list[Experiment]:
     random = experiment.chain.sigma_mu != 0 or experiment.drive.random
     if seeds is None:
         seeds = 4 if random and experiment.chain.n <= 30 else 1
-    if isinstance(seeds, (int, np.integer)) and not isinstance(seeds, bool):
-        many = range(whole_number(seeds, "seeds", least=1, most=100_000))
-        named = [(experiment.seed + k) % 2**64 for k in many]
-    elif isinstance(seeds, (list, tuple, range)):
+    if isinstance(seeds, (list, tuple, range)):
         named = [valid_seed(seed) for seed in seeds]
     else:
-        raise InputError("seeds", seeds, "must be a whole number or a list of seeds")
+        many = range(whole_number(seeds, "seeds", least=1, most=100_000))
+        named = [(experiment.seed + k) % 2**64 for k in many]
     if not named or len(set(named)) < len(named):
         raise InputError("seeds", seeds, "must be one seed at least, and none twice")
     if len(named) > 1 and not random:
@@ -246,11 +239,9 @@ def _compared(
 ) -> xr.Dataset:
     """Return what is known of all methods for one seed."""
     step(f"{truth.label}: the truth")
-    if slides := member.chain.slides:
-        broken, enough = member, math.inf
-        ends: list[int] = []
-        targets = min(member.drive.half_cycles, events)
-    else:
+    broken, ends, enough = member, list[int](), math.inf
+    targets, slides = min(member.drive.half_cycles, events), member.chain.slides
+    if not slides:
         path, ends = drive_with_rests(member, events)
         broken, enough, targets = replace(member, drive=path), events, path.half_cycles
 
@@ -272,38 +263,30 @@ def _compared(
         shorter = replace(member, drive=shortened(member.drive, best.half_cycles))
         best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
     rows: list[dict[str, Any]] = []
-    errors: list[Floats] = []
     for method in methods:
         step(method.label)
         most = beyond(len(known.events)) if known.events else None
         own, seconds = true if method == truth else followed(method, known.reached, most)
-        row: dict[str, Any] = {"evidence": own.evidence.value}
+        row = _agreement(own, known, ends)
         if method.solver in COMPILED and has_velocity:
             row |= _of_velocity(method, shorter, best)
         elif own.events:
             pace = best.event_count / max(best.half_cycles, 1)
             row["seconds"] = seconds / len(own.events) * pace
-        found, gaps = _agreement(own, known, ends)
-        rows.append(row | found)
-        errors.append(gaps)
-    return _dataset(methods, rows, errors, known)
+        rows.append(row)
+    return _dataset(methods, rows, known)
 
 
-def _agreement(
-    own: Trajectory, known: Trajectory, ends: Sequence[int]
-) -> tuple[dict[str, Any], Floats]:
+def _agreement(own: Trajectory, known: Trajectory, ends: Sequence[int]) -> dict[str, Any]:
     """Return how far a trajectory agrees with the truth, and its errors at all rests."""
-    found = agree(own, known)
-    row: dict[str, Any]
-    if not own.log:  # it has no events that could differ
-        before, row = found.errors, {"rests": found.errors.size}
-    else:
-        before = found.errors[: found.compared]
-        row = {"agreed": found.agreed, "differs": found.differs, "rests": found.compared}
-        if found.differs:
-            row |= {"own_event": _text(found.own, ends), "true_event": _text(found.known, ends)}
-    largest = {"error": before, "error_after": found.errors}
-    return row | {name: part.max() for name, part in largest.items() if part.size}, found.errors
+    found, row = agree(own, known), dict[str, Any](evidence=own.evidence.value)
+    row |= {"errors": found.errors, "rests": found.errors.size}
+    if own.log:  # else it has no events that could differ
+        row |= {"agreed": found.agreed, "differs": found.differs, "rests": found.compared}
+    if row.get("differs"):
+        row |= {"own_event": _text(found.own, ends), "true_event": _text(found.known, ends)}
+    largest = {"error": found.errors[: row["rests"]], "error_after": found.errors}
+    return row | {name: part.max() for name, part in largest.items() if part.size}
 
 
 def _velocity_run(method: Method, experiment: Experiment, most: int | None = None) -> Creep:
@@ -318,11 +301,10 @@ def _velocity_run(method: Method, experiment: Experiment, most: int | None = Non
 def _of_velocity(method: Method, experiment: Experiment, best: Creep) -> dict[str, Any]:
     """Return what a run of a method tells of its velocity, and of its time."""
     run = best if method.solver == best.solver else _velocity_run(method, experiment)
-    counts = {"half_cycles": run.half_cycles, "seconds": run.seconds / max(run.half_cycles, 1)}
-    known = {"velocity": run.velocity, "velocity_error": run.velocity_error}
-    if best.half_cycles == run.half_cycles:
-        known["bias"] = run.velocity - best.velocity
-    return counts | known | {"outcome": run.outcome.value}
+    known = {name: getattr(run, name) for name in ("half_cycles", "velocity", "velocity_error")}
+    known |= {"outcome": run.outcome.value, "seconds": run.seconds / max(run.half_cycles, 1)}
+    same = best.half_cycles == run.half_cycles
+    return known | ({"bias": run.velocity - best.velocity} if same else {})
 
 
 def shortened(drive: Drive, targets: int) -> Drive:
@@ -355,10 +337,7 @@ def _memory(experiment: Experiment, method: Method) -> float:
 
 
 def _dataset(
-    methods: Sequence[Method],
-    rows: Sequence[dict[str, Any]],
-    errors: Sequence[Floats],
-    known: Trajectory,
+    methods: Sequence[Method], rows: Sequence[dict[str, Any]], known: Trajectory
 ) -> xr.Dataset:
     """Return what is known of one seed."""
     variables: dict[str, Any] = {}
@@ -366,10 +345,9 @@ def _dataset(
         values = np.array([row.get(name, missing) for row in rows], dtype=type(missing))
         about = {"long_name": meaning} | ({"units": unit} if unit else {})
         variables[name] = ("method", values, about)
-    longest = max(own.size for own in errors)
-    filled = [np.pad(own, (0, longest - own.size), constant_values=math.nan) for own in errors]
+    errors = pd.DataFrame([pd.Series(row["errors"], dtype=float) for row in rows]).to_numpy(dtype=float)
     about = {"units": LENGTH, "long_name": f"{_LONG}, after each rearrangement"}
-    variables["errors"] = (("method", "rest"), np.array(filled), about)
+    variables["errors"] = (("method", "rest"), errors, about)
     radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
     variables["events"] = sum(event.half_cycle <= known.reached for event in known.events)
     variables["truth_evidence"] = known.evidence.value
@@ -381,6 +359,6 @@ def _dataset(
         "dt": ("method", [step or math.nan for step in dt],
                {"units": "tau_dyn", "long_name": "time step"}),
         "locate": ("method", [bool(method.options.get("locate")) for method in methods]),
-        "rest": np.arange(1, longest + 1),
+        "rest": np.arange(1, errors.shape[1] + 1),
     }  # fmt: skip
     return xr.Dataset(variables, coords)

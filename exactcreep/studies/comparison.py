@@ -53,8 +53,7 @@ def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
 
     Neighbouring steps are compared at the rests that both came to before their first wrong event:
     the mean of ``log(error ratio) / log(dt ratio)`` over pairs of steps, weighted by the latter
-    squared (a straight line through the medians); then the mean over seeds, with Student's interval
-    of 95 % (nan of a single seed).
+    squared; then the mean over seeds, with Student's interval of 95 % (nan of a single seed).
     """
     family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
     family = family.isel(method=np.argsort(-family.dt.values))
@@ -86,9 +85,8 @@ def spread(data: xr.Dataset) -> xr.Dataset:
     # where the bias is known, velocity - bias is that of exact
     scale = abs(float((data.velocity - data.bias).mean()))
     methods = [_spread(data.isel(method=k), scale) for k in range(data.sizes["method"])]
-    variables = {
-        name: (("method", "interval"), [own[name] for own in methods]) for name in methods[0]
-    }
+    dims = ("method", "interval")
+    variables = {name: (dims, [own[name] for own in methods]) for name in methods[0]}
     coords = data.drop_vars("rest").coords
     return xr.Dataset(variables, coords).assign_coords(interval=list(Interval._fields))
 

@@ -45,9 +45,9 @@ class LoggedEvent(NamedTuple):
     def summary(self) -> dict[str, Any]:
         """Return the event by names, ready for JSON."""
         kind, sliders, signs = self.event.signature
-        time = float(self.event.time)
-        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs), "time": time}
-        return dict(zip(self._fields[:3], self[:3], strict=True)) | what
+        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs)}
+        where = zip(self._fields[:3], self[:3], strict=True)
+        return dict(where) | what | {"time": float(self.event.time)}
 
 
 def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
@@ -73,10 +73,7 @@ def numbered(log: Sequence[LoggedRearrangement]) -> list[LoggedEvent]:
 def first_difference(
     own: Sequence[LoggedEvent], other: Sequence[LoggedEvent]
 ) -> tuple[int, LoggedEvent | None, LoggedEvent | None] | None:
-    """Return how many events two runs share, and the first that differ (None: no more events).
-
-    None if the runs have the same events.
-    """
+    """Return how many events two runs share, and the first that differ; None if none does."""
     for i, (a, b) in enumerate(zip_longest(own, other)):
         if a is None or b is None or a.signature != b.signature:
             return i, a, b

@@ -106,9 +106,9 @@ class Trajectory:
 class Agreement:
     """How far a trajectory agrees with the one that is known.
 
-    So many events `agreed` before the first that differs (`own` and `known`; one of them None: it
-    has no further event there; both: none differs), and rests are `compared` before it; `errors`
-    are the largest difference of a displacement, at every rest that both reached.
+    So many events `agreed` before the first that differs (`own` and `known`; None: no further event
+    there; both None: none differs), and rests are `compared` before it; `errors` are the largest
+    difference of a displacement, at every rest that both reached.
     """
 
     agreed: int
@@ -128,8 +128,7 @@ def agree(own: Trajectory, known: Trajectory) -> Agreement:
 
     Events are the same if their places, kinds, sliders and directions are. An event is missing
     from a trajectory that has reached the target on whose way it happened, or that ended by itself
-    while the other one reached that target; what a trajectory that was cut short has not come to,
-    is not.
+    while the other one reached it; what a trajectory that was cut short has not come to, is not.
     """
     shared = min(len(own.events), len(known.events))
     agreed, mine, other = first_difference(own.events, known.events) or (shared, None, None)
@@ -145,10 +144,7 @@ def agree(own: Trajectory, known: Trajectory) -> Agreement:
 
 
 def apart(own: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
-    """Return the largest difference of two lists of numbers, exactly and then rounded; nan of none.
-
-    Of numbers with a radius, it is that of their middles.
-    """
+    """Return the largest difference of two lists of numbers or middles, rounded; nan of none."""
     pairs = zip(own, other, strict=True)
     gaps = [abs(exact_value(a) - exact_value(b)) for a, b in pairs]
     return nearest_float(max(gaps)) if gaps else math.nan
@@ -164,8 +160,7 @@ def trajectory(
 ) -> Trajectory:
     """Return what a method makes of an experiment's drive up to target `until`, from 1.
 
-    After `enough` events no further target is begun; where the limits are used up it is cut short,
-    between two events. Of a solver without events there are the rests alone.
+    After `enough` events no further target is begun; where the limits are used up it is cut short.
     """
     record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
     simulation = method.simulation(experiment, record)
@@ -190,13 +185,7 @@ def beyond(events: int) -> int:
 def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
     """Return the drive with a target between any two rearrangements, as far as is needed.
 
-    These targets change nothing, but let positions be compared after each rearrangement. With them
-    the half-cycle that each one belongs to.
-
-    Raises
-    ------
-    InputError
-        If no slider ever slips.
+    With them the half-cycle that each one belongs to; `InputError` if no slider ever slips.
     """
     drive, seed = experiment.drive, experiment.seed
     simulation = Method("exact").simulation(experiment, ("events",))
