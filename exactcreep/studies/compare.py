@@ -345,7 +345,8 @@ def _dataset(
         values = np.array([row.get(name, missing) for row in rows], dtype=type(missing))
         about = {"long_name": meaning} | ({"units": unit} if unit else {})
         variables[name] = ("method", values, about)
-    errors = pd.DataFrame([pd.Series(row["errors"], dtype=float) for row in rows]).to_numpy(dtype=float)
+    found = [pd.Series(row["errors"], dtype=float) for row in rows]
+    errors = pd.DataFrame(found).to_numpy(dtype=float)
     about = {"units": LENGTH, "long_name": f"{_LONG}, after each rearrangement"}
     variables["errors"] = (("method", "rest"), errors, about)
     radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
