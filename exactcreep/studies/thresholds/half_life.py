@@ -251,7 +251,10 @@ def half_life(
             allowed = "must not be 0: on the level no more than half creep anywhere in the scan"
             raise InputError("tan_alpha", 0, allowed) from None
         raise
-    ends = {"amplitude": at, "low": fewer, "high": more}
+    ends: dict[str, Any] = {
+        name: None if end is None else nearest_float(end)
+        for name, end in (("amplitude", at), ("low", fewer), ("high", more))
+    }
     tried = {nearest_float(amplitude): found for amplitude, found in search.tried.items()}
     return HalfLife(
         chain=chain,
@@ -263,5 +266,5 @@ def half_life(
         },
         reason=reason,
         **given,
-        **{name: None if end is None else nearest_float(end) for name, end in ends.items()},
+        **ends,
     )
