@@ -38,15 +38,10 @@ def test_the_avalanches_of_a_run_are_those_of_whole_cycles_after_its_burn_in(run
     assert run.burn_in % 2 == 0 < run.burn_in
     assert found.values["size"].sum() == slips > 1000
     assert set(found.block.tolist()) == set(range(avalanches.BLOCKS))
-    assert found.values["extent"].max() <= CHAIN.n
-    assert (found.values["extent"] >= 1).all()
-
-
-@pytest.mark.parametrize("measure", MEASURES)
-def test_a_distribution_holds_every_avalanche_once(run: Creep, measure: str) -> None:
-    part = avalanches.distribution(avalanches.avalanches_of(run), measure)
-    assert (part.density * part.width).sum() == pytest.approx(1, rel=1e-12)
-    assert (part.error >= 0).all()
+    assert 1 <= found.values["extent"].min() <= found.values["extent"].max() <= CHAIN.n
+    for measure in MEASURES:
+        part = avalanches.distribution(found, measure)
+        assert (part.density * part.width).sum() == pytest.approx(1, rel=1e-12)
 
 
 def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
@@ -69,8 +64,7 @@ def test_errors_are_the_scatter_of_independent_runs() -> None:
         part = avalanches.distribution(drawn(values), "energy", edges)
         off.append((part.density * part.width - known) / (part.error * part.width))
     scatter = np.array(off).std(axis=0)
-    assert (scatter > 0.85).all()
-    assert (scatter < 1.25).all()
+    assert 0.85 < scatter.min() <= scatter.max() < 1.25
 
 
 def test_blocks_see_what_neighbours_have_in_common() -> None:
@@ -84,28 +78,22 @@ def test_blocks_see_what_neighbours_have_in_common() -> None:
     assert often == pytest.approx(once, rel=1e-9)
 
 
-def test_a_run_draws_itself_on_axes_that_it_is_given_or_on_new_ones(run: Creep) -> None:
-    axes = run.plot()
-    assert axes.lines[0].get_ydata()[-1] == run.recorded["x_G"][-1]
-    assert axes.get_xlabel()
-    assert axes.get_ylabel()
+def test_a_run_draws_its_avalanches_on_axes_that_it_is_given(run: Creep) -> None:
     _, given = plt.subplots()
-    for measure in MEASURES:
-        assert run.plot.avalanches(measure, ax=given) is given
+    assert run.plot.avalanches("extent", ax=given) is given
     part = avalanches.distribution(avalanches.avalanches_of(run), "extent")
-    line = given.lines[-1]
-    assert (line.get_ydata() == part.density[part.density > 0]).all()
+    assert (given.lines[-1].get_ydata() == part.density[part.density > 0]).all()
     assert (given.get_xscale(), given.get_yscale()) == ("log", "log")
 
 
 def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:
     bare = creep(CHAIN, Cycles("0.003", 1), record=())
-    with pytest.raises(InputError, match="was not recorded"):
-        bare.plot()
-    with pytest.raises(InputError, match="rearrangements"):
-        bare.plot.avalanches()
     still = creep(CHAIN, Cycles("0.0001", 4), record=("rearrangements",))
-    with pytest.raises(InputError, match="none in a whole cycle after the burn-in"):
-        still.plot.avalanches()
-    with pytest.raises(InputError, match="must be one of size, duration"):
-        run.plot.avalanches("mass")
+    for call, said in (
+        (bare.plot, "was not recorded"),
+        (bare.plot.avalanches, "rearrangements"),
+        (still.plot.avalanches, "none in a whole cycle after the burn-in"),
+        (lambda: run.plot.avalanches("mass"), "must be one of size, duration"),
+    ):
+        with pytest.raises(InputError, match=said):
+            call()

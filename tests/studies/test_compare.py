@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -26,6 +27,7 @@ from exactcreep import (
 )  # fmt: skip
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
+from exactcreep.model.contacts import Event
 from exactcreep.studies.compare import TIME_STEPS, ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
 from exactcreep.studies.event_log import LoggedRearrangement
@@ -53,10 +55,10 @@ def middle() -> int:
     return next(r for r, one in enumerate(own().log) if one.half_cycle == 2)
 
 
-def with_events(changed: Any, place: int) -> Trajectory:
-    """Return the trajectory of `exact` with the events of one rearrangement changed."""
+def with_events(place: int, events: Sequence[Event]) -> Trajectory:
+    """Return the trajectory of `exact` with other events in one rearrangement."""
     log = list(own().log)
-    log[place] = log[place]._replace(events=tuple(changed(list(log[place].events))))
+    log[place] = log[place]._replace(events=tuple(events))
     return replace(own(), log=log)
 
 
@@ -82,71 +84,59 @@ def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest() -
     assert found.compared == found.errors.size == known().reached == 3
     assert 0 < found.errors.max() < 1e-13
     assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
-    late = with_events(lambda events: [replace(e, time=2 * e.time) for e in events], middle())
-    assert not agree(late, known()).differs  # a time is no difference
+    late = [replace(event, time=2 * event.time) for event in own().log[middle()].events]
+    assert not agree(with_events(middle(), late), known()).differs  # a time is no difference
 
 
-@pytest.mark.parametrize("slider", [0, 1, 2])
-def test_a_wrong_position_is_found_at_its_rest(slider: int) -> None:
+def test_a_wrong_position_is_found_at_its_rest() -> None:
     x = own().x.copy()
-    x[1, slider] += 1e-9
+    x[1, 2] += 1e-9
     errors = agree(replace(own(), x=x), known()).errors
     assert errors[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
     assert np.delete(errors, 1).max() < 1e-13
 
 
-@pytest.mark.parametrize(
-    ("sabotage", "agreed"),
-    [
-        (lambda events: events[1:], 0),
-        (lambda events: [events[0], *events[2:]], 1),
-        (lambda events: events[::-1], 0),
-        (lambda events: [*events, events[0]], None),
-        (lambda events: [replace(events[0], signs=(-events[0].signs[0],)), *events[1:]], 0),
-        (lambda events: [replace(events[0], sliders=(2,)), *events[1:]], 0),
-    ],
-    ids=["first missing", "second missing", "reversed", "one too many", "turned", "other"],
-)
-def test_an_event_that_differs_is_found_where_it_is(sabotage: Any, agreed: int | None) -> None:
-    found = agree(with_events(sabotage, middle()), known())
-    shared = len(own().log[middle()].events) if agreed is None else agreed
+@pytest.mark.parametrize("change", ["missing", "too many", "turned", "another slider"])
+def test_an_event_that_differs_is_found_where_it_is(change: str) -> None:
+    events = own().log[middle()].events
+    first, *others = events
+    changed = {
+        "missing": others,
+        "too many": [*events, first],
+        "turned": [replace(first, signs=tuple(-sign for sign in first.signs)), *others],
+        "another slider": [replace(first, sliders=(2,)), *others],
+    }
+    found = agree(with_events(middle(), changed[change]), known())
+    shared = len(events) if change == "too many" else 0
     assert found.agreed == before(middle()) + shared
     assert found.known == known().events[found.agreed]
-    assert found.own is not None
     assert found.own.signature != found.known.signature
     assert (found.compared, found.errors.size) == (1, 3)
 
 
-@pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
-def test_what_is_missing_at_the_end_is_a_difference_unless_the_trajectory_was_cut_short(
-    turn: bool,
-) -> None:
-    events, last = before(middle()) + 1, len(known().events) - 1
-    less, short = with_events(lambda es: es[:-1], len(own().log) - 1), cut(own(), 1, events)
-    missing, silent = (
-        agree(known(), one) if turn else agree(one, known()) for one in (less, short)
-    )
-    sides = (missing.known, missing.own) if turn else (missing.own, missing.known)
-    assert (missing.agreed, *sides) == (last, None, known().events[last])
-    assert not silent.differs
-    assert (silent.agreed, silent.compared, silent.errors.size) == (events, 1, 1)
+def test_what_is_missing_at_the_end_is_a_difference_unless_the_trajectory_was_cut_short() -> None:
+    end, last = len(own().log) - 1, len(known().events) - 1
+    less = with_events(end, own().log[end].events[:-1])
+    missing, turned = agree(less, known()), agree(known(), less)
+    assert missing.agreed == turned.agreed == last
+    assert missing.own is turned.known is None
+    assert missing.known == turned.own == known().events[last]
+    events = before(middle()) + 1
+    short = cut(own(), 1, events)
+    for silent in (agree(short, known()), agree(known(), short)):
+        assert not silent.differs
+        assert silent.agreed == events
+        assert silent.compared == silent.errors.size == 1
 
 
 def test_what_ended_by_itself_misses_the_events_up_to_a_target_that_the_other_reached() -> None:
     events = before(middle()) + 1
     gave_up = cut(own(), 1, events, ended=True)
     found = agree(gave_up, known())
-    assert (found.agreed, found.own, found.known) == (events, None, known().events[events])
+    assert (found.agreed, found.own) == (events, None)
+    assert found.known == known().events[events]
     for ended in (False, True):  # the other one does not reach it, either: a runaway
         assert not agree(gave_up, cut(known(), 1, events + 1, ended=ended)).differs
-
-
-@pytest.mark.parametrize("most", [1, 33])
-def test_limits_cut_a_trajectory_short_and_change_nothing_before(most: int) -> None:
-    short = trajectory(Method("exact"), EXPERIMENT, 3, limits=Limits(most))
-    assert most <= len(short.events) < most + 3
-    assert short.events == own().events[: len(short.events)]
-    assert np.array_equal(short.x, own().x[: short.reached])
 
 
 def test_distances_are_exact_and_rounded_once() -> None:
@@ -160,17 +150,6 @@ def test_targets_between_rearrangements_change_no_event() -> None:
     places = [(one.half_cycle, one.itinerary) for one in own().log]
     assert [(ends[one.half_cycle - 1], one.itinerary) for one in broken.log] == places
     assert broken.reached == len(ends) == len(own().log) > 15
-
-
-def test_a_first_rearrangement_longer_than_what_was_asked_for_is_followed_to_its_end() -> None:
-    chain = captions(12)
-    start = State.prepared(chain, ["5", "-4"] * 5 + ["5"])
-    long = Experiment.of(chain, DRIVE, start=start)
-    (first,) = trajectory(Method("exact"), replace(long, drive=ThetaPath([0])), 1).log
-    assert len(first.events) > 2 * 1 + 100
-    path, ends = drive_with_rests(long, 1)
-    assert ends == [1] * path.half_cycles
-    assert path.half_cycles > 1
 
 
 SEEDS = (4, 5, 6, 7, 8, 9)
@@ -197,18 +176,21 @@ def test_every_method_and_seed_is_the_agreement_of_its_trajectory() -> None:
         found = agree(trajectory(method, broken, truth.reached, limits=most), truth)
         there = of(method.label).loc[{"seed": 6}]
         errors = there.errors.values[~np.isnan(there.errors.values)]
-        assert (there.agreed, there.differs, there.rests) == (
-            found.agreed, found.differs, found.compared,
-        )  # fmt: skip
+        assert (there.agreed, there.differs) == (found.agreed, found.differs)
+        assert there.rests == found.compared
         assert errors.tolist() == found.errors.tolist()
         assert there.error == found.errors[: found.compared].max()
         assert (there.own_event == there.true_event) == (not found.differs)
     assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
-    units = {name: column.attrs.get("units") for name, column in data().items()}
-    assert (units["velocity"], units["seconds"], units["outcome"]) == ("g tau_dyn^2", "s", None)
+    assert data().velocity.attrs["units"] == "g tau_dyn^2"
+    assert data().seconds.attrs["units"] == "s"
 
 
 def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
+    start = State.prepared(CHAIN, [Fraction(1, 8), 0], seed=3)
+    own_start = Experiment.of(CHAIN, DRIVE, seed=3, start=start)
+    found = compare(own_start, [Method("exact")], seeds=1)
+    assert found.velocity == creep(CHAIN, DRIVE, seed=3, start=start).velocity
     exact = creep(CHAIN, GIVEN.drive, seed=SEEDS[1], record=())
     for one in [Method("exact"), *ladder(CHAIN)[2:]]:
         there = of(one.label).loc[{"seed": SEEDS[1]}]
@@ -219,11 +201,12 @@ def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
 
 def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() -> None:
     rows = table(data())
-    assert (rows.parted["exact"], rows.agreed["exact"], rows.bias["exact"]) == (0, math.inf, 0)
+    assert rows.parted["exact"] == rows.bias["exact"] == 0
+    assert rows.agreed["exact"] == math.inf
     assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01, located"]
-    verlet, locate = (data()[name].values for name in ("dt", "locate"))
-    plain, located = (rows.parted[(verlet > 0) & (locate == way)].sum() for way in (False, True))
-    assert plain > located
+    parted = rows.parted[data().dt.values > 0]
+    located = parted.index.str.endswith("located")
+    assert parted[~located].sum() > parted[located].sum()
     assert math.isnan(rows.agreed["sliding"])
     assert rows.error["sliding"] > 0.01
     fitted, second = (order(data(), locate=locate) for locate in (False, True))
@@ -231,39 +214,16 @@ def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() 
     assert fitted.upper < second.lower
 
 
-def made(steps: dict[str, list[list[float]]], **variables: Any) -> xr.Dataset:
-    """Return a dataset of located Verlet with these errors, by time step, seed and rest."""
-    longest = max(len(row) for rows in steps.values() for row in rows)
-    errors = [[row + [math.nan] * (longest - len(row)) for row in rows] for rows in steps.values()]
-    rests = [[len(row) for row in rows] for rows in steps.values()]
-    dims = "method", "seed"
-    return xr.Dataset(
-        {"errors": ((*dims, "rest"), errors), "rests": (dims, rests)}
-        | {name: (dims, values) for name, values in variables.items()},
-        {"method": [*steps], "dt": ("method", [float(dt) for dt in steps]),
-         "locate": ("method", [True] * len(steps)), "rest": np.arange(longest)},
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("slope", [1.0, 2.5])
-def test_errors_that_are_a_power_of_the_step_have_that_order(slope: float) -> None:
-    """Also where a coarse step parts so early that it has fewer rests, a seed none, or no error."""
-    rests = {"0.2": 2, "0.1": 5, "0.03": 9}
-    whole = made({
-        dt: [[(1 + seed) * (1 + k) * float(dt) ** slope for k in range(rests[dt])]
-             for seed in range(3)] + [[], [0.0] * 5]
-        for dt in rests
-    })  # fmt: skip
-    assert order(whole, locate=True) == pytest.approx((slope, slope, slope), rel=1e-12, abs=0)
-    assert math.isnan(order(whole, locate=False).value)
-
-
 def test_rates_quartiles_and_biases_of_known_numbers() -> None:
-    known = made(
-        {"0.1": [[1.0, 3.0], [2.0], [5.0], []]},
-        agreed=[[10.0, 20, 30, 40]], differs=[[True, True, False, True]],
-        error=[[3.0, 2, 5, math.nan]], velocity=[[1.0, 2, 3, 4]], bias=[[0.0, 1, 2, 3]],
-    )  # fmt: skip
+    values = {
+        "agreed": [10.0, 20, 30, 40],
+        "differs": [True, True, False, True],
+        "error": [3.0, 2, 5, math.nan],
+        "velocity": [1.0, 2, 3, 4],
+        "bias": [0.0, 1, 2, 3],
+    }
+    known = xr.Dataset({name: (("method", "seed"), [row]) for name, row in values.items()})
+    known = known.assign_coords(method=["one"], rest=[0])
     found = {name: part.values[0].tolist() for name, part in spread(known).items()}
     assert found["agreed"] == [20, 10, 40]  # the third, of 30 events, never parted
     # a Poisson count of 3 lies between .6187 and 8.7673 (F. Garwood, Biometrika 28, 437 (1936))
@@ -281,8 +241,7 @@ def test_the_advice_names_a_step_and_the_quantity() -> None:
     assert f"all {int(data().events.sum())} events" in said
     assert "mean velocity" in said
     assert any(f"dt = {dt}" in said for dt in TIME_STEPS)
-    wrong = data().copy(deep=True)
-    wrong.differs[:] = True
+    wrong = data().assign(differs=data().differs | True)
     assert "trajectories" not in advice(wrong)
 
 
@@ -294,38 +253,24 @@ def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
     assert advice(found).startswith("Take sliding")
 
 
-def test_a_runaway_is_compared_until_the_last_rest_before_it() -> None:
-    steep = paper_chain(3, "0.05", tan_alpha="0.53")
-    found = compare(Experiment.of(steep, Cycles("0.0003", 30), seed=3), seeds=1)
-    assert not found.differs.any()
-    assert set(found.agreed.values[found.solver != "certified"].ravel()) == {2}
-    assert set(found.rests.values.ravel()) == {1}
-    assert found.outcome.values[0] == "runaway"
-
-
 def test_half_cycles_are_as_many_for_all_where_a_run_is_too_long() -> None:
-    long, methods = replace(GIVEN, drive=Cycles("0.01", 10**5)), ladder(CHAIN, ["0.1"])[::2]
-    found = compare(long, methods, seeds=1, events=20)
-    assert len(set(found.half_cycles.values.ravel())) == 1
-    assert 100 < found.half_cycles.values[0, 0] < 2 * 10**5
+    long = replace(GIVEN, drive=Cycles("0.01", 10**5))
+    found = compare(long, ladder(CHAIN, ["0.1"])[::2], seeds=1, events=20)
+    (half_cycles,) = set(found.half_cycles.values.ravel())
+    assert 100 < half_cycles < 2 * 10**5
     assert abs(float(found.bias[1, 0])) < 0.1 * abs(float(found.velocity[0, 0]))
 
 
 @pytest.mark.parametrize(
     ("changed", "field"),
     [
-        ({"seeds": [3, 3]}, "seeds"),
         ({"seeds": [3, -1]}, "seed"),
-        ({"seeds": "many"}, "seeds"),
-        ({"seeds": []}, "seeds"),
         ({"events": 0}, "events"),
-        ({"methods": []}, "methods"),
         ({"methods": ["exact"]}, "methods"),
-        ({"methods": [Method("exact")] * 2}, "methods"),
         ({"methods": [Method("verlet", dt="0")]}, "dt"),
-        ({"truth": Method("certified", digits=0)}, "digits"),
         ({"experiment": CHAIN}, "experiment"),
         ({"experiment": Experiment.of(CHAIN, Cycles("0.00001", 2))}, "scene"),
+        ({"experiment": Experiment.of(captions(3), Cycles("0.01", 2)), "seeds": 3}, "seeds"),
     ],
 )
 def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str) -> None:
@@ -334,24 +279,13 @@ def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str
     assert refused.value.field == field
 
 
-def test_seeds_that_change_nothing_are_refused_and_random_dilations_need_no_disorder() -> None:
-    ordered = captions(3)
-    with pytest.raises(InputError, match="all runs are the same"):
-        compare(Experiment.of(ordered, Cycles("0.01", 2)), seeds=3)
-    given = Experiment.of(ordered, GaussianSteps("0.01", 4))
+def test_random_dilations_need_no_disorder_and_keys_of_seeds_go_round() -> None:
+    given = Experiment.of(captions(3), GaussianSteps("0.01", 4))
     random = compare(given, [Method("exact")], seeds=[7, 2], events=10)
     assert random.seed.values.tolist() == [7, 2]
-    last = compare(replace(GIVEN, seed=2**64 - 1), [Method("exact")], events=1)
-    assert last.seed.values.tolist() == [2**64 - 1, 0, 1, 2]  # keys go round
     assert random.velocity.values[0, 0] != random.velocity.values[0, 1]
-
-
-def test_a_start_of_its_own_is_compared() -> None:
-    start = State.prepared(CHAIN, [Fraction(1, 8), 0], seed=3)
-    found = compare(Experiment.of(CHAIN, DRIVE, seed=3, start=start), [Method("exact")], seeds=1)
-    assert not found.differs.any()
-    assert found.velocity == creep(CHAIN, DRIVE, seed=3, start=start).velocity
-    assert found.velocity != creep(CHAIN, DRIVE, seed=3).velocity
+    last = compare(replace(GIVEN, seed=2**64 - 1), [Method("exact")], events=1)
+    assert last.seed.values.tolist() == [2**64 - 1, 0, 1, 2]
 
 
 def test_the_command_prints_draws_and_writes_the_dataset(
@@ -360,23 +294,17 @@ def test_the_command_prints_draws_and_writes_the_dataset(
     words = ("compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20")
     told = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
     assert [row["seed"] for row in told["rows"][:2]] == [3, 1]
-    assert told["rows"][0]["method"] == "exact"
     assert {"advice", "orders", "intervals", "truth"} <= told.keys()
-    printed = command(*words).out
-    assert "verlet 0.01 loc." in printed
-    assert "…" not in printed
-    (figure,) = drawn
-    left, right = figure.axes
-    with xr.open_dataset("a.nc", engine="h5netcdf") as kept:
-        assert kept.errors.dims == ("method", "seed", "rest")
-        names, first = kept.method.values.tolist(), kept.isel(seed=0)
-        known = np.isfinite(kept.bias.mean("seed").values)
-        for k, thick in enumerate(left.lines[::2]):
-            shown = first.errors.values[k][: int(first.rests[k])]
-            assert (thick.get_label(), len(shown) > 0) == (names[k], True)
-            assert thick.get_ydata().tolist() == np.maximum(shown, 1e-18).tolist()
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == names
+    assert "verlet 0.01 loc." in command(*words).out
+    left, right = drawn[0].axes
+    kept = xr.load_dataset("a.nc", engine="h5netcdf")
+    names, first = kept.method.values.tolist(), kept.isel(seed=0)
+    for k, thick in enumerate(left.lines[::2]):
+        shown = first.errors.values[k][: int(first.rests[k])]
+        assert thick.get_label() == names[k]
+        assert thick.get_ydata().tolist() == np.maximum(shown, 1e-18).tolist()
     # besides the zero, one point for each method whose bias is known, in the ink of its line
+    known = np.isfinite(kept.bias.mean("seed").values)
     points = [line.get_color() for line in right.lines if line.get_marker() == "o"]
     inks = [line.get_color() for line in left.lines[::2]]
     assert len(set(inks)) == len(names) == 9

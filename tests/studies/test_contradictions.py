@@ -7,10 +7,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, InputError, Outcome
+from exactcreep import Chain, Cycles, Outcome, creep, fate, survival
 from exactcreep.laws.stopping import stopping_time
 from exactcreep.studies.fates.survival import start_of
-from tests.questions import creep, fate, half_life, survival, threshold
 
 CYCLES = 600
 ARRESTED = {Outcome.AT_REST, Outcome.CYCLING}
@@ -42,7 +41,7 @@ def contradictions(number: int) -> tuple[list[str], str]:
 
     for k, record in enumerate(lasted.records, 1):
         start, seed = start_of(chain, "1e-3", number, k)
-        run = creep(chain, amplitude, CYCLES, start=start, seed=seed, record=("x_G",))
+        run = creep(chain, Cycles(amplitude, CYCLES), start=start, seed=seed, record=("x_G",))
         x_g = np.append(run.experiment.initial.displacements.mean(), run.recorded["x_G"][1::2])
         arrested, early = lasted.arrested[k - 1], record.settled_after < CYCLES / 20
         periods = x_g[record.settled_after :: max(record.period, 1)]
@@ -83,39 +82,3 @@ def test_no_two_answers_about_a_random_chain_contradict_each_other(first: int) -
         seen[outcomes] += 1
     assert found == []
     assert {"at_rest", "creeping", "cycling", "limit"} <= set(seen)
-
-
-def straddled(number: int) -> tuple[Chain, Fraction, Fraction] | None:
-    """Return a chain without disorder, an amplitude at which it does not creep and a higher one."""
-    chain, _ = drawn(number)
-    if chain.sigma_mu != 0 or not 2 <= chain.n <= 4 or chain.tan_alpha == 0:
-        return None
-    scale = Fraction(chain.cos_alpha / 1000) * chain.mu_s
-    low, high = scale * Fraction(2, 5), scale * 3
-    idle = [fate(chain, a, solver="exact").outcome in ARRESTED for a in (low, high)]
-    return (chain, low, high) if idle == [True, False] else None
-
-
-@pytest.mark.slow
-def test_a_threshold_lies_between_fates_of_two_kinds() -> None:
-    cases = [case for case in map(straddled, range(300)) if case is not None]
-    assert len(cases) > 20
-    for chain, low, high in cases:
-        edge = threshold(chain, bracket=(low, high), solver="exact", digits=6)
-        below, above = (fate(chain, a, solver="exact") for a in (edge.lower, edge.upper))
-        assert below.outcome in ARRESTED, (chain, edge)
-        assert above.outcome not in ARRESTED, (chain, edge)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [3, 8, 21])
-def test_a_half_life_counts_what_survival_calls_creeping(number: int) -> None:
-    chain = Chain(6, 1000, "0.5", "0.6", tan_alpha=f"0.{20 + number}")
-    try:
-        found = half_life(chain, 200, starts=12, digits=2, seed=number)
-    except InputError as refused:
-        pytest.skip(str(refused))
-    for amplitude, share in found.shares.items():
-        again = survival(chain, Fraction(amplitude), starts=12, cycles=200, seed=number)
-        assert again.creeping == share
-        assert share.starts + again.arrested.sum() <= 12

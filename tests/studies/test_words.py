@@ -21,7 +21,6 @@ from exactcreep import (
     resume,
     threshold,
 )
-from tests.conftest import Command
 from tests.paper import captions
 
 
@@ -78,41 +77,21 @@ def test_a_run_in_parts_knows_since_when_as_one_in_a_piece_does(tmp_path: Path) 
 
 @pytest.mark.parametrize(
     ("n", "tan_alpha", "amplitude", "settled", "period"),
-    [
-        (3, "0.25", "0.0009", None, None),
-        (3, "0.217", "0.000754859", 6, 157),  # a period beyond 64 cycles
-        (4, "0.286", "0.000538196", 205, 125),
-    ],
+    [(3, "0.217", "0.000754859", 6, 157), (4, "0.286", "0.000538196", 205, 125)],
 )
 def test_velocity_of_a_settled_chain_is_that_of_its_cycle(
-    n: int, tan_alpha: str, amplitude: str, settled: int | None, period: int | None
+    n: int, tan_alpha: str, amplitude: str, settled: int, period: int
 ) -> None:
     chain = captions(n, tan_alpha=tan_alpha)
     known = fate(chain, amplitude, solver="exact")
-    first, again = known.settled_after, known.period
-    assert again > 1
-    assert settled is None or (first, again) == (settled, period)
-    result = creep(chain, Cycles(amplitude, first + 2 * again + 1))
+    assert (known.settled_after, known.period) == (settled, period)
+    result = creep(chain, Cycles(amplitude, settled + 2 * period + 1))
     x = result.recorded["x_G"][1::2]
     assert result.outcome is Outcome.CREEPING
-    assert result.since <= first
+    assert result.since <= settled
     assert result.velocity_error == 0
-    assert result.velocity == pytest.approx((x[-1] - x[-1 - again]) / (2 * again), rel=1e-12)
+    assert result.velocity == pytest.approx((x[-1] - x[-1 - period]) / (2 * period), rel=1e-12)
     assert result.velocity == pytest.approx(known.velocity, rel=1e-12)
-    steps = np.diff(x)
-    assert np.allclose(steps[first + again :], steps[first:-again], atol=1e-9)
-
-
-def test_run_show_and_plan_say_alike_how_far_a_course_is_followed(command: Command) -> None:
-    scene = "six-sliders-cycles --set drive.cycles=60"
-    result = creep(captions(6, "0.01"), Cycles("0.01", 60))
-    course = result.course.split("; ")[1]
-    for words in (f"run {scene} --twin --out run.nc", "show run.nc --window 4", f"plan {scene}"):
-        assert course in " ".join(command(*words.split()).out.split()), words
-    assert Creep.load("run.nc").course == result.course
-    told = command(*f"plan {scene} --json".split()).json
-    assert told["course"].endswith(course)
-    assert told["trusted_half_cycles"] == result.trusted_half_cycles
 
 
 def test_the_tensions_and_not_only_x_g_repeat_since_then() -> None:
@@ -137,14 +116,7 @@ def held_against(chain: Chain, amplitude: Fraction) -> Outcome:
         return Outcome.LIMIT
     velocity = pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
     assert (proved.outcome, proved.velocity) == (settled.outcome, velocity)
-
-    cycles = max(settled.settled_after, 1) + 2 * settled.period + 1
-    drive = Cycles(amplitude, cycles)
-    for solver in ("exact", "certified")[: 1 + (cycles <= 25)]:
-        run = creep(chain, drive, solver=solver)
-        assert (run.outcome, run.velocity) == (settled.outcome, velocity)
-        assert run.since <= settled.settled_after
-    planned = plan(chain, drive)
+    planned = plan(chain, Cycles(amplitude, 100))
     assert planned.solver != "law" or planned.law == (velocity,)
 
     # the scan of a threshold passes through this amplitude, and calls it what fate does

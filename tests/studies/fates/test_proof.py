@@ -8,7 +8,7 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Evidence, Outcome, State, creep, fate, threshold
+from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
@@ -27,11 +27,8 @@ def told(found: Fate) -> tuple[object, ...]:
     ("n", "amplitude", "outcome", "period", "settled"),
     [
         (1, "0.01", Outcome.AT_REST, 1, 0),
-        (2, "0.0003", Outcome.AT_REST, 1, 0),
         (2, "0.0004", Outcome.CREEPING, 1, 1),
-        (3, "0.0007", Outcome.CREEPING, 3, 9),
         (3, "0.00085", Outcome.CREEPING, 15, 11),
-        (4, "0.0007", Outcome.CREEPING, 1, 3),
         (4, "0.0009", Outcome.CREEPING, 5, 39),
         (5, "0.000759", Outcome.CYCLING, 1, 25),
     ],
@@ -50,26 +47,12 @@ def test_float64_creeps_where_four_sliders_lock() -> None:
     assert fate(captions(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
 
 
-@pytest.mark.parametrize(("n", "amplitude"), [(2, "0.0004"), (3, "0.00066")])
-def test_float64_agrees_with_a_proved_advance(n: int, amplitude: str) -> None:
-    proved, computed = (fate(captions(n), amplitude, solver=s) for s in ("certified", "exact"))
-    assert proved.evidence is Evidence.PROVED
-    assert proved.period == computed.period
-    middle, radius = proved.advance_enclosure
-    noise = Fraction(2) ** -44 * proved.period
-    assert abs(Fraction(computed.advance) - middle) <= radius + noise
-
-
-def test_a_steep_chain_is_proved_to_run_away() -> None:
-    found = fate(captions(3, tan_alpha="0.55"), "0.001")
-    assert told(found) == (Outcome.RUNAWAY, Evidence.PROVED, None, None)
-    assert "outcome='runaway'" in repr(found)
-
-
-def test_what_has_not_settled_is_not_proved() -> None:
-    found = fate(captions(6), "0.00099", cycles=5)
-    assert (found.outcome, found.evidence) == (Outcome.LIMIT, Evidence.UNDECIDED)
-    assert found.reason == "not settled within 5 cycles"
+def test_a_steep_chain_is_proved_to_run_away_and_what_has_not_settled_is_not_proved() -> None:
+    steep = fate(captions(3, tan_alpha="0.55"), "0.001")
+    assert told(steep) == (Outcome.RUNAWAY, Evidence.PROVED, None, None)
+    short = fate(captions(6), "0.00099", cycles=5)
+    assert told(short) == (Outcome.LIMIT, Evidence.UNDECIDED, None, None)
+    assert short.reason == "not settled within 5 cycles"
 
 
 def test_a_set_that_is_too_small_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,16 +121,6 @@ def test_the_set_that_was_followed_is_the_one_that_floats_made() -> None:
         fate_proof._contraction(passed, passed, norm, 0.6 * wide, 1.0, load=1.0)
 
 
-def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
-    lasting, horizon = (
-        threshold(captions(3), after=after, digits=20, points=200) for after in (None, 20)
-    )
-    assert (lasting.lower, lasting.upper) == (horizon.lower, horizon.upper)
-    assert lasting.evidence is Evidence.PROVED
-    below, above = lasting.fates
-    assert (below.outcome, above.outcome) == (Outcome.AT_REST, Outcome.CREEPING)
-
-
 def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further() -> None:
     question = Lasting(captions(4), 10_000, State.relaxed(captions(4)))
     locked, beyond = (
@@ -156,10 +129,8 @@ def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further()
     )
     assert (locked.creeps, locked.evidence) == (False, Evidence.PROVED)
     assert (beyond.creeps, beyond.evidence) == (True, Evidence.UNDECIDED)
-    assert beyond.fate is not None
     assert beyond.fate.cycles < 40
     edge = parting(locked.log, beyond.log)
-    assert edge is not None
     assert Fraction("0.00065") < edge < Fraction("0.00066")
     assert parting(locked.log, locked.log) is None
 
@@ -172,7 +143,9 @@ def test_a_fate_without_avalanches_in_its_cycle_is_that_of_all_amplitudes_betwee
     low, high = proved(2, Fraction("0.0003")).between or (1, 0)
     square = Fraction(35 * 4, 100 * 1000) ** 2 / 17  # of (mu_s - tan) cos / l0
     near = Fraction(1, 10**30)
-    assert (low, high**2 < square < (high + near) ** 2) == (0, True)
+    assert low == 0
+    assert high**2 < square < (high + near) ** 2
+
     def happened(found: fate_proof.ProvedFate) -> tuple[object, ...]:
         return told(found.fate), [(one.half_cycle, one.itinerary) for one in found.log]
 
@@ -182,15 +155,6 @@ def test_a_fate_without_avalanches_in_its_cycle_is_that_of_all_amplitudes_betwee
     for amplitude, same in ((low + near, True), (high, True), (low - near, False)):
         assert (happened(proved(4, amplitude)) == happened(locked)) is same
     assert proved(4, Fraction("0.0007")).between is None  # its avalanches depend on the state
-
-
-@pytest.mark.slow
-def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
-    found = threshold(captions(5), digits=20, bracket=("0.0007597", "0.00075971"))
-    assert found.evidence is Evidence.PROVED
-    below, above = found.fates
-    assert (below.outcome, above.outcome) == (Outcome.CYCLING, Outcome.CREEPING)
-    assert found.summary()["fate_at_upper"]["outcome"] == "creeping"
 
 
 class Integrated(NamedTuple):
@@ -228,8 +192,6 @@ def integrated(found: Fate, cycles: int, tensions: np.ndarray, load: float = 0.0
 
 def halves_of(found: Fate, cycle: int) -> list[tuple[object, ...]]:
     """Return the proved itineraries of the half-cycles of a period that begins after `cycle`."""
-    assert found.period is not None
-    assert found.settled_after is not None
     halves: list[list[object]] = [[] for _ in range(2 * found.period)]
     for half_cycle, itinerary in found.itinerary or ():
         halves[half_cycle - 1].append(itinerary)
@@ -262,15 +224,11 @@ def settled_fates(seed: int, count: int, first: int, last: int, cycles: int) -> 
         chain = captions(int(rng.integers(2, 6)), **changed)
         law = chain.n * float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha / 2000
         amplitude = f"{law * rng.uniform(1, 2.5):.6f}"
-        if fate(chain, amplitude, cycles=600, solver="exact").outcome in (
-            Outcome.LIMIT,
-            Outcome.AT_REST,
-        ):
-            continue
-        found = fate(chain, amplitude, cycles=cycles)
-        settled = found.settled_after
-        if settled is not None and first <= settled <= last:
-            out.append(found)
+        floats = fate(chain, amplitude, cycles=600, solver="exact")
+        if floats.outcome not in (Outcome.LIMIT, Outcome.AT_REST):
+            found = fate(chain, amplitude, cycles=cycles)
+            if found.settled_after is not None and first <= found.settled_after <= last:
+                out.append(found)
     return out
 
 
@@ -281,17 +239,14 @@ WHOLE = pytest.param(40, 80, marks=pytest.mark.slow)
 def test_an_integration_goes_through_the_proved_period(count: int, cycles: int) -> None:
     for found in settled_fates(5, count, 0, 10, cycles):
         assert found.evidence is Evidence.PROVED
-        settled, period = found.settled_after, found.period
-        assert settled is not None
-        assert period is not None
-        course = integrated(found, settled + 2 * period, np.zeros(found.chain.n - 1))
+        settled = found.settled_after
+        course = integrated(found, settled + 2 * found.period, np.zeros(found.chain.n - 1))
         assert course.halves[2 * settled :] == 2 * halves_of(found, settled)
 
 
 @pytest.mark.parametrize(("count", "cycles"), [(0, 12), WHOLE])
 def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int) -> None:
     for found in (fate(captions(3), "0.0007"), *settled_fates(6, count, 0, 10, cycles)):
-        assert found.period is not None
         end = creep(found.chain, Cycles(found.amplitude, found.cycles), solver="certified").state
         tensions = np.array([float(x) for x in end.tensions])
         low = -float(found.amplitude * found.chain.l0)
@@ -300,15 +255,3 @@ def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int
         assert abs(course.tensions - tensions).max() < 1e-9
         middle, radius = found.advance_enclosure
         assert abs(course.advance - float(middle)) < float(radius) + 1e-9
-
-
-@pytest.mark.slow
-def test_sixty_digits_go_through_the_proved_period_of_longer_courses() -> None:
-    for found in settled_fates(7, 10, 11, 80, 150):
-        settled, period = found.settled_after, found.period
-        assert settled is not None
-        assert period is not None
-        drive = Cycles(found.amplitude, settled + 2 * period)
-        run = creep(found.chain, drive, solver="mpmath", digits=60, record=("events",))
-        halves = halves_in(run.recorded, drive.cycles)
-        assert halves[2 * settled :] == 2 * halves_of(found, settled)

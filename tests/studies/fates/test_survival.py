@@ -3,12 +3,10 @@
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from scipy import stats
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate, survival
@@ -41,7 +39,7 @@ def made(lifetimes: np.ndarray, censored: np.ndarray) -> Survival:
     return Survival(SIX, Fraction(1), Fraction(1), len(records), 10**6, 0, 500, tuple(records))
 
 
-@pytest.mark.parametrize("share", ["0.15", "0.6", "1.1"])
+@pytest.mark.parametrize("share", ["0.6", "1.1"])
 def test_two_sliders_creep_from_the_starts_that_their_law_says(share: str) -> None:
     """From r0 in (-size, size) they creep if l0 A > a - |r0|: 1 - (a - l0 A)/size of all starts."""
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -58,36 +56,26 @@ def test_two_sliders_creep_from_the_starts_that_their_law_says(share: str) -> No
     assert found.fractions["undecided"].starts == 0
 
 
+def held_against(found: Survival, mean: int) -> None:
+    """Compare lives with the mean of forty starts of an earlier study."""
+    low, high = (stats.chi2.ppf(p, 2 * 40) / 2 / (40 * mean) for p in (0.025, 0.975))
+    assert found.rate.low < high
+    assert found.rate.high > low
+
+
 def test_six_sliders_lock_at_a_constant_rate(six: Survival) -> None:
-    """Forty starts of an earlier study lived 910 cycles in the mean."""
-    low, high = (stats.chi2.ppf(p, 2 * 40) / 2 / (40 * 910) for p in (0.025, 0.975))
-    assert six.rate.low < high
-    assert six.rate.high > low
+    held_against(six, 910)
     assert six.rate.exponential > 0.01
-    fractions = six.fractions
-    assert fractions["locked"].starts + fractions["creeping"].starts == 60
+    assert six.fractions["locked"].starts + six.fractions["creeping"].starts == 60
     assert six.lifetimes.size > 40
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("over", "mean"),
-    [
-        ("1.0005", 470),
-        ("1.002", 740),
-        ("1.005", 910),
-        ("1.01", 970),
-        ("1.015", 2300),
-        ("1.02", 3400),
-    ],
-)
+@pytest.mark.parametrize(("over", "mean"), [("1.0005", 470), ("1.002", 740), ("1.02", 3400)])
 def test_lifetimes_of_six_sliders_are_those_of_an_earlier_study(over: str, mean: int) -> None:
-    """It had forty starts; where lifetimes are longest, two hundred are followed here."""
     found = survival(SIX, HORIZON * Fraction(over), starts=200, cycles=60_000)
     assert found.fractions["locked"].starts == 200
-    low, high = (stats.chi2.ppf(p, 2 * 40) / 2 / (40 * mean) for p in (0.025, 0.975))
-    assert found.rate.low < high
-    assert found.rate.high > low
+    held_against(found, mean)
 
 
 def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
@@ -96,27 +84,19 @@ def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
     assert found.fractions["creeping"].starts == 5
     assert found.censored.tolist() == [10**6] * 5
     assert max(record.cycles for record in found.records) < 1000
+    assert found.rate.rate == found.rate.low == 0
     assert found.rate.high == pytest.approx(-np.log(0.025) / (5 * 10**6))
-
-
-def test_where_all_starts_do_alike_the_interval_ends_at_its_closed_form() -> None:
-    found = made(np.array([]), np.full(20, 30))
-    bound = 0.025 ** (1 / 20)  # a share with which all twenty do alike in one case of forty
-    assert found.fractions["locked"] == pytest.approx((0, 0, 0, 1 - bound))
-    assert found.moving == pytest.approx((20, 1, bound, 1))
+    assert np.isnan(found.rate.exponential)
 
 
 def test_a_record_is_that_of_its_start_followed_alone(six: Survival) -> None:
-    for number in (1, 2, 7):
+    for number in (2, 7):
         start, key = study.start_of(SIX, six.size, 0, number)
         assert start == State.perturbed(SIX, "1e-3", start_seed=key)
         found = fate(SIX, six.amplitude, start=start, cycles=2000, solver="exact")
         record = six.records[number - 1]
         assert (record.outcome, record.last_advance) == (found.outcome.value, found.last_advance)
         assert record.settled_after == (-1 if found.settled_after is None else found.settled_after)
-        x_g = creep(SIX, Cycles(six.amplitude, found.cycles), start=start).recorded["x_G"][1::2]
-        moves = np.diff(x_g, prepend=0.0)[: found.settled_after]
-        assert record.last_advance == np.flatnonzero(moves > 1e-12)[-1] + 1
 
 
 def test_records_do_not_depend_on_who_follows_them(six: Survival) -> None:
@@ -124,10 +104,9 @@ def test_records_do_not_depend_on_who_follows_them(six: Survival) -> None:
     with ThreadPoolExecutor(3) as pool:
         elsewhere = survival(SIX, six.amplitude, executor=pool, **given)
     assert elsewhere.records == six.records[:10]
-    assert survival(SIX, six.amplitude, workers=1, **given).records == six.records[:10]
     task = study._Task(six, range(5, 7), None)
     assert study.records_of(pickle.loads(pickle.dumps(task))) == list(six.records[4:6])
-    others = survival(SIX, six.amplitude, seed=1, **given)
+    others = survival(SIX, six.amplitude, seed=1, workers=1, **given)
     assert not set(others.records) & set(six.records)
 
 
@@ -152,46 +131,17 @@ def test_with_disorder_rest_alone_is_death_and_dormancy_is_reported_apart() -> N
             assert record.dormant_after == [0, *inner][np.flatnonzero(pauses >= 500)[0]]
 
 
-def synthetic(
-    random: np.random.Generator, excess: float, early: float, horizon: float, starts: int = 200
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return lifetimes and censored ones: some die early, the others one in 500 cycles."""
-    among = random.random(starts) < excess
-    times = np.ceil(
-        np.where(among, random.exponential(early, starts), random.exponential(500, starts))
-    )
-    return times[times <= horizon], np.full((times > horizon).sum(), horizon)
-
-
-def covered(seed: int, cases: int, *how: float) -> int:
-    """Return in how many cases the interval of the rate holds one in 500."""
-    random = np.random.default_rng(seed)
-    rates = [escape_rate(*synthetic(random, *how)) for _ in range(cases)]
-    return sum(rate.low <= 1 / 500 <= rate.high for rate in rates)
-
-
-@pytest.mark.parametrize("excess", [0.0, 0.1, 0.375])
+@pytest.mark.parametrize("excess", [0.0, 0.375])
 def test_the_interval_covers_the_rate_of_what_outlives_the_transient(excess: float) -> None:
-    """Fifty cases: of an interval of 95 % between 45 and 49, and by chance now and then all."""
-    assert 45 <= covered(2, 50, excess, 3, 2000) <= 49
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("horizon", [1000, 10**5])  # of two mean lifetimes at least
-@pytest.mark.parametrize(("excess", "early"), [(0, 1), (0.1, 5), (0.375, 3), (0.2, 30)])
-def test_the_interval_covers_the_rate_as_often_as_it_says(
-    excess: float, early: float, horizon: float
-) -> None:
-    assert 0.9 < covered(3, 1000, excess, early, horizon) / 1000 < 0.98
-
-
-def test_the_rate_says_how_many_were_arrested_before_and_beside_which_cut() -> None:
-    lifetimes, censored = synthetic(np.random.default_rng(5), 0.375, 2, 2000)
-    found = made(lifetimes, censored).rate
-    assert found == escape_rate(lifetimes, censored)
-    assert found.before == (lifetimes <= found.cut).sum() >= lifetimes.size // 2
-    assert found.exponential > 0.05
-    assert found.reason == ""
+    """Fifty cases: some die early, the others one in 500 cycles; an interval of 95 % holds that."""
+    random, holds = np.random.default_rng(2), 0
+    for _ in range(50):
+        means = np.where(random.random(200) < excess, 3, 500)
+        times = np.ceil(random.exponential(means))
+        seen = times <= 2000
+        found = escape_rate(times[seen], np.full((~seen).sum(), 2000))
+        holds += found.low <= 1 / 500 <= found.high
+    assert 45 <= holds <= 49
 
 
 def test_lifetimes_that_are_not_exponential_have_no_interval_but_a_sentence() -> None:
@@ -204,37 +154,19 @@ def test_lifetimes_that_are_not_exponential_have_no_interval_but_a_sentence() ->
         assert "do not come at a constant rate" in found.reason
 
 
-def test_six_sliders_just_above_their_edge_have_a_transient_and_a_rate_after_it() -> None:
-    """Seventy-five of two hundred are locked within five cycles."""
-    found = survival(SIX, HORIZON * Fraction("1.0005"), starts=200, cycles=5000)
-    assert (found.lifetimes <= 5).sum() > 60
-    assert found.rate.before > 60
-    assert found.rate.cut >= 5
-    lived = found.durations.sum()
-    assert found.rate.exponential > 0.05
-    assert found.rate.rate < 0.8 * found.lifetimes.size / lived
-
-
-def test_without_an_arrest_the_rate_has_an_upper_bound() -> None:
-    found = made(np.array([]), np.full(100, 10_000))
-    assert found.rate.rate == found.rate.low == 0
-    assert found.rate.high == pytest.approx(-np.log(0.025) / 10**6)
-    assert np.array_equal(found.curve.moving, [1.0])
-    assert np.isnan(found.rate.exponential)
-
-
 def test_starts_that_rest_from_the_beginning_have_no_rate() -> None:
     found = survival(SIX, 0, starts=3, cycles=5)
     assert found.lifetimes.tolist() == [0, 0, 0]
     assert np.isnan(found.rate.rate)
     assert "every start was arrested" in found.rate.reason
+    steep = survival(captions(1, tan_alpha="0.7"), "0.001", starts=3, cycles=5)
+    assert steep.fractions["runaway"].starts == 3
 
 
 def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
     found = made(np.array([10, 20, 20, 50]), np.array([15, 60]))
     assert found.curve.cycles.tolist() == [10, 15, 20, 50, 60]
-    steps = [5 / 6, 5 / 6, 5 / 6 * 2 / 4, 5 / 6 * 2 / 4 / 2, 5 / 6 * 2 / 4 / 2]
-    assert found.curve.moving == pytest.approx(steps)
+    assert found.curve.moving == pytest.approx([5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
 
 
 def test_the_time_limit_censors_what_it_cut_short() -> None:
@@ -247,39 +179,13 @@ def test_the_time_limit_censors_what_it_cut_short() -> None:
     assert found.evidence in (Evidence.COMPUTED, Evidence.UNDECIDED)
 
 
-def test_the_dataset_holds_every_start_and_how_to_make_it_again(six: Survival) -> None:
-    data = six.dataset
-    assert data.sizes["start"] == 60
-    assert np.array_equal(data["last_advance"].values[six.arrested], six.lifetimes)
-    again = survival(
-        Chain(**{name: data.attrs[name] for name in SIX.parameters()}),
-        data.attrs["amplitude"], starts=3, size=data.attrs["size"], cycles=data.attrs["cycles"],
-        seed=data.attrs["seed"],
-    )  # fmt: skip
-    assert again.records == six.records[:3]
-
-
-def test_one_slider_rests_or_runs_away() -> None:
-    for slope, kind in (("0.25", "at_rest"), ("0.7", "runaway")):
-        chain = Chain(1, 1000, "0.5", "0.6", tan_alpha=slope)
-        assert survival(chain, "0.001", starts=3, cycles=5).fractions[kind].starts == 3
-
-
-def test_the_command_prints_draws_and_writes_what_the_function_returns(
-    command: Command, tmp_path: Path, drawn: list[Figure]
-) -> None:
-    plot, out = tmp_path / "lives.png", tmp_path / "lives.nc"
+def test_the_command_prints_and_writes_what_the_function_returns(command: Command) -> None:
     words = ["survival", "--n", "6", "--amplitude", "0.000969", "--starts", "8", "--cycles", "600"]
-    told = command(*words, "--plot", str(plot), "--out", str(out), "--json")
-    assert told.code == 0
+    told = command(*words, "--out", "lives.nc", "--json").json
     found = survival(SIX, "0.000969", starts=8, cycles=600)
-    assert told.json["lifetimes"] == found.lifetimes.tolist()
-    assert told.json["rate"]["high"] == found.rate.high
-    assert told.json["fractions"]["locked"]["starts"] == found.lifetimes.size
-    assert len(drawn) == 1
-    with xr.open_dataset(out) as written:
-        assert np.array_equal(written["last_advance"], found.dataset["last_advance"])
-    shown = command(*words).out
-    assert f"deaths {found.lifetimes.size} " in " ".join(shown.split())
-    endless = ("--n", "6", "--amplitude", "0.0012", "--starts", "2", "--cycles", "1000000")
-    assert command("survival", *endless, "--max-seconds", "0").code == 3
+    assert told["lifetimes"] == found.lifetimes.tolist()
+    assert told["rate"]["high"] == found.rate.high
+    assert told["fractions"]["locked"]["starts"] == found.lifetimes.size
+    written = xr.load_dataset("lives.nc")
+    assert np.array_equal(written["last_advance"], found.dataset["last_advance"])
+    assert f"deaths {found.lifetimes.size} " in " ".join(command(*words).out.split())

@@ -1,6 +1,5 @@
 """Three questions about a threshold: what each finds, and which other one it names."""
 
-import json
 import math
 from fractions import Fraction
 from typing import Any
@@ -8,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 
 from exactcreep import (
     Chain,
@@ -62,6 +60,7 @@ def ends(found: Any) -> tuple[float, float]:
         ("survival", captions(3, "0.01"), "intercept", "intercept"),
         ("survival", captions(6, mu_s="0.5"), "threshold", "lasting"),
         ("intercept", captions(6, mu_s="0.5"), "threshold", "lasting"),
+        ("lasting", captions(6, tan_alpha="0"), "half_life", "survival"),
     ],
 )
 def test_a_question_without_sense_for_a_chain_names_the_right_one(
@@ -77,23 +76,15 @@ def test_a_question_without_sense_for_a_chain_names_the_right_one(
 
 
 @pytest.mark.parametrize("question", SEARCHES)
-def test_one_slider_rests_and_without_slips_the_law_is_exact(question: str) -> None:
+def test_one_slider_rests(question: str) -> None:
     alone = of(question, captions(1))
     assert (alone.lower, alone.upper, alone.outcome_at_lower) == (None, None, Outcome.AT_REST)
     assert alone.evidence is Evidence.PROVED
-    found = of(question, captions(6, mu_s="0.5", tan_alpha="5/12"))
-    assert float(found.lower) == pytest.approx(6 / 13 / 2000, rel=1e-6)
-    assert "Eq. (seuil)" in found.compare
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
+@pytest.mark.parametrize("question", QUESTIONS[:3])
 def test_beyond_mu_d_a_chain_runs_away_from_its_first_slip_on(question: str) -> None:
-    chain = captions(2, tan_alpha="0.55")
-    if question == "intercept":
-        with pytest.raises(InputError, match="mu_d"):
-            of(question, chain)
-        return
-    low, high = ends(of(question, chain))
+    low, high = ends(of(question, captions(2, tan_alpha="0.55")))
     first = (0.6 - 0.55) / math.hypot(1, 0.55) / 1000
     if question == "survival":  # of starts with tensions up to 1e-3
         assert first - 2e-6 < low < high < first + 2e-6
@@ -101,38 +92,16 @@ def test_beyond_mu_d_a_chain_runs_away_from_its_first_slip_on(question: str) -> 
         assert low <= first <= high
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
+@pytest.mark.parametrize("question", ["lasting", "intercept"])
 def test_the_mirror_image_has_the_same_threshold(question: str) -> None:
     one, other = (of(question, captions(3, tan_alpha=slope)) for slope in ("0.23", "-0.23"))
-    if question == "intercept":
-        off = math.hypot(one.systematic, other.systematic) + one.intercept / 20
-        assert one.intercept == pytest.approx(other.intercept, abs=off)
-        assert one.slope == pytest.approx(other.slope, rel=0.1)
-        assert other.velocities.min() > 0
-    elif question == "survival":  # the starts are not mirrored
-        assert one.low < other.high
-        assert other.low < one.high
-    else:
+    if question == "lasting":
         assert ends(one) == ends(other)
-
-
-@pytest.mark.parametrize("question", QUESTIONS[:3])
-def test_a_start_that_is_not_at_rest_is_first_rearranged(question: str) -> None:
-    given = {"size": 2} if question == "survival" else {"start_tension": "1.5"}
-    low, high = ends(of(question, captions(2), **given))
-    assert 0 < low < high
-    assert high < 0.35e-3 or question == "survival"
-
-
-@pytest.mark.parametrize("question", QUESTIONS[:3])
-def test_amplitudes_from_nothing_to_beyond_one_are_scanned(question: str) -> None:
-    """A very soft chain: springs of natural length 1/10 g tau_dyn**2 creep from A = 3.4 on."""
-    chain = captions(2, l0="0.1")
-    edge = 0.35 * 4 / math.sqrt(17) / 0.1
-    low, high = ends(of(question, chain, low=0, high=8))
-    assert low / 1.01 <= edge <= high / 0.99
-    with pytest.raises(InputError, match="negative"):
-        of(question, chain, low=-1)
+        return
+    off = math.hypot(one.systematic, other.systematic) + one.intercept / 20
+    assert one.intercept == pytest.approx(other.intercept, abs=off)
+    assert one.slope == pytest.approx(other.slope, rel=0.1)
+    assert other.velocities.min() > 0
 
 
 # --- lasting ----------------------------------------------------------------------------------
@@ -204,15 +173,6 @@ def test_half_of_the_starts_of_two_sliders_live_half_the_size_below_their_edge()
         assert found.shares[amplitude] == lives.creeping
 
 
-def test_chaos_without_an_advance_is_no_creep_that_lives() -> None:
-    """Thirty sliders, 6 % below Eq. (seuil), neither lock nor advance."""
-    lives = survival(captions(30), Fraction("0.00342"), starts=4, cycles=200, seed=2)
-    assert lives.moving.starts == 4
-    assert lives.creeping.starts < 4
-    creeping = lives.fractions["creeping"].starts + lives.fractions["runaway"].starts
-    assert lives.creeping.starts == creeping
-
-
 # --- intercept --------------------------------------------------------------------------------
 
 
@@ -238,14 +198,9 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
     assert found.law_slope == 15000
     assert found.evidence is Evidence.COMPUTED
     assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
-    assert float(found.summary()["law_seuil"]) == pytest.approx(found.law_seuil, rel=1e-11)
-
-
-def test_between_two_plateaus_no_law_has_a_slope() -> None:
-    found = of("intercept", captions(4, "0.01"))
-    assert math.isnan(found.law_slope)
-    assert found.summary()["law_slope"] is None
-    assert found.slope > 0
+    between = of("intercept", captions(4, "0.01"))  # of two plateaus no law has a slope
+    assert math.isnan(between.law_slope)
+    assert between.summary()["law_slope"] is None
 
 
 def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None:
@@ -262,58 +217,24 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
 # --- out of time, and what is shown and kept --------------------------------------------------
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
-def test_no_time_gives_nothing_but_says_so(question: str) -> None:
-    found = of(question, captions(5), max_seconds=0)
-    assert found.reason == "max_seconds = 0 was reached"
-    assert found.evidence is Evidence.UNDECIDED or question == "lasting"  # a short chain is quick
-    assert json.loads(json.dumps(found.summary()))["reason"] == found.reason
-
-
-def told_until(
-    monkeypatch: pytest.MonkeyPatch, calls: int, ask: Any, chain: Chain, **given: Any
-) -> Any:
-    """Return what a threshold knows that is interrupted after so many reports of progress."""
-    told: list[object] = []
-    limits = Limits(interrupted=lambda: len(told) > calls)
-    with monkeypatch.context() as patch:
-        patch.setattr(Limits, "of", lambda *_, **__: limits)
-        return ask(chain, progress=told.append, **given)
-
-
 def test_a_half_life_out_of_time_keeps_the_sides_that_are_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def half(calls: int) -> HalfLife:
-        return told_until(monkeypatch, calls, half_life, captions(2), starts=12, cycles=10)
+    def interrupted(calls: float) -> HalfLife:
+        """Return what is known after so many reports of progress."""
+        told: list[object] = []
+        limits = Limits(interrupted=lambda: len(told) > calls)
+        monkeypatch.setattr(Limits, "of", lambda *_, **__: limits)
+        return half_life(captions(2), starts=12, cycles=10, progress=told.append)
 
-    whole = half(10**9)
+    whole, *parts = map(interrupted, (math.inf, 0, 8, 16, 24, 32))
     assert whole.reason == ""
-    known = 0
-    for calls in range(0, 4 * len(whole.shares), 8):
-        found = half(calls)
-        if not found.reason:
-            break
+    for found in parts:
         assert (found.reason, found.evidence) == ("interrupted", Evidence.UNDECIDED)
-        assert len(found.shares) <= calls + 1
-        assert found.shares.items() <= whole.shares.items()
-        for end, sure in ((found.low, lambda s: s.high < 0.5), (found.high, lambda s: s.low > 0.5)):
-            if end is not None:
-                assert sure(found.shares[end])
-                known += 1
-    assert known > 3
-
-
-@pytest.mark.parametrize("calls", [2, 9])
-def test_an_intercept_out_of_time_keeps_its_velocities_and_a_line_through_eight(
-    monkeypatch: pytest.MonkeyPatch, calls: int
-) -> None:
-    whole = intercept(captions(6, "0.01"), cycles=100)
-    found = told_until(monkeypatch, calls, intercept, captions(6, "0.01"), cycles=100)
-    assert (found.reason, found.evidence) == ("interrupted", Evidence.UNDECIDED)
-    few, all_ = ({*zip(one.amplitudes, one.velocities, strict=True)} for one in (found, whole))
-    assert few < all_
-    assert math.isnan(found.intercept) == (found.amplitudes.size < 8)
+        assert found.shares.items() < whole.shares.items()
+        assert found.low is None or found.shares[found.low].high < 0.5
+        assert found.high is None or found.shares[found.high].low > 0.5
+    assert sum(found.low is not None and found.high is not None for found in parts) > 1
 
 
 @pytest.mark.parametrize(
@@ -325,18 +246,15 @@ def test_an_intercept_out_of_time_keeps_its_velocities_and_a_line_through_eight(
         ("intercept --n 6 --sigma-mu 0.01 --cycles 100 --fit 1.3 2", "intercept"),
     ],
 )
-def test_the_command_prints_draws_and_writes_what_the_function_returns(
-    words: str, criterion: str, command: Command, drawn: list[Figure]
+def test_the_command_prints_and_writes_what_the_function_returns(
+    words: str, criterion: str, command: Command
 ) -> None:
-    told = command(*words.split(), "--json", "--plot", "a.png", "--out", "a.nc").json
+    told = command(*words.split(), "--json", "--out", "a.nc").json
     assert {"law_seuil", "law_corrected", "theorems", "compare"} <= set(told)
-    assert (told["criterion"], len(drawn)) == (criterion, 1)
+    assert told["criterion"] == criterion
     assert told.get("sensitive") == ([] if criterion == "lasting" else None)
-    with xr.open_dataset("a.nc") as kept:
-        assert (kept.attrs["criterion"], kept.attrs["mu_s"]) == (criterion, "3/5")
-        for name in told.keys() & {"lower", "low", "intercept"}:
-            assert kept.attrs[name] == told[name]
-    shown = command(*words.split()).out
-    assert f"criterion {criterion}" in " ".join(shown.split())
-    assert criterion != "horizon" or " creep at" not in shown
-    assert "exists" in command(*words.split(), "--plot", "a.png").sentence
+    kept = xr.load_dataset("a.nc").attrs
+    assert (kept["criterion"], kept["mu_s"]) == (criterion, "3/5")
+    for name in told.keys() & {"lower", "low", "intercept"}:
+        assert kept[name] == told[name]
+    assert f"criterion {criterion}" in " ".join(command(*words.split()).out.split())
