@@ -6,20 +6,17 @@ import base64
 import http.client
 import json
 import re
-import resource
 import signal
 import socket
 import struct
-import threading
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
 
 from exactcreep.figures import explorer
 from exactcreep.figures.animation import find_avalanche
-from exactcreep.figures.explorer import page_server
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import creep
 from tests.conftest import Command
@@ -30,16 +27,6 @@ SMALL = {"n": "6", "amplitude": "0.0012", "sigma_mu": "0.01", "cycles": "5", "se
 
 def unpacked(packed: dict[str, str]) -> np.ndarray[Any, Any]:
     return np.frombuffer(base64.b64decode(packed["f4"]), "<f4")
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[tuple[str, int]]:
-    with page_server() as serving:
-        thread = threading.Thread(target=serving.serve_forever)
-        thread.start()
-        yield serving.server_address  # type: ignore[misc]
-        serving.shutdown()
-        thread.join()
 
 
 def asked(server: tuple[str, int], path: str, **headers: str) -> tuple[int, str]:
@@ -58,14 +45,16 @@ def test_the_course_is_that_of_the_run() -> None:
     run = creep(experiment.chain, experiment.drive, seed=2, record=record)
     assert f"mean velocity {run.velocity:.6g}" in shown["told"]
     assert f"{run.slip_count} slips" in shown["told"]
+    beyond = explorer.experiment_of(SMALL | {"sigma_mu": "0.1", "amplitude": "0.1"})
+    told = explorer.course(beyond)["told"]
+    assert "max_events = 40000 was reached" in told
+    assert "a static coefficient was drawn below mu_d" in told
     half_cycle, gone = run.recorded["rearrangement_half_cycle"], unpacked(shown["displacement"])
     at_ends = [gone[half_cycle <= q].sum() for q in range(1, run.half_cycles + 1)]
-    np.testing.assert_allclose(at_ends, run.recorded["x_G"], atol=2e-6)
-    when = unpacked(shown["when"])
-    assert (np.diff(when) >= 0).all()
-    np.testing.assert_array_equal(np.ceil(when), half_cycle)
+    assert_allclose(at_ends, run.recorded["x_G"], atol=2e-6)
+    assert_array_equal(np.ceil(unpacked(shown["when"])), half_cycle)
     slips = unpacked(shown["slip"]["slider"])
-    np.testing.assert_array_equal(slips, run.recorded["slip_slider"])
+    assert_array_equal(slips, run.recorded["slip_slider"])
 
 
 def test_a_rearrangement_is_sent_as_its_closed_form() -> None:
@@ -79,26 +68,12 @@ def test_a_rearrangement_is_sent_as_its_closed_form() -> None:
         assert np.float32(event.time) in times
     motion = found.rearrangement.sol(times.astype(float)[3])
     moved = motion.positions - found.rearrangement.initial.displacements
-    np.testing.assert_allclose(unpacked(sent["moved"]).reshape(-1, 6)[3], moved, atol=1e-6)
-    np.testing.assert_allclose(
-        unpacked(sent["velocity"]).reshape(-1, 6)[3], motion.velocities, atol=1e-6
-    )
+    for name, values in (("moved", moved), ("velocity", motion.velocities)):
+        shown = unpacked(sent[name]).reshape(-1, 6)[3]
+        assert_allclose(shown, values, atol=1e-6)
     run = creep(experiment.chain, experiment.drive, seed=2, record=["rearrangements"])
     assert sent["half_cycle"] == run.recorded["rearrangement_half_cycle"][number]
     assert sent["events"] == run.recorded["rearrangement_events"][number]
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"amplitude": "0.1", "cycles": "200"}, "max_events = 40000 was reached"),
-        ({"sigma_mu": "0.1"}, "a static coefficient was drawn below mu_d"),
-    ],
-)
-def test_a_limit_and_what_leaves_the_physical_range_are_told(
-    given: dict[str, str], said: str
-) -> None:
-    assert said in explorer.course(explorer.experiment_of(SMALL | given))["told"]
 
 
 def test_the_edges_of_every_slider_are_in_the_model() -> None:
@@ -112,22 +87,17 @@ def test_the_edges_of_every_slider_are_in_the_model() -> None:
 
 @pytest.mark.parametrize(
     ("name", "text"),
-    [("n", "0"), ("n", "201"), ("n", "2.5"), ("n", ""), ("amplitude", "-1"), ("amplitude", "x"),
-     ("mu_s", "0.4"), ("mu_d", "1/0"), ("sigma_mu", "inf"), ("seed", "-1"), ("cycles", "10001"),
-     ("colour", "red")],
-)  # fmt: skip
+    [("n", "201"), ("n", ""), ("amplitude", "x"), ("mu_s", "0.4"), ("colour", "red")],
+)
 def test_bad_input_is_refused_by_the_name_of_its_field(name: str, text: str) -> None:
     with pytest.raises(InputError) as refused:
         explorer.experiment_of({name: text})
     assert refused.value.field == name
 
 
-def test_a_request_for_too_much_is_refused_soon_and_in_little_memory() -> None:
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def test_a_request_for_too_much_is_refused_soon() -> None:
     with pytest.raises(InputError, match=r"was not reached: max_events = 40000 was reached"):
         explorer.answer("data", {"amplitude": "1e20", "rearrangement": "99999999"})
-    explorer.answer("data", {"amplitude": "1e20"})
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
 
 
 PAIR = "n=2&amplitude=0.0004"
@@ -137,7 +107,6 @@ PAIR = "n=2&amplitude=0.0004"
     ("path", "status", "says"),
     [
         ("/", 200, "<figure"),
-        (f"/data?{PAIR}", 200, '"n":2'),
         ("/data?n=two", 400, '{"field":"n","sentence":"n = \'two\''),
         (f"/data?{PAIR}&rearrangement=99999", 400, '{"field":"rearrangement"'),
         (f"/saved?{PAIR}&rearrangement=1", 200, '"avalanche":{"number":1,'),
@@ -159,24 +128,17 @@ def test_the_server_is_for_pages_of_this_machine(server: tuple[str, int]) -> Non
         assert asked(server, "/data?n=2", Origin=origin)[0] == 403
 
 
-def test_a_defect_is_a_sentence_and_no_traceback(
+def test_a_defect_is_a_sentence_and_a_visitor_that_goes_away_leaves_no_traceback(
     server: tuple[str, int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    with socket.create_connection(server) as visitor:
+        visitor.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        visitor.sendall(b"GET /data?n=30 HTTP/1.1\r\nHost: localhost:1\r\n\r\n")
+    assert asked(server, "/data?n=2")[0] == 200
     monkeypatch.setattr(explorer, "course", lambda experiment: 1 / 0)
     sentence = '{"sentence":"ZeroDivisionError: division by zero (a defect)"}'
     assert asked(server, "/data?n=2") == (500, sentence)
     assert capsys.readouterr().err == ""
-
-
-def test_a_visitor_that_goes_away_leaves_no_traceback(
-    server: tuple[str, int], capsys: pytest.CaptureFixture[str]
-) -> None:
-    for _ in range(3):
-        with socket.create_connection(server) as visitor:
-            visitor.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-            visitor.sendall(b"GET /data?n=30 HTTP/1.1\r\nHost: localhost:1\r\n\r\n")
-    assert asked(server, "/data?n=2")[0] == 200
-    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_a_port_that_is_taken_is_refused(server: tuple[str, int], command: Command) -> None:
@@ -203,9 +165,3 @@ def test_a_page_is_one_file_whatever_its_data_say() -> None:
     inside = re.search(r'id="data">(.*?)</script>', text, re.DOTALL).group(1)
     assert json.loads(inside)["course"]["described"].startswith("</script>")
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", text)
-
-
-def test_animate_writes_the_page_with_the_rearrangement_inside(command: Command) -> None:
-    words = ["animate", "two-sliders-cycles", "--rearrangement", "3", "--out", "a.html"]
-    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in command(*words).out
-    assert "exists" in command(*words).sentence

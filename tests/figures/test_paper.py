@@ -48,10 +48,6 @@ TINY = {
         "drive.cycles": 100, "vary.run.start": ["relaxed", {"size": "1e-6", "seed": 1}],
     },
 }  # fmt: skip
-PAPER = {
-    "position2sliders", "velocity2sliders", "velocity2sliders_theta", "velocityNsliders",
-    "velocityNslidersbis", "cloche", "jumps",
-}  # fmt: skip
 CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
 SLOPE = {"tan_alpha": "0.25"}
 
@@ -69,10 +65,6 @@ def rows_of(name: str, **settings: object) -> tuple[Point, ...]:
     changed[name]["drive.steps"] = 1000
     picture = dataclasses.replace(PICTURES[name], quick=changed)
     return picture.tables(picture.data(quick=True))[0].rows
-
-
-def test_every_figure_with_data_of_the_paper_has_a_picture_and_nothing_else_has() -> None:
-    assert {picture.figure for picture in PICTURES.values()} == PAPER
 
 
 @pytest.mark.parametrize(
@@ -95,12 +87,10 @@ def test_a_scene_has_the_parameters_of_the_caption(scene: str, said: dict) -> No
     given = {**loaded.tables["chain"], **loaded.tables["drive"]}
     for name, value in {**CAPTION, **said}.items():
         assert float(exact_number(given[name], name)) == float(exact_number(value, name))
-
-
-def test_the_amplitudes_of_jumps_lie_one_percent_from_the_law() -> None:
-    amplitudes = load_scene("chain-jumps").vary["drive.amplitude"]
-    star = threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(1, 4))
-    assert [round(float(a) / float(star), 12) for a in amplitudes] == [0.99, 1.01]
+    if scene == "chain-jumps":
+        law = threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(1, 4))
+        over = [float(amplitude) / float(law) for amplitude in loaded.vary["drive.amplitude"]]
+        assert over == pytest.approx([0.99, 1.01], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", list(PICTURES))
@@ -154,14 +144,11 @@ def test_a_computed_point_beyond_the_axes_is_marked_at_their_edge_with_its_value
 
 
 def test_two_sliders_follow_the_exact_law_where_the_printed_one_is_off() -> None:
-    for row in rows_of("two-sliders-angle", **{"chain.tan_alpha": ["0.1", "0.25", "0.4"]}):
+    slopes = ["0", "0.004", "0.1", "0.4", "0.49"]
+    level, shallow, *rows, steep = rows_of("two-sliders-angle", **{"chain.tan_alpha": slopes})
+    for row in rows:
         assert abs(row.deviation_exact) < 4
         assert row.deviation_printed > 20  # it has mu_s where mu_d belongs
-
-
-def test_two_sliders_depart_near_alpha_zero_and_the_angle_of_avalanche() -> None:
-    rows = rows_of("two-sliders-angle", **{"chain.tan_alpha": ["0", "0.004", "0.49"]})
-    level, shallow, steep = rows
     assert abs(level.measured) < 4 * level.error
     assert shallow.deviation_exact < -10
     assert steep.deviation_exact > 10
@@ -192,10 +179,8 @@ def test_dilations_taken_out_leave_the_mean_and_shrink_its_error() -> None:
     [
         (1.0, 0.1, (0.5,), 5.0, "+5.0"),
         (1.0, 0.1, (0.5, 1.2), 0.0, "between"),  # two values of a plateau that is not unique
-        (1.5, 0.1, (0.5, 1.2), 3.0, "+3.0"),
         (0.4, 0.1, (1.2, 0.5), -1.0, "-1.0"),
         (1.0, 0.0, (1.0 + 1e-13,), 0.0, "+0.0"),
-        (1.0, 0.0, (0.9,), math.inf, "+inf"),
         (1.0, 1e-16, (1.1,), -math.inf, "-inf"),  # rounding is no scatter
         (1.0, math.nan, (0.9,), math.nan, ""),
         (1.0, 0.1, (), math.nan, ""),
@@ -210,28 +195,24 @@ def test_a_deviation_counts_standard_errors_outside_of_the_law(
 
 
 def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
+    known = Point({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25))
     tables = [
-        Table("plateau", "", (
-            Point({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25)),
-            Point({"n": 7, "tan_alpha": 0.2}, -1.0),
-        )),
+        Table("plateau", "", (known, Point({"n": 7, "tan_alpha": 0.2}, -1.0))),
         Table("life", "", (Point({"start": "cold"}, 1e-300, 0.0),)),
-    ]  # fmt: skip
+    ]
     frame = pd.read_csv(io.StringIO(to_csv(tables)))
-    assert frame["series"].tolist() == ["plateau", "plateau", "life"]
-    assert set(frame["unit"]) == {"g tau_dyn^2 per half-cycle or target"}
-    assert frame["start"].tolist()[2] == "cold"
-    for name in set(frame) - {"series", "start", "unit"}:
-        assert frame[name].dtype.kind == "f", name
-    first = frame.iloc[0].drop(["series", "start", "unit"])
-    assert first.to_dict() == {
+    assert frame.pop("series").tolist() == ["plateau", "plateau", "life"]
+    assert set(frame.pop("unit")) == {"g tau_dyn^2 per half-cycle or target"}
+    assert frame.pop("start").tolist()[2] == "cold"
+    assert {str(kind) for kind in frame.dtypes} == {"float64"}
+    assert frame.iloc[0].to_dict() == {
         "n": 6, "tan_alpha": 0.1, "measured": 1.5, "standard_error": 0.25,
         "printed_law_least": 2, "printed_law_largest": 2,
         "exact_law_least": 1, "exact_law_largest": 1.25,
         "deviation_printed": -2, "deviation_exact": 1,
     }  # fmt: skip
-    assert frame["measured"].tolist()[2] == 1e-300
-    assert frame.iloc[1].drop(["series", "n", "tan_alpha", "measured", "unit"]).isna().all()
+    assert frame["measured"].tolist()[1:] == [-1, 1e-300]
+    assert frame.iloc[1].drop(["n", "tan_alpha", "measured"]).isna().all()
 
 
 def test_the_command_lists_refuses_and_keeps_files(command: Command, tmp_path: Path) -> None:
