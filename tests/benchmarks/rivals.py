@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -41,20 +42,20 @@ class Failed(Exception):
 class Motion:
     """A chain in motion at theta_c: forces at the start of each slider, friction and thresholds."""
 
-    forces: np.ndarray
+    pulls: np.ndarray
     friction: float
     thresholds: np.ndarray
     time: float = 0.0
     events: list = field(default_factory=list)
 
     def __post_init__(self):
-        self.n = self.forces.size
+        self.n = self.pulls.size
         self.x, self.v, self.sign = np.zeros((3, self.n))
 
-    def window(self):
-        """Return the movers with a neighbour at either end: the first, and behind the last."""
-        moving = np.flatnonzero(self.sign)
-        return max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, self.n)
+    def forces(self, x):
+        """Return the forces on all sliders."""
+        around = np.concatenate([x[:1], x, x[-1:]])
+        return self.pulls + around[:-2] + around[2:] - 2 * x
 
     def start(self, i, force):
         """Set a slider in motion."""
@@ -67,14 +68,13 @@ class Motion:
         It moves the sliders to their next event, and returns who has it and the time until then.
         """
         for i in first:
-            self.start(i, self.forces[i])
+            self.start(i, self.pulls[i])
         while self.sign.any():
             if len(self.events) > MOST_EVENTS:
                 raise Failed("too many events")
             i, span = fly(self)
             self.time += span
-            around = np.concatenate([[self.x[0]], self.x, [self.x[-1]]])
-            force = self.forces[i] + around[i] + around[i + 2] - 2 * self.x[i]
+            force = self.forces(self.x)[i]
             if self.sign[i] == 0.0:
                 self.start(i, force)
                 continue
@@ -89,40 +89,36 @@ def scipy_flight(rtol):
     """Return a flight by SciPy's `solve_ivp` (DOP853) with terminal events."""
 
     def fly(motion):
-        low, high = motion.window()
-        moving = np.flatnonzero(motion.sign)
-        p, place, size = moving.size, moving - low, high - low
-        pull, drag = motion.forces[low:high], motion.friction * motion.sign[moving]
-        places = np.empty(size + 2)
-        places[1:-1] = motion.x[low:high]
-        left = motion.x[low - 1] if low else None
-        right = motion.x[high] if high < motion.n else None
-
-        def forces(y):
-            places[1:-1][place] = y[:p]
-            places[0] = places[1] if left is None else left
-            places[-1] = places[-2] if right is None else right
-            return pull + (places[:-2] + places[2:] - 2.0 * places[1:-1])
+        n, sign, held = motion.n, motion.sign, motion.thresholds
+        moves, drag = sign != 0.0, motion.friction * sign
 
         def slope(t, y):
-            return np.concatenate([y[p:], forces(y)[place] - drag])
+            return np.concatenate([y[n:], moves * (motion.forces(y[:n]) - drag)])
 
-        events = [(i, lambda t, y, k=k, s=motion.sign[i]: s * y[p + k])
-                  for k, i in enumerate(moving.tolist())]  # fmt: skip
-        beside = {i + step for i in moving.tolist() for step in (-1, 1)} & set(range(motion.n))
-        for i in sorted(beside - set(moving.tolist())):
-            held = motion.thresholds[i]
-            events.append((i, lambda t, y, j=i - low, g=held: g - abs(forces(y)[j])))
-        for _, event in events:
+        def slows(t, y, i):
+            return sign[i] * y[n + i]
+
+        def holds(t, y, i):
+            return held[i] - abs(motion.forces(y[:n])[i])
+
+        near = np.convolve(moves, [1, 1, 1])[1:-1].nonzero()[0].tolist()
+        events = [partial(slows if moves[i] else holds, i=i) for i in near]
+        for event in events:
             event.terminal, event.direction = True, -1.0
-        begin = np.concatenate([motion.x[moving], motion.v[moving]])
-        done = solve_ivp(slope, (0.0, LONGEST), begin, method="DOP853", rtol=rtol,
-                         atol=rtol * 1e-3, events=[event for _, event in events])  # fmt: skip
+        done = solve_ivp(
+            slope,
+            (0.0, LONGEST),
+            np.concatenate([motion.x, motion.v]),
+            method="DOP853",
+            rtol=rtol,
+            atol=rtol * 1e-3,
+            events=events,
+        )
         if done.status != 1:
             raise Failed("no event")
         which = next(k for k, times in enumerate(done.t_events) if times.size)
-        motion.x[moving], motion.v[moving] = np.split(done.y_events[which][0], 2)
-        return events[which][0], float(done.t_events[which][0])
+        motion.x, motion.v = np.split(done.y_events[which][0], 2)
+        return near[which], float(done.t_events[which][0])
 
     return fly
 
@@ -137,11 +133,12 @@ def heyoka_flight(n, tol):
     windows = {size: _window(size, tol) for size in sorted({min(k, n) for k in lengths})}
 
     def fly(motion):
-        low, high = motion.window()
+        moving = np.flatnonzero(motion.sign)
+        low, high = max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n)
         size = next(size for size in windows if size >= high - low)
         low = min(low, n - size)
         inner, integrator = slice(low, low + size), windows[size]
-        springs, pull = np.full(size, 2.0), motion.forces[inner].copy()
+        springs, pull = np.full(size, 2.0), motion.pulls[inner].copy()
         for end, there, beside in ((0, low > 0, low - 1), (-1, low + size < n, low + size)):
             if there:
                 pull[end] += motion.x[beside]
@@ -188,24 +185,18 @@ class RivalSimulation(Simulation):
     at_rest = True
 
     def __init__(self, start, record, fly):
-        self.chain, self.record, self.fly = start.chain, record, fly
+        self.chain, self.seed, self.record, self.fly = start.chain, start.seed, record, fly
         self.contacts, self.tally = Contacts(start.chain, start.seed), Tally()
-        self.seed = start.seed
         self.theta = float(start.state.theta)
         self.tensions = start.state.tensions.astype(float)
         self.x = start.state.displacements.astype(float)
-        self.draws = np.array(start.state.draws)
-        self.thresholds = np.array([self._threshold(i) for i in range(start.chain.n)])
-
-    def _coefficient(self, i):
-        return float(self.contacts.coefficient(i + 1, int(self.draws[i]) - 1))
-
-    def _threshold(self, i):
-        return max(self._coefficient(i), float(self.chain.mu_d)) * self.chain.cos_alpha
+        self.draws = start.state.draws - 1
+        self.thresholds = np.array([self._drawn(i) for i in range(start.chain.n)])
 
     def _drawn(self, i):
+        coefficient = float(self.contacts.coefficient(i + 1, int(self.draws[i])))
         self.draws[i] += 1
-        return self._threshold(i)
+        return max(coefficient, float(self.chain.mu_d)) * self.chain.cos_alpha
 
     def _forces(self):
         return np.diff(self.tensions, prepend=0.0, append=0.0) + self.chain.sin_alpha
@@ -213,35 +204,35 @@ class RivalSimulation(Simulation):
     def follow(self, drive, first, count, limits=NO_LIMITS):
         """Take the chain to some targets."""
         rows = {name: [] for name in ("x_G", *self.record)}
-        l0, begin, q, stop, reason = float(self.chain.l0), self.tally.events, first, None, ""
-        while q < first + count and stop is None:
+        l0, begin, q, stop = float(self.chain.l0), self.tally.events, first, Stop.DONE
+        while q < first + count and stop is Stop.DONE:
             target = float(drive.targets(q, 1, self.seed)[0])
             way, forces = 1.0 if target >= self.theta else -1.0, self._forces()
             # a dilation takes l0 dtheta from every tension: only the ends of the chain feel it
-            left = {0: self.thresholds[0] + way * forces[0],
-                    self.chain.n - 1: self.thresholds[-1] - way * forces[-1]}  # fmt: skip
-            least = min(left.values())
+            left = self.thresholds[[0, -1]] + way * np.array([forces[0], -forces[-1]])
+            least = left.min()
             if self.theta * way + least / l0 > target * way:
                 self.tensions -= l0 * (target - self.theta)
                 self.theta = target
-                values = {"x_G": self.x.mean(), "x": self.x.copy(), "tension": self.tensions.copy()}
-                for name in rows.keys() & values.keys():
-                    rows[name].append(values[name])
+                here = {"x_G": self.x.mean(), "x": self.x.copy(), "tension": self.tensions.copy()}
+                for name in rows.keys() & here.keys():
+                    rows[name].append(here[name])
                 q += 1
                 continue
             self.theta += way * least / l0
             self.tensions -= way * least
             motion = Motion(self._forces(), self.chain.friction, self.thresholds)
+            ends = np.array([0, self.chain.n - 1])[left == least]
             try:
-                ends = [i for i, force in left.items() if force == least]
-                motion.rearrange(ends, self._drawn, self.fly)
+                motion.rearrange(ends.tolist(), self._drawn, self.fly)
             except Failed as failure:
                 stop, reason = Stop.LIMIT, str(failure)
                 break
             self._log(motion, q, rows)
-            stop = limits.stop(self.tally.events - begin)
-            reason = limits.reason(stop or Stop.DONE)
-        return Stretch(q - first, record_arrays(rows, self.chain.n), stop or Stop.DONE, reason)
+            stop = limits.stop(self.tally.events - begin) or Stop.DONE
+            reason = limits.reason(stop)
+        reason = "" if stop is Stop.DONE else reason
+        return Stretch(q - first, record_arrays(rows, self.chain.n), stop, reason)
 
     def _log(self, motion, q, rows):
         for number, (kind, i, sign, time) in enumerate(motion.events):
@@ -256,11 +247,9 @@ class RivalSimulation(Simulation):
 
     def state(self):
         """Return the present state, at rest."""
-        coefficients = np.array([self._coefficient(i) for i in range(self.chain.n)])
-        return State(
-            tensions=self.tensions.copy(), displacements=self.x.copy(), theta=self.theta,
-            coefficients=coefficients, draws=self.draws.copy(),
-        )  # fmt: skip
+        numbers = enumerate((self.draws - 1).tolist(), 1)
+        held = np.array([float(self.contacts.coefficient(i, number)) for i, number in numbers])
+        return State(self.tensions, self.x, coefficients=held, draws=self.draws, theta=self.theta)
 
     def snapshot(self):
         """Refuse: a rival is not resumed."""
