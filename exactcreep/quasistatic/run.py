@@ -269,4 +269,6 @@ class ObservedRun:
         own = np.where(drawn > 0, keyed, floats(initial.coefficients))
         require(bool((held == own).all()), "coefficients are not those that are drawn")
         limits = np.maximum(held, nearest_float(chain.mu_d)) * chain.cos_alpha
-        require(bool((abs(state.forces(chain)) <= limits + scale).all()), "a slider does not rest")
+        rests = bool((abs(state.forces(chain)) <= limits + scale).all())
+        begins = tally.events == 0 and theta == experiment.theta  # to be rearranged first
+        require(rests or begins, "a slider does not rest")

@@ -329,7 +329,8 @@ class SlidingSimulation(Simulation):
         require(bool(np.isin(taken["sliding"], (0, 1)).all()), "a slider neither slides nor rests")
         now = self._chain
         before = now.extension - np.diff(now.x)
-        self._way, self._theta = way, self._read(taken["theta"])
+        theta = taken["theta"]  # that of a start is of any arithmetic
+        self._way, self._theta = way, theta if isinstance(theta, float) else self._read(theta)
         self._amplitude = Fraction(taken["amplitude"]) if taken["amplitude"] else None
         for name, values in now._asdict().items():
             values[:] = [self._read(value) for value in taken[name].tolist()]
@@ -346,8 +347,8 @@ class SlidingSimulation(Simulation):
         if not isinstance(written, str):
             require(not self.exact or isinstance(written, int), "a number is not exact")
             return written
-        require(self.exact, "a number is of another arithmetic")
         rational, *multiple = map(ratio_of, written.split(" "))
+        require(self.exact or not multiple, "a number is of another arithmetic")
         field = CosineField(self.chain.tan_alpha)
         return field.number(rational, *multiple) if multiple else rational
 
