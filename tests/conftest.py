@@ -22,14 +22,25 @@ from tests.pictures import assert_shows_data
 from tests.processes import PATIENCE, environment
 
 COMPILED = """
-from exactcreep import Cycles, creep, fate
+from exactcreep import Cycles, creep, fate, rearrange
 from tests.paper import captions
 drive = Cycles("0.001", 1)
 """
 PARTS = (
-    "creep(captions(3, '0.01'), drive); fate(captions(3), '0.001', solver='exact')",
-    "for each in ('certified', 'verlet', 'sliding'): creep(captions(3), drive, solver=each)",
+    """
+for n in (3, 2):
+    for record in ((), ("rearrangements",)):
+        creep(captions(n, "0.01"), drive, record=record)
+""",
+    """
+for each in ("certified", "verlet", "sliding"):
+    creep(captions(3), drive, solver=each)
+fate(captions(3), "0.001", solver="exact")
+rearrange(captions(3)).evidence
+creep(captions(81), drive)
+""",
 )
+"""What most tests need compiled, each once, in two processes that take about as long."""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

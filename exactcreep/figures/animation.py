@@ -172,6 +172,17 @@ Move = Callable[[int], object]
 """Moves what is drawn to one of the instants."""
 
 
+class _Writer(PillowWriter):
+    """A writer of GIFs that shows the last picture for longer, drawn once."""
+
+    _frames: list[Any]  # what it has been given so far
+
+    def finish(self) -> None:
+        """Write the file."""
+        self._frames += self._frames[-1:] * _LINGER
+        super().finish()
+
+
 @styled
 def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120) -> None:
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
@@ -212,11 +223,10 @@ def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames:
     move(0)
     figure.canvas.draw()
     figure.set_layout_engine("none")  # the layout of the first picture serves for all
-    order = [*range(frames), *[frames - 1] * _LINGER]
-    moving = FuncAnimation(figure, move, order, init_func=list, cache_frame_data=False)
+    moving = FuncAnimation(figure, move, frames, init_func=list, cache_frame_data=False)
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder, "avalanche.gif")
-        moving.save(drawn, writer=PillowWriter(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
+        moving.save(drawn, writer=_Writer(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
         write_file(path, drawn.read_bytes(), "out")
 
 

@@ -239,11 +239,12 @@ def _count(count, now, search, memory):
 
 
 @compiled
-def settle(work, high, low, targets, searches, memory, most_cycles, most_work):
+def settle(work, high, low, targets, searches, memory, most_cycles, most_work, single):
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
-    `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. Returns as
-    `loop.follow`; `layout.DONE` also if it has settled.
+    `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. `single` is
+    false: for a constant `loop.follow` would be compiled once more. Returns as that does;
+    `layout.DONE` also if it has settled.
     """
     cell, count, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
@@ -255,7 +256,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work):
         half = search.reached
         reason, reached = loop.follow(
             cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
-            left, left, False,
+            left, left, single,
         )  # fmt: skip
         search.reached += reached
         if reason != at.DONE:
@@ -360,7 +361,7 @@ class SettlingChain:
         begun = simulation.events
         while True:
             reason = settle(
-                simulation.work, *targets, self._searches, self._memory, most, MOST_WORK
+                simulation.work, *targets, self._searches, self._memory, most, MOST_WORK, False
             )
             if reason == at.DONE:
                 return Stop.DONE, ""
