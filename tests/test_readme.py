@@ -60,7 +60,7 @@ COMMANDS = [
 SHORTER = {
     "animate": ["--frames", "2", "--set", "drive.cycles=2"],
     "compare": ["--events", "20", "--dts", "0.1", "--seeds", "1"],
-    "run": ["--set", "drive.cycles=4"],
+    "run": ["--set", "drive.cycles=3"],
 }
 """What is asked for less than a reader does, by command."""
 
