@@ -44,7 +44,9 @@ def size_of(v: Any, a: Any) -> float:
 def expand(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
     """Fill in the coefficients of the velocities, ``series[k, slider, column] t^k``; 0 at rest."""
     n, columns = v.shape
-    series[0], series[1] = v, a
+    for i in range(n):
+        for c in range(columns):  # whole rows at once: four seconds of compiling for their shapes
+            series[0, i, c], series[1, i, c] = v[i, c], a[i, c]
     for k in range(ORDER - 1):
         factor = -1.0 / ((k + 1) * (k + 2))
         for i in range(n):
