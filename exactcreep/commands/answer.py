@@ -10,7 +10,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -310,16 +310,12 @@ class Output:
         for name, text in (("size", self.size), ("dpi", self.dpi)):
             if text is not None and allowed:
                 raise exactcreep.InputError(name, text, allowed)
-        self.printed()
+        self.page()
 
-    def printed(self) -> AbstractContextManager[None]:
-        """Return the context in which pictures have the size that was asked for."""
-        if self.size is None and self.dpi is None:
-            return nullcontext()
-        from exactcreep.figures.style import printed
-
+    def page(self) -> tuple[tuple[float, float] | None, int | None]:
+        """Return the size and the dots per inch that pictures were asked for."""
         sides = None if self.size is None else _inches(self.size)
-        return printed(sides, whole(self.dpi, "dpi", 10, 2400))
+        return sides, whole(self.dpi, "dpi", 10, 2400)
 
     def deliver(self, answer: Answer) -> None:
         """Save, draw and print an answer, and leave with its status.
@@ -330,14 +326,13 @@ class Output:
         def draw(path: Path) -> None:
             from exactcreep.figures.style import save_picture
 
-            save_picture(answer.draw(), path)
+            save_picture(answer.draw(), path, *self.page())
 
         written, failed = list[Path](), None
         for path, write in ((self.out, answer.save), (self.plot, draw)):
             if path is not None:
                 try:
-                    with self.printed():
-                        write(path)
+                    write(path)
                     written.append(path)
                 except exactcreep.InputError as error:
                     failed = failed or error

@@ -214,7 +214,7 @@ def animate(
 
     def save(path: Path) -> None:
         if ending == ".gif":
-            return draw_avalanche(avalanche, path, frames=count or 2)
+            return draw_avalanche(avalanche, path, *pictures.page(), frames=count or 2)
         from exactcreep.figures import explorer as page
 
         shown = page.page(course=page.course(experiment), avalanche=page.avalanche(avalanche))
@@ -391,9 +391,7 @@ def reproduce(
         hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
         with shown(picture.name, hint=hint) as display:
             data = picture.data(quick=quick, workers=threads, progress=display.show)
-        with pictures.printed():
-            tables = picture.write(data, out)
-        for table in tables:
+        for table in picture.write(data, out, *pictures.page()):
             _print_table(table)
         typer.echo(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
     if len(wanted) > 1:

@@ -219,12 +219,15 @@ class Picture:
             _mark_outside(axes)
         return figure
 
-    def write(self, data: Data, out: Path) -> list[Table]:
-        """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables."""
+    def write(self, data: Data, out: Path, *page: Any) -> list[Table]:
+        """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables.
+
+        The `page`: size in inches and dots per inch of the pictures, if not their own.
+        """
         tables = self.tables(data)
         figure = self.draw(data, tables)
         for ending in ("png", "pdf"):
-            save_picture(figure, out / f"{self.name}.{ending}")
+            save_picture(figure, out / f"{self.name}.{ending}", *page)
         groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
         write_file(out / f"{self.name}.nc", netcdf(groups), "out")
         write_file(out / f"{self.name}.csv", to_csv(tables).encode(), "out")
@@ -267,8 +270,12 @@ def _law_name(label: str) -> str:
 
 
 def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) -> Any:
-    """Return a law over the values of one parameter; the mean where a plateau is not unique."""
-    return np.array([mean_law(law, given | {over: value}) for value in values])
+    """Return a law over the values of one parameter; the mean where a plateau is not unique.
+
+    It is nan where it is negative: there it does not hold.
+    """
+    known = np.array([mean_law(law, given | {over: value}) for value in values])
+    return np.where(known < 0, np.nan, known)
 
 
 def _draw_law(
@@ -368,14 +375,15 @@ def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of two sliders over the slope."""
     (table,) = tables
     axes = figure.subplots()
+    friction, disorder = (table.parameters[name] for name in ("mu_d", "sigma_mu"))
+    low, high = plateau_ends(mu_d=friction, sigma_mu=disorder)
     over = "tan_alpha", [Fraction(k, 200) for k in range(1, 100)], table.parameters
     _draw_law(axes, plateau_velocity_random, *over, **ASYMPTOTE)
-    _draw_law(axes, LAWS[_LAW].printed, *over, **PRINTED, label=_law_name(_LAW))
+    plateau = "tan_alpha", np.linspace(low, high, 99).tolist(), table.parameters
+    _draw_law(axes, LAWS[_LAW].printed, *plateau, **PRINTED, label=_law_name(_LAW))
     label = f"{LIMIT}: " + r"$\tilde{l}_0\sigma_\theta\,I(h)$"
     _draw_law(axes, LAWS[_LAW].exact, *over, **EXACT, label=label)
     draw_points(axes, table.rows, "tan_alpha", **RANDOM, label="computed")
-    friction, disorder = (table.parameters[name] for name in ("mu_d", "sigma_mu"))
-    low, high = plateau_ends(mu_d=friction, sigma_mu=disorder)
     for place, name, apart in (
         (low, r"$\alpha_\mathrm{c}^-$", 2),
         (high, r"$\alpha_\mathrm{c}^+$", -2),
@@ -403,8 +411,7 @@ def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
         for law in (plateau_velocity_random, LAWS[_LAW].printed, LAWS[_LAW].exact)
     )
     top.plot(sizes, base, **ASYMPTOTE)
-    positive = np.where(printed > 0, printed, np.nan)
-    top.plot(sizes, positive, **PRINTED, label=_law_name(_LAW))
+    top.plot(sizes, printed, **PRINTED, label=_law_name(_LAW))
     label = r"$\tilde{l}_0\sigma_\theta\,I(h)$, $h = m/(\tilde{l}_0\sigma_\theta)$"
     top.plot(sizes, exact, **EXACT, label=label)
     draw_points(top, rows, "sigma_theta", **RANDOM, label="computed")
@@ -558,9 +565,10 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
         given = table.parameters
         # the continuous i of Eq. (critical_angle): N + 3 - 2i = N tan(alpha)/mu_d
         slope = given["tan_alpha"] / given["mu_d"]
-        smooth = [mean_law(LAWS[label].printed, given | {"n": n, "i": (n + 3 - n * slope) / 2})
+        smooth = [(n, mean_law(LAWS[label].printed, given | {"n": n, "i": (n + 3 - n * slope) / 2}))
                   for n in sizes]  # fmt: skip
-        axes.plot(sizes, smooth, **style, label=f"{_law_name(label)}, continuous $i$")
+        holds = [(n, value) for n, value in smooth if value >= 0]
+        axes.plot(*zip(*holds, strict=True), **style, label=f"{_law_name(label)}, continuous $i$")
         tight = [(n, value) for n in sizes if n <= longest
                  for value in law_values(LAWS[label].exact, given | {"n": n})]  # fmt: skip
         axes.plot(
@@ -573,7 +581,7 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
     ):
         draw_points(axes, table.rows, "n", **style, label=f"{name}, computed")
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-    axes.set(xlim=(0, 66), ylim=(-2, 62), xlabel=r"number of sliders $N$", ylabel=VELOCITY)
+    axes.set(xlim=(0, 66), ylim=(-2, 66), xlabel=r"number of sliders $N$", ylabel=VELOCITY)
     axes.legend(loc="upper left")
 
 

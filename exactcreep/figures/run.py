@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -51,6 +52,7 @@ WINDOW = 200
 _LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
 _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
+_WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
@@ -365,7 +367,7 @@ def draw_portrait(seen: Portrait) -> Figure:
     for each in (top, middle, space):
         each.axvline(seen.half_cycle, color=INKS[0], linewidth=0.8, linestyle=(0, (3, 2)))
         each.tick_params(labelbottom=each is space)
-        each.sharex(top) if each is not top else None
+        each.set_xlim(time[0], time[-1])
     if result.half_cycles > len(seen.slips) and "x_G" in result.recorded:
         _draw_whole(middle.inset_axes((0.68, 0.16, 0.3, 0.4)), seen)
     theta = as_float(seen.state.theta)
@@ -405,7 +407,7 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     )  # fmt: skip
     axes.set(ylabel="slider (1 uppermost)", xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)",
              ylim=(n + 0.5, 0.5))  # fmt: skip
-    axes.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.yaxis.set_major_locator(_WHOLE())
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
     classes = list(itertools.pairwise(edges.tolist()))
     names = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
@@ -425,7 +427,7 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", linewidth=0.9,
               markersize=3 if chain.n <= 60 else 1.5, label=r"$T_n$")  # fmt: skip
     axes.set(xlabel="spring $n$", ylabel=r"tension ($m\,g$)")
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.xaxis.set_major_locator(_WHOLE())
     axes.margins(y=0.15)
     axes.legend(loc="best", fontsize=7)
 
@@ -444,7 +446,7 @@ def draw_forces(
         axes.axhline(force, color=INKS[6], linewidth=0.7, linestyle=DOTTED, label=label)
     axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
     axes.set_ylabel(r"force $F_n$ ($m\,g$)")
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.xaxis.set_major_locator(_WHOLE())
     axes.legend(loc="upper center", ncols=3, fontsize=7, columnspacing=1.0, handlelength=1.5)
     return bars, marks
 
@@ -538,7 +540,7 @@ def plot_rearrangement(motion: Rearrangement) -> tuple[Axes, Axes]:
                              cmap="RdBu_r", vmin=-most, vmax=most)  # fmt: skip
     figure.colorbar(image, ax=above, label=r"velocity ($g\,\tau_\mathrm{dyn}$)")
     above.set(ylabel="slider (1 uppermost)", ylim=(n + 0.5, 0.5))
-    above.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    above.yaxis.set_major_locator(_WHOLE())
     dashes = ("-", "-", "--", "-")  # what gravity gives and springs lose may be nearly equal
     for (name, values), dash in zip(motion.energy(times)._asdict().items(), dashes, strict=True):
         below.plot(times, values - values[0], dash, label=name)

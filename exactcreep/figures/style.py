@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from exactcreep.quasistatic.files import check_picture, write_file
@@ -33,44 +30,34 @@ _SYMBOLS = {
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
     "sigma_theta": r"$\sigma_\theta$",
 }  # fmt: skip
-_ASKED: ContextVar[tuple[tuple[float, float] | None, int | None]] = ContextVar(
-    "_ASKED", default=(None, None)
-)
-
-
-@contextmanager
-def printed(size: tuple[float, float] | None = None, dpi: int | None = None) -> Iterator[None]:
-    """Give the pictures that are made within a block this size in inches, and dots per inch.
-
-    Parameters
-    ----------
-    size : pair of float, optional
-        Width and height; default: what each picture is made for.
-    dpi : int, optional
-        Default 150, of animations 100.
-    """
-    token = _ASKED.set((size, dpi))
-    try:
-        yield
-    finally:
-        _ASKED.reset(token)
 
 
 def new_figure(width: float, height: float, title: str = "", dpi: int | None = None) -> Figure:
-    """Return an empty figure, size in inches, unless `printed` asks for another one.
-
-    The title is drawn as it is written, not as a formula.
-    """
-    size, dots = _ASKED.get()
-    dpi = dots or dpi or STYLE["savefig.dpi"]
-    figure = Figure(figsize=size or (width, height), dpi=dpi, layout="constrained")
-    FigureCanvasAgg(figure)
+    """Return an empty figure, size in inches; its title is no formula, but drawn as it stands."""
+    dots = dpi or STYLE["savefig.dpi"]
+    figure = Figure(figsize=(width, height), dpi=dots, layout="constrained")
     if title:
-        figure.suptitle(title, fontsize=10, parse_math=False)
+        plain = "$" not in title  # lines are broken as if it were a formula
+        figure.suptitle(title, fontsize=10, parse_math=False, wrap=plain)
     return figure
 
 
-def save_picture(figure: Figure, path: Path | str) -> None:
+def resize(
+    figure: Figure, size: tuple[float, float] | None = None, dpi: int | None = None
+) -> None:
+    """Give a figure the size in inches and the dots per inch that are asked for, if any."""
+    if size is not None:
+        figure.set_size_inches(size)
+    if dpi is not None:
+        figure.set_dpi(dpi)
+
+
+def save_picture(
+    figure: Figure,
+    path: Path | str,
+    size: tuple[float, float] | None = None,
+    dpi: int | None = None,
+) -> None:
     """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
 
     Raises
@@ -81,6 +68,7 @@ def save_picture(figure: Figure, path: Path | str) -> None:
     target = Path(path)
     check_picture(target)
     drawn = io.BytesIO()
+    resize(figure, size, dpi)
     with mpl.rc_context(STYLE):
         figure.savefig(drawn, format=target.suffix[1:].lower(), dpi="figure")
     write_file(target, drawn.getbuffer(), "plot")

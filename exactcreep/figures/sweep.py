@@ -222,12 +222,7 @@ def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> 
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="cividis", rasterized=True)
     bar = figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
-    # of whole numbers none between
-    fine_x, fine_y = (
-        each if all(isinstance(value, int) for value in each) else
-        np.linspace(each[0], each[-1], _FINE).tolist()
-        for each in (x, y)
-    )  # fmt: skip
+    fine_x, fine_y = _between(x), _between(y)
     shared = points[0].parameters
     law = np.array([[_law(shared | {across: a, up: b}) for a in fine_x] for b in fine_y])
     if np.isfinite(law).sum() < 2 or np.nanmin(law) == np.nanmax(law):
@@ -247,15 +242,24 @@ def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
+    fine = _between([point.varied[over] for point in points])
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
         draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
-        law = [_law(point.parameters) for point in family]
-        axes.plot([point.varied[over] for point in family], law, **EXACT | {"color": ink})
+        law = [_law(family[0].parameters | {over: value}) for value in fine]
+        axes.plot(fine, law, **EXACT | {"color": ink})
     axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
     if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
+
+
+def _between(values: Iterable[Any]) -> list[Any]:
+    """Return where a law is drawn among numbers; where they are whole, or words, at them alone."""
+    known = list(dict.fromkeys(values))
+    if any(isinstance(one, str) for one in known) or all(isinstance(one, int) for one in known):
+        return known
+    return sorted({*known, *np.linspace(min(known), max(known), _FINE).tolist()})
 
 
 def _law(given: Mapping[str, Any]) -> float:

@@ -22,13 +22,16 @@ _LAWS = {
     "law_two_sliders": "(mu_s c - s)/l0",
     "none": "below this none creeps for ever",
 }
+_OPEN = 1.05
+"""The axis ends in a window that the scan has not seen the end of, so much above its beginning."""
 
 
 @styled
 def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
     """Draw windows, shares of starts, or velocities over the amplitude, with the laws."""
     chain = found.chain
-    title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}, {found.criterion}"
+    asked = "half-life" if isinstance(found, HalfLife) else getattr(found, "what", found.criterion)
+    title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}: {asked}"
     figure = new_figure(6.0, 4.0, f"{title} ({found.evidence.value})")
     axes = figure.subplots()
     if isinstance(found, Intercept):
@@ -45,6 +48,8 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
     axes.set_xlabel(r"amplitude $A_\theta$")
     axes.margins(x=0.05)
     axes.locator_params(axis="x", nbins=6)
+    if isinstance(found, Threshold) and found.windows and found.windows[-1].begins:
+        axes.set_xlim(axes.get_xlim()[0], _OPEN * float(found.windows[-1].middle))
     figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     return figure
 
@@ -76,7 +81,7 @@ def _windows(axes: Axes, found: Threshold) -> None:
     label = found.what
     for begin in [end for end, begins in ends if begins]:
         later = (end for end, begins in ends if not begins and end > begin)
-        stop = min(later, default=1.05 * begin)
+        stop = min(later, default=_OPEN * begin)
         axes.axvspan(begin, stop, color=INKS[4], alpha=0.4, linewidth=0, label=label)
         label = ""
     if found.lower is not None and found.upper is not None:
