@@ -39,7 +39,7 @@ from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
 from .studies.sweep import sweep as sweep
 from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as half_life
-from .studies.thresholds.horizon import GivenUp as GivenUp
+from .studies.thresholds.questions import GivenUp as GivenUp
 from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
 from .studies.thresholds.threshold import Threshold as Threshold, threshold as threshold
 

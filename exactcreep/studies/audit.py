@@ -206,8 +206,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     with auditor.following():
         auditor.begin()
         auditor.load = float(chain.l0 * abs(exact_value(result.theta)))
-        error = 4 * 2.0**-52 * auditor.load if auditor.float64 else 0.0
-        auditor.room, auditor.place = auditor.floor() + error, (0, None)
+        error = auditor.arrives(0, result.theta)
         auditor.way = int(auditor.stable())
         if result.events:
             residuals = [float(e.residual) for e in result.events] if auditor.float64 else []
@@ -335,7 +334,6 @@ class _Auditor:
             raise EnoughFindings
 
     def within(self, check: str, sentence: str, error: Any, allowed: float) -> None:
-        """Add a finding if `error` exceeds `allowed`."""
         if not error <= allowed:
             self.find(check, sentence, error, allowed)
 
@@ -345,6 +343,14 @@ class _Auditor:
             return self.accuracy * self.scale
         # decimals of theta and of all times so far were rounded
         return self.accuracy * (self.scale + self.load) * (1 + len(self.radii))
+
+    def arrives(self, rearrangement: int, theta: Any) -> float:
+        """Note which rearrangement comes next; return how far off the load at its theta may be."""
+        middle, radius = (float(part * self.chain.l0) for part in enclosure(theta))
+        error = min(radius, self.floor())
+        error += 4 * 2.0**-52 * max(self.load, abs(middle)) * self.float64
+        self.place, self.room = (rearrangement, None), self.floor() + error
+        return error
 
     def run(self, result: Creep, columns: Any, say: Callable[..., None]) -> None:
         """Follow a run along its drive, from rearrangement to rearrangement."""
@@ -358,15 +364,11 @@ class _Auditor:
             target = arithmetic.number(result.drive.exact_target(q, result.seed))
             while r < len(log) and log[r].half_cycle == q:
                 self.limits.require()
-                self.place = (r, None)
                 say("auditing", r, len(log), "rearrangements")
-                theta, radius = enclosure(log[r].theta)
-                error = min(float(radius * result.chain.l0), self.floor())
-                if self.float64:
-                    error += 4 * 2.0**-52 * max(self.load, abs(float(theta * result.chain.l0)))
-                self.room = self.floor() + error
+                error = self.arrives(r, log[r].theta)
                 ramped = r > 0 or self.stable()
-                self.ramp(arithmetic.number(theta), target, "a rearrangement")
+                theta = arithmetic.number(exact_value(log[r].theta))
+                self.ramp(theta, target, "a rearrangement")
                 self.way *= ramped
                 self.rearrangement(log[r].events, error, ended=r + 1 < len(log) or not partial)
                 r += 1
@@ -384,7 +386,6 @@ class _Auditor:
             self.ends_in(result.state)
 
     def ramp(self, to: Any, target: Any, what: str) -> None:
-        """Take theta to `to` on its way to `target`."""
         theta, l0 = self.state.theta, self.l0
         way = self.way = 1 if target >= theta else -1
         self.within("drive", f"theta turns back to {what}", way * (theta - to) * l0, self.room)

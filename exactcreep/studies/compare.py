@@ -194,7 +194,6 @@ def ladder(
 
 
 def _best(chain: Chain) -> Method:
-    """Return the most trustworthy method for a chain."""
     return Method("sliding") if chain.slides else Method("certified", digits=DIGITS)
 
 
@@ -217,7 +216,6 @@ def _members(experiment: Experiment, seeds: Any) -> list[Experiment]:
 
 
 def _valid(methods: Any) -> list[Method]:
-    """Return methods whose options are in range, none twice."""
     if not isinstance(methods, Sequence) or not methods:
         raise InputError("methods", methods, 'must be a list of methods, e.g. [Method("exact")]')
     for method in methods:
@@ -237,7 +235,6 @@ def _compared(
     events: int,
     step: Callable[[str], None],
 ) -> xr.Dataset:
-    """Return what is known of all methods for one seed."""
     step(f"{truth.label}: the truth")
     broken, ends, enough = member, list[int](), math.inf
     targets, slides = min(member.drive.half_cycles, events), member.chain.slides
@@ -299,7 +296,6 @@ def _velocity_run(method: Method, experiment: Experiment, most: int | None = Non
 
 
 def _of_velocity(method: Method, experiment: Experiment, best: Creep) -> dict[str, Any]:
-    """Return what a run of a method tells of its velocity, and of its time."""
     run = best if method.solver == best.solver else _velocity_run(method, experiment)
     known = {name: getattr(run, name) for name in ("half_cycles", "velocity", "velocity_error")}
     known |= {"outcome": run.outcome.value, "seconds": run.seconds / max(run.half_cycles, 1)}
@@ -318,7 +314,6 @@ def shortened(drive: Drive, targets: int) -> Drive:
 
 
 def _text(event: LoggedEvent | None, ends: Sequence[int]) -> str:
-    """Return an event in words, with the half-cycle of the drive itself."""
     if event is None:
         return "no further event"
     kind, sliders, _ = event.event.signature
@@ -339,7 +334,6 @@ def _memory(experiment: Experiment, method: Method) -> float:
 def _dataset(
     methods: Sequence[Method], rows: Sequence[dict[str, Any]], known: Trajectory
 ) -> xr.Dataset:
-    """Return what is known of one seed."""
     variables: dict[str, Any] = {}
     for name, (missing, unit, meaning) in _VARIABLES.items():
         values = np.array([row.get(name, missing) for row in rows], dtype=type(missing))

@@ -92,7 +92,6 @@ def spread(data: xr.Dataset) -> xr.Dataset:
 
 
 def _spread(own: xr.Dataset, scale: float) -> dict[str, Interval]:
-    """Return what the seeds say together of one method."""
     agreed, differs, error = own.agreed.values, own.differs.values, own.error.values
     lives = np.sort(np.where(differs, agreed, math.inf))
     places = [max(math.ceil(share * lives.size) - 1, 0) for share in (0.5, 0.25, 0.75)]

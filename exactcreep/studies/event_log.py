@@ -43,7 +43,6 @@ class LoggedEvent(NamedTuple):
         return (*self[:3], *self.event.signature)
 
     def summary(self) -> dict[str, Any]:
-        """Return the event by names, ready for JSON."""
         kind, sliders, signs = self.event.signature
         what = {"kind": kind, "sliders": list(sliders), "signs": list(signs)}
         where = zip(self._fields[:3], self[:3], strict=True)

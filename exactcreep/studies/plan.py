@@ -268,7 +268,6 @@ def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, 
 
 
 def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:
-    """Return what a scene needs and does not need."""
     chain, random, record = experiment.chain, experiment.drive.random, experiment.record
     inertia, drawn = solver not in _NO_INERTIA, chain.sigma_mu != 0
     slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"

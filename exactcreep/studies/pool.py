@@ -82,7 +82,6 @@ class Pool:
             raise
 
     def lost(self, error: BaseException) -> InputError:
-        """Return the sentence for an executor that computes no more."""
         allowed = f"was lost ({reason_of(error)}); what has finished is saved if there is an output"
         allowed += ", and resume computes the rest"
         return InputError("executor", type(self.executor).__name__, allowed)

@@ -160,7 +160,6 @@ class _Cells:
         self.load()
 
     def load(self) -> None:
-        """Take from the folder what it holds of those that have not been computed."""
         if self.folder is not None:
             for k, experiment in enumerate(self.experiments):
                 self.values[k] = self.values[k] or self.folder.load(experiment)
@@ -270,14 +269,13 @@ class CellFolder:
         try:
             content = checkpoint.read(path)
             if content.get("format") != _CELL_FORMAT or content.get("name") != name:
-                raise InputError("cell", os.fspath(path), "is not this cell")
+                raise InputError("cell", name, "is not this cell")
         except InputError as error:
             allowed = f"{error.allowed}; delete the file to compute it again"
             raise InputError("cell", os.fspath(path), allowed) from None
         return dict(content["value"])
 
     def save(self, experiment: Experiment, value: Cell) -> None:
-        """Write a cell, in one piece or not at all."""
         name = _digest(experiment)
         content = {"format": _CELL_FORMAT, "name": name, "value": value}
         write_file(self.cells / f"{name}.cell", checkpoint.to_bytes(content), "out")
@@ -366,7 +364,6 @@ def _assembled(
 
 
 def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
-    """Return arrays stacked, filled up to the longest and widest."""
     arrays = [array for array in found if array is not None]
     missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
     size = np.max([array.shape for array in arrays], axis=0)

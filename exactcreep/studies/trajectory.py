@@ -46,7 +46,6 @@ class Method:
     Parameters
     ----------
     solver : str
-        A name of `exactcreep.solvers.registry.SOLVERS`.
     **options
         The solver's own.
 

@@ -39,7 +39,7 @@ from exactcreep import (
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.scene import Scene
-from exactcreep.studies.thresholds.horizon import GivenUp
+from exactcreep.studies.thresholds.questions import GivenUp
 from tests.conftest import Command
 from tests.processes import finished
 

@@ -33,7 +33,7 @@ from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.fates.proof import proved_fate
+from exactcreep.studies.fates.proof import proved_fate, quiet
 from exactcreep.studies.fates.result import Fate, Period
 
 _SAYING = 0.1  # seconds between two reports of progress
@@ -84,8 +84,6 @@ def fate(
 
     Examples
     --------
-    Two sliders creep or not as the relaxed chain tells:
-
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> [fate(chain, a, solver="exact").outcome.value for a in ("0.0001", "0.0003", "0.0004")]
     ['at_rest', 'at_rest', 'creeping']
@@ -115,14 +113,12 @@ def numerical_fate(
     course: SettlingChain,
     start: State,
     limits: Limits = NO_LIMITS,
-    say: Callable[..., None] | None = None,
+    say: Callable[..., None] = quiet,
 ) -> tuple[Fate, Stop]:
     """Follow a trajectory from `start` to its end; return its fate, and what ended it."""
     while True:
-        pause = limits if say is None else replace(limits, pause=time.perf_counter() + _SAYING)
-        stop, reason = course.follow(pause)
-        if say is not None:
-            say("cycles", course.cycles, course.drive.cycles, "cycles")
+        stop, reason = course.follow(replace(limits, pause=time.perf_counter() + _SAYING))
+        say("cycles", course.cycles, course.drive.cycles, "cycles")
         if stop is not Stop.BUDGET:
             break
     simulation, drive = course.simulation, course.drive
@@ -192,7 +188,6 @@ def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
 
 
 def _one_period(course: SettlingChain, period: int) -> tuple[float, Period]:
-    """Return by how much x_G moves in the period that follows, and its rearrangements."""
     simulation = course.simulation.copied(("events",))
     before = simulation.state().displacements
     first = 2 * course.cycles + 1

@@ -84,6 +84,10 @@ class _Leaping(CertifiedSimulation):
         super()._arrive(target)
 
 
+def quiet(*_: Any) -> Any:
+    """Say nothing."""
+
+
 class ProvedFate(NamedTuple):
     """A fate, what happened until it was known, and between which amplitudes the same happens.
 
@@ -103,8 +107,8 @@ def proved_fate(
     drive: Cycles,
     start: State,
     limits: Limits = NO_LIMITS,
-    say: Callable[..., None] | None = None,
-    enough: Callable[[list[LoggedRearrangement]], bool] | None = None,
+    say: Callable[..., None] = quiet,
+    enough: Callable[[list[LoggedRearrangement]], bool] = quiet,
 ) -> ProvedFate:
     """Follow a chain until it is proved what it does for ever, or what has happened is `enough`."""
     proof = _Proof(chain, drive, start, limits)
@@ -147,11 +151,8 @@ class _Proof:
         return reached, fate.amplitude + middle - radius
 
     def fate(
-        self,
-        say: Callable[..., None] | None,
-        enough: Callable[[list[LoggedRearrangement]], bool] | None,
+        self, say: Callable[..., None], enough: Callable[[list[LoggedRearrangement]], bool]
     ) -> Fate:
-        """Return what the chain does for ever, or which limit came first."""
         self._look()
         for cycle in range(1, self.drive.cycles + 1):
             done = 2 * cycle - 2
@@ -165,11 +166,10 @@ class _Proof:
             self.halves += _half_cycles(log, done + 1, done + 2)
             self.cycles.append(self.names.setdefault(tuple(self._cycle(cycle)), cycle))
             self._look()
-            if say is not None:
-                say("cycles", cycle, self.drive.cycles, "cycles")
+            say("cycles", cycle, self.drive.cycles, "cycles")
             if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
-            if enough is not None and enough(self.log):
+            if enough(self.log):
                 return self._fate(Outcome.LIMIT, cycle, "what was asked for has happened")
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
         return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
@@ -200,7 +200,6 @@ class _Proof:
         return self._fate(Outcome.CYCLING, before, reason, **known)
 
     def _look(self) -> None:
-        """Note where the chain is at the end of a cycle."""
         mechanics = self.simulation.mechanics
         with mechanics.arithmetic.active():
             x_g = enclosure(sum(mechanics.state().displacements.tolist()) / self.chain.n)
@@ -239,7 +238,6 @@ class _Proof:
         return 2 * arithmetic.times_cosine(self.chain, self.chain.mu_s - self.chain.mu_d)
 
     def _contracted(self, cycle: int) -> Fate | None:
-        """Return the fate if a set of states is proved to be taken into itself."""
         held = self.simulation.mechanics.coefficients.tolist()
         if self.chain.sigma_mu != 0 or len(set(held)) > 1:
             return None
@@ -396,7 +394,6 @@ def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
 
 
 def _half_cycles(log: list[LoggedRearrangement], first: int, last: int) -> list[HalfCycle]:
-    """Return what happened in the half-cycles `first` to `last`."""
     return [
         tuple(one.itinerary for one in log if one.half_cycle == q) for q in range(first, last + 1)
     ]

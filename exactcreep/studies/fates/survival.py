@@ -75,10 +75,7 @@ class Rate(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The Kaplan-Meier estimate: which part of the starts outlives each number of cycles.
-
-    `low` and `high` are nan where the estimate has no variance: at 1 and at 0.
-    """
+    """The Kaplan-Meier estimate: which part outlives each number of cycles; nan: no variance."""
 
     cycles: NDArray[np.float64]
     moving: NDArray[np.float64]
@@ -195,9 +192,8 @@ class Survival(Result):
     --------
     >>> from exactcreep import Chain, survival
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> lasted = survival(chain, "0.0004", starts=8, cycles=50)
-    >>> lasted.lifetimes, lasted.evidence.value
-    (array([2, 2, 2, 2, 2, 2, 2, 2]), 'computed')
+    >>> survival(chain, "0.0004", starts=8, cycles=50).lifetimes
+    array([2, 2, 2, 2, 2, 2, 2, 2])
     """
 
     chain: Chain
@@ -284,7 +280,6 @@ class Survival(Result):
 
     @cached_property
     def _kinds(self) -> dict[str, NDArray[np.bool_]]:
-        """Which starts do what in the end; see `fractions`."""
         cycles, unsettled = self._column("cycles"), self._came_to(Outcome.LIMIT)
         sleeping = unsettled & self._column("dormant")
         lately = cycles - np.minimum(self.dormant, cycles // 2)
@@ -355,8 +350,6 @@ class Survival(Result):
 
 
 class _Task(NamedTuple):
-    """Some of the starts, for one processor."""
-
     asked: Survival
     numbers: range
     until: float | None
@@ -463,7 +456,6 @@ def survival(
 
 
 def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
-    """Follow the starts of a task, one after the other."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if signals is not None:

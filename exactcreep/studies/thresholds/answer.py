@@ -47,7 +47,6 @@ class Answer(Result):
         return {**laws, "theorems": edges(self.chain), "compare": self.compare}
 
     def _columns(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-        """Return the variables of the dataset, and its coordinates."""
         raise NotImplementedError
 
     @cached_property

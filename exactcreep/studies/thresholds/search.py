@@ -28,8 +28,14 @@ from exactcreep.solvers.field.known_itinerary import KnownItinerary
 from exactcreep.solvers.solver import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
-from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
-from exactcreep.studies.thresholds.lasting import Lasting, Log, side_by_side
+from exactcreep.studies.thresholds.questions import (
+    Lasting,
+    Log,
+    Observation,
+    Question,
+    side_by_side,
+    weaker,
+)
 
 MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""
@@ -55,7 +61,6 @@ class Edge:
 
     @property
     def middle(self) -> Fraction:
-        """The middle of the bracket."""
         return (Fraction(self.lower) + Fraction(self.upper)) / 2
 
     def summary(self, what: str = "creep") -> dict[str, Any]:
@@ -72,7 +77,6 @@ class Difference:
     at_upper: LoggedEvent | None
 
     def summary(self) -> dict[str, Any]:
-        """Return both events by names, ready for JSON."""
         return {name: event and event.summary() for name, event in vars(self).items()}
 
 
@@ -113,7 +117,6 @@ class Refined(NamedTuple):
 
 
 def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
-    """Return an edge of float accuracy, rounded outward."""
     unit = unit_of(high, MOST_DIGITS["exact"] - 1)
     ends = text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit)
     return Edge(*ends, begins, Evidence.COMPUTED)
@@ -172,7 +175,6 @@ class EdgeSearch:
             known["deciding_event"] = differs and Difference(*differs[1:])
 
     def prepared(self, start: State) -> Edge | None:
-        """Return the edge from another start; None: none is found."""
         other = replace(self, question=replace(self.question, start=start), runs={}, known={})
         try:
             return other.refined(*other.first_bracket()).edge
@@ -180,7 +182,6 @@ class EdgeSearch:
             return None
 
     def report(self) -> dict[str, Any]:
-        """Return what it took."""
         report = {"deciding_runs": len(self.runs), **self.transient}
         if isinstance(self.question, Lasting):
             report["certified_points"] = len(self.question.certified)
@@ -221,7 +222,6 @@ class EdgeSearch:
         raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
 
     def narrowed(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
-        """Return the bracket after bisection in float64."""
         creeps = self.question.creeps
         for bracket in bisected(low, high, _NARROW, lambda a: creeps(a) == begins):
             if not self.decided:
@@ -313,7 +313,6 @@ class EdgeSearch:
         return below, above
 
     def _decided(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
-        """Return the edge between two multiples of `unit`."""
         # an end that lies exactly on the edge may be undecided; one unit further out it is not
         ends = []
         for k, way in ((below, -1), (above, 1)):
@@ -327,7 +326,6 @@ class EdgeSearch:
         return Refined(found, lower, upper)
 
     def _tried(self, amplitude: Fraction, question: Question | None = None) -> Observation:
-        """Return what the deciding solver finds."""
         question = question or self.question
         key = question.cycles, amplitude
         if key not in self.runs:
@@ -346,7 +344,6 @@ class EdgeSearch:
 
     def _settle(self, amplitude: Fraction) -> None:
         """Follow a transient in float64 through many more cycles at `amplitude`."""
-        changes: list[tuple[int, float]] = []
         most = _LATER[-1] * self.question.cycles
         for times in _LATER:
             later = replace(self.question, cycles=times * self.question.cycles)
@@ -356,8 +353,7 @@ class EdgeSearch:
             if trial.outcome is not None and not trial.creeps:
                 self.known["outcome_at_lower"] = trial.outcome
                 return
-            changes.append((later.cycles, trial.change))
-        self.transient = {"transient": transient(changes)}
+        self.transient = {"transient": {"cycles": later.cycles, "change": trial.change}}
 
     def stable_digits(self, edge: Edge, lasts: bool) -> int:
         """Return how many digits of an edge survive when `cycles` is doubled.

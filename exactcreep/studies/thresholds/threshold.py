@@ -24,8 +24,7 @@ from exactcreep.solvers.solver import advance
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span, require_sense, text_of
 from exactcreep.studies.thresholds.answer import Answer, laws_beside
-from exactcreep.studies.thresholds.horizon import Question
-from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting
+from exactcreep.studies.thresholds.questions import MOST_CYCLES, Lasting, Question
 from exactcreep.studies.thresholds.search import MOST_DIGITS, SPARE, Difference, Edge, EdgeSearch
 
 _SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
@@ -40,11 +39,9 @@ class Threshold(Answer):
     ----------
     chain, digits, solver
         As asked for.
-    criterion : str
-        ``lasting``: for ever; ``horizon``: in a given cycle (`after` of `threshold`).
-    cycles : int
-        Of ``horizon``: in the last of them the chain has to advance. Of ``lasting``: in so many it
-        has to settle.
+    criterion, cycles : str, int
+        ``lasting``: in so many cycles the chain has to settle; ``horizon``: in the last of them (of
+        `after`) it has to advance.
     compare : str
         Which law it may be compared with.
     lower, upper : str or None
@@ -55,27 +52,24 @@ class Threshold(Answer):
         Of what happens at `lower` and at `upper`.
     direction : str
         Which way the chain creeps (or advances) at `upper`; ``none`` if that is not known.
-    outcome_at_lower : Outcome or None
-        `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return the
-        chain to the same state), within `cycles` or 64 times as many in float64; else None.
-    outcome_evidence : Evidence
-        Of `outcome_at_lower`: `PROVED` if the run is and the cycle has lone slips alone, which
-        return the chain exactly; otherwise it has been seen to return, to within rounding.
+    outcome_at_lower, outcome_evidence : Outcome or None, Evidence
+        `AT_REST` (no event in a whole cycle), `CYCLING` (slips that return the chain to the same
+        state), within `cycles` or 64 times as many in float64; else None. `PROVED` if the run is
+        and the cycle has lone slips alone; otherwise seen to return, to within rounding.
     stable_digits : int or None
         Of ``horizon``: how many of the digits survive when `cycles` is doubled.
     deciding_event : Difference or None
         None if no event differs: the advance itself passes 1e-6 there.
     fates : pair of Fate or None
-        What the chain does for ever at `lower` and at `upper`, of the criterion ``lasting``.
+        Of ``lasting``: what the chain does for ever at `lower` and at `upper`.
     sensitive : tuple of float
         Amplitudes at which starts 1e-13 apart part in float64, and no certified run has told the
         fate either: there the answer is that of float64, and may be wrong.
-    windows : tuple of Edge
-        Every edge of the scan, if asked for.
-    preparations : mapping of int to Edge
-        The threshold from each seeded start, if asked for; None where none was found.
+    windows, preparations : tuple of Edge, mapping of int to Edge
+        If asked for: every edge of the scan; the one from each seeded start (None: not found).
     report : mapping
-        How many runs it took; where `outcome_at_lower` is None, how the ``transient`` goes on.
+        How many runs it took; where `outcome_at_lower` is None, by how much a tension changes after
+        the cycles of the ``transient`` that were followed.
     reason : str
         Which limit ended the search, or that creep does not settle; "" if it was completed.
 
@@ -109,12 +103,12 @@ class Threshold(Answer):
 
     @property
     def law_seuil(self) -> str | None:
-        """Eq. (seuil), as a decimal."""
+        """Eq. (seuil), as a decimal; `law_corrected` has the term that it drops."""
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
     @property
     def law_corrected(self) -> str | None:
-        """Eq. (seuil) with the term that it drops."""
+        """See `law_seuil`."""
         return laws_beside(self.chain, self.digits)["law_corrected"]
 
     @property
@@ -217,11 +211,6 @@ def threshold(
     max_seconds : number, optional
         Come back after so much wall time with what is known; `reason` then says so.
 
-    Returns
-    -------
-    Threshold
-        How well it is known, and which law it may be compared with.
-
     Raises
     ------
     InputError
@@ -234,10 +223,8 @@ def threshold(
     -----
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
-    claim is made between its points.
-
-    With ``mu_s = mu_d`` the threshold is N m/(2 l0), exactly. Creep for ever may go either way:
-    down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
+    claim is made between its points. With ``mu_s = mu_d`` it is N m/(2 l0), exactly. Creep for ever
+    may go down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
 
     Examples
     --------
@@ -304,7 +291,6 @@ def threshold(
 
 
 def _compared(chain: Chain, after: int | None, *, relaxed: bool) -> str:
-    """Return which law an edge may be compared with."""
     if chain.n == 1:
         return "no law: one slider has no spring"
     if chain.slides:

@@ -105,13 +105,12 @@ def test_digits_that_a_longer_drive_would_change_are_not_called_stable(n: int, d
         assert bounds(found)[0] <= Fraction(root.lower or 0) <= bounds(found)[1]
 
 
-def test_a_transient_without_end_is_told_by_how_its_changes_fall() -> None:
+def test_a_transient_without_end_is_told_by_its_last_change() -> None:
     found = after(captions(8), low="1.0751e-3", high="1.0753e-3", points=2)
     assert found.outcome_at_lower is None
     known = found.report["transient"]
     assert known["cycles"] == 64 * found.cycles
     assert 0 < known["change"] < 1e-6
-    assert -2.2 < known["power"] < -1.9
 
 
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions() -> None:

@@ -25,7 +25,7 @@ from exactcreep.limits import Limits
 from exactcreep.studies.thresholds import amplitudes
 from exactcreep.studies.thresholds import threshold as search
 from exactcreep.studies.thresholds.intercept import _fitted
-from exactcreep.studies.thresholds.lasting import Lasting
+from exactcreep.studies.thresholds.questions import Lasting
 from tests.conftest import Command
 from tests.paper import captions
 

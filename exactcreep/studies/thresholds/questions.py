@@ -1,24 +1,37 @@
-"""What a chain does for ever, at one amplitude: float64 first, and certified where that errs."""
+"""Does a chain creep at one amplitude: in the last of so many cycles, or for ever?
+
+*In the last cycle* asks for an advance down the incline by more than 1e-6. That is exact, but the
+chain may lock a little later. An advance uphill is not asked for: relaxing from its start, a chain
+that locks moves up, too, by less and less. *For ever* asks float64 first, and the certified solver
+where that errs.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
-from exactcreep.limits import OutOfTime, Stop
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.enclosure import exact_value
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import SettlingChain
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import Stretch, advance
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
-from exactcreep.studies.fates.proof import proved_fate
+from exactcreep.studies.fates.proof import logged, lone, proved_fate
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.thresholds.amplitudes import SHORT
-from exactcreep.studies.thresholds.horizon import Observation, Question
+from exactcreep.studies.thresholds.amplitudes import SHORT, Bracket
 
+_MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up
+ADVANCE = Fraction(1, 10**6)
+"""By which x_G has to move in the last cycle."""
 MOST_CYCLES = 10_000
 """Of a float64 course whose fate is asked for."""
 CERTIFIED_CYCLES = 1_000
@@ -26,6 +39,116 @@ CERTIFIED_CYCLES = 1_000
 _TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
 Log = list[LoggedRearrangement]
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
+
+
+class GivenUp(RuntimeError):
+    """A run on which the search depends came to a limit of its solver.
+
+    >>> issubclass(GivenUp, RuntimeError)
+    True
+    """
+
+
+class Observation(NamedTuple):
+    """What the chain does at one amplitude."""
+
+    creeps: bool
+    evidence: Evidence
+    log: Log
+    outcome: Outcome | None  # of the last cycle, or for ever; None: it goes on to change
+    outcome_evidence: Evidence
+    direction: str = "none"  # which way it creeps
+    change: float = 0.0  # of a tension in the last cycle, the largest
+    fate: Fate | None = None
+    between: Bracket | None = None  # amplitudes at which it does the same
+
+
+@dataclass(frozen=True)
+class Question:
+    """Does x_G advance down the incline in the last cycle at this amplitude?"""
+
+    chain: Chain
+    cycles: int
+    start: State
+    limits: Limits = NO_LIMITS
+
+    def unsettled(self, amplitude: Fraction) -> bool:
+        """Return whether no number of cycles that is followed shows what the chain does."""
+        return False
+
+    def float_fails(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether float64 is no witness at one of two amplitudes, or between them."""
+        return False
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        stretch, _ = self._followed(amplitude, "exact", {}, ())
+        return stretch.stop is Stop.RUNAWAY or self._last_advance(stretch).middle > ADVANCE
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
+        record, tangent = ("x_G", "tension", "events"), self.chain.tan_alpha
+        stretch, evidence = self._followed(amplitude, solver, options, record)
+        log, known = logged(stretch.recorded), self._last_advance(stretch)
+        runs_away = stretch.stop is Stop.RUNAWAY
+        creeps = runs_away or known.middle > ADVANCE
+        near = not runs_away and abs(known.middle - ADVANCE) <= known.radius
+        if near and evidence is Evidence.PROVED:
+            evidence = Evidence.UNDECIDED
+        tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
+        before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
+        changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
+        room = Fraction(len(log), 2**50)
+        last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
+        returned = all(abs(one.middle) <= one.radius + room for one in changes)
+        outcome = _last_outcome(last, evidence, returned=returned)
+        change = nearest_float(max(abs(one.middle) for one in changes))
+        direction = direction_of(tangent * creeps, tangent)
+        return Observation(creeps, evidence, log, *outcome, direction, change)
+
+    def _followed(
+        self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
+    ) -> tuple[Stretch, Evidence]:
+        """Follow all cycles, or to a runaway; `GivenUp` and `OutOfTime` where that fails."""
+        algorithm = solver_named(solver, options)
+        simulation = algorithm.simulation(self.chain, self.start, 0, record)
+        most = _MOST_EVENTS * max(self.chain.n, 20)
+        drive, limits = Cycles(amplitude, self.cycles), replace(self.limits, events=most)
+        stretch = advance(simulation, drive, 2 * self.cycles, limits)
+        if stretch.stop is Stop.DEADLINE:
+            raise OutOfTime(stretch.reason)
+        if stretch.stop in (Stop.BUDGET, Stop.LIMIT):
+            why = f"more than {most:.0e} events: look for the edge at smaller amplitudes"
+            why = stretch.reason if stretch.stop is Stop.LIMIT else why
+            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {why}")
+        return stretch, simulation.evidence
+
+    def _last_advance(self, stretch: Stretch) -> Enclosure:
+        """Return by how much x_G moves down the incline in the last cycle."""
+        values = [0, 0, 0, *stretch.recorded["x_G"].tolist()]
+        begin, end = (enclosure(values[k]) for k in (-3, -1))
+        return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
+
+
+def _difference(a: Enclosure, b: Enclosure) -> Enclosure:
+    return Enclosure(b.middle - a.middle, a.radius + b.radius)
+
+
+def _last_outcome(
+    last: Log, evidence: Evidence, *, returned: bool
+) -> tuple[Outcome | None, Evidence]:
+    """Return what the chain does in the last cycle of a run, and how well that is known."""
+    if not last:
+        return Outcome.AT_REST, evidence
+    if all(lone(one.itinerary) for one in last):
+        # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
+        moves: Counter[int] = Counter()
+        for one in last:
+            moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
+        return None if any(moves.values()) else Outcome.CYCLING, evidence
+    return (Outcome.CYCLING, weaker(evidence, Evidence.COMPUTED)) if returned else (None, evidence)
+
+
+def weaker(a: Evidence, b: Evidence) -> Evidence:
+    return max(a, b, key=list(Evidence).index)
 
 
 @dataclass(frozen=True)
@@ -119,9 +242,8 @@ class Lasting(Question):
             edge = parting(self.locked, log) if edge is None else edge
             return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
 
-        enough = far_beyond if digits and self.locked else None
-        proved = proved_fate(self.chain, drive, self.start, self.limits, enough=enough)
-        found, log, between = proved
+        enough: dict[str, Any] = {"enough": far_beyond} if digits and self.locked else {}
+        found, log, between = proved_fate(self.chain, drive, self.start, self.limits, **enough)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps, known = found.outcome not in _IDLE, (found.outcome, found.evidence, found.direction)
