@@ -59,10 +59,7 @@ class Display(AbstractContextManager["Display"]):
         return f": {self._what(self.last)}, {_far(self.last)}"
 
     def heard(self, progress: Hearer) -> Callable[[Progress], None] | None:
-        """Return whom a computation shall tell that is asked for this `progress`.
-
-        Within a computation that is told of, or is not to be, only callables are told of its parts.
-        """
+        """Return whom a computation shall tell: within one that is told of, callables alone."""
         if callable(progress):
             return progress
         if progress is False or _telling != [self]:
@@ -136,8 +133,7 @@ def _far(progress: Progress) -> str:
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     """Return a computation that shows a bar unless its argument `progress` is False or a callable.
 
-    None, the default: on terminals and in notebooks, if it takes longer than a second. True: also
-    elsewhere, as lines.
+    By default if it takes longer than a second on terminals and in notebooks; True: elsewhere, too.
     """
 
     @functools.wraps(computation)

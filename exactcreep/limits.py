@@ -44,18 +44,9 @@ class Stop(Enum):
 class Limits:
     """What a computation may use, from the call that is given it.
 
-    Attributes
-    ----------
-    events, bytes : int or None
-        Start and stop events, `used` included; memory of what is recorded and kept. None: any.
-    at, pause : float
-        When it has to end, and to hand over what it has, on the clock of `time.perf_counter`.
-    seconds : float
-        How long it may take in all.
-    interrupted : callable
-        Returns whether the user wants it to end now.
-    used, memory : int
-        Events used up before the call; bytes kept in memory, beyond which records go to files.
+    `events` are start and stop events, `used` of them before the call; `bytes` those of what is
+    recorded, beyond `memory` in files. On the clock of `time.perf_counter` it has to end `at`, and
+    to hand over what it has at `pause`; `seconds` is how long it may take in all.
     """
 
     events: int | None = None
@@ -90,7 +81,6 @@ class Limits:
         return replace(self, at=time.perf_counter() + self.seconds)
 
     def after(self, events: int) -> Limits:
-        """Return what is left of these limits after so many events."""
         return replace(self, used=self.used + events)
 
     def later(self, seconds: float) -> Limits:

@@ -24,8 +24,7 @@ class Progress:
     Attributes
     ----------
     phase : str
-        What is being done: ``compiling`` (once, before the first run on a machine), ``running``,
-        or a part of a study.
+        ``compiling`` (once, before the first run on a machine), ``running``, or a part of a study.
     done, total : number
         How much of it, in what `counted` names; total is 0 where it is not known.
     events, seconds : int, float
@@ -84,8 +83,7 @@ on terminals and in notebooks, once the computation has taken a second."""
 def reporter(progress: Hearer) -> Callable[..., None]:
     """Return what tells `progress`, if there is any, how far a study has come.
 
-    It is called with a phase, how much of it is done, its total, what these count, and further
-    attributes of `Progress` by name; a new phase starts the clock anew.
+    It takes a phase, what is done, its total, what these count, and attributes of `Progress`.
     """
     now, begin = "", time.perf_counter()
 

@@ -70,10 +70,7 @@ class Literal(str):
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a scene: the varied keys as written, and the experiment that they make.
-
-    In SI also the solid, and the seconds of one unit of its drive's clock, if that is known.
-    """
+    """One member of a scene: the varied keys as written, and what they make."""
 
     settings: Mapping[str, Any]
     experiment: Experiment
@@ -150,10 +147,10 @@ class Scene:
         return cls(name, title, tables, vary, folder or FilePath())
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
-        """Return the scene with dotted keys set, ``{"chain.n": 6}``.
+        """Return the scene with dotted keys set, ``{"chain.n": 6}``; `InputError` of unknown ones.
 
         A key that was varied takes the one value instead; another ``drive.kind`` empties the table
-        ``[drive]`` first; ``vary.KEY`` takes a list. Raises `InputError` if a key is unknown.
+        ``[drive]`` first; ``vary.KEY`` takes a list.
         """
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         vary = dict(self.vary)
@@ -238,7 +235,6 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
 
 
 def builtin_scenes() -> dict[str, str]:
-    """Return the text of every built-in scene by its name."""
     return {file.stem: file.read_text("utf-8") for file in sorted(_BUILTIN.glob("*.toml"))}
 
 
@@ -285,7 +281,6 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
-    """Yield dotted keys and values of nested tables."""
     for key, value in table.items():
         if isinstance(value, Mapping) and value and depth < _DEEPEST:
             yield from _flattened(value, f"{prefix}{key}.", depth + 1)
@@ -317,7 +312,6 @@ def _keys_within(table: str) -> Iterator[None]:
 
 
 def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
-    """Return what a table makes, or raise `InputError` if a key is missing."""
     required = [name for name, needed in _keys_of(make).items() if needed]
     for name in required:
         if name not in given:
@@ -347,7 +341,6 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> D
 
 
 def _start(given: Any, chain: Chain, seed: Any) -> State | None:
-    """Return the start that a scene asks for; None: the relaxed chain."""
     if given == "relaxed":
         return None
     if not isinstance(given, Mapping):

@@ -109,10 +109,7 @@ class Solid:
 
     @property
     def critical_temperature_change(self) -> float:
-        """Delta T* (K) after Eq. (vitessecontinue): the least amplitude of cycles that creep.
-
-        Zero or negative: friction does not hold the solid.
-        """
+        """Delta T* (K), Eq. (vitessecontinue): cycles beyond it creep; <= 0: nothing holds it."""
         known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
         return float(threshold_amplitude(**known))
 
@@ -457,5 +454,4 @@ def _percent(ratio: float) -> str:
 
 
 def _times(number: Any, unit: Fraction) -> Any:
-    """Return a rational times the unit exactly, everything else in floats."""
     return number * (unit if isinstance(number, (int, Fraction)) else nearest_float(unit))

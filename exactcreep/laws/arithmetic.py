@@ -78,7 +78,6 @@ def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
 
 
 def square_root(value: Number) -> Number:
-    """Return the square root; of a rational, the rational root where there is one."""
     if is_mpf(value):
         return value.context.sqrt(value)
     if isinstance(value, Fraction | int):

@@ -98,7 +98,7 @@ def law_values(
 ) -> tuple[float, ...]:
     """Return what a law gives for rationals by name, rounded to floats from `bits` if given.
 
-    There are two values where the plateau is not unique, none where the slope has no plateau.
+    Two values where the plateau is not unique, none where the slope has no plateau.
     """
     names = signature(law).parameters
     given = {name: value for name, value in parameters.items() if name in names}
@@ -115,15 +115,11 @@ def law_values(
 
 
 def margin(mu: Number, tan_alpha: Number) -> Number:
-    """Return ``mu c - s``, m for the dynamical coefficient and a for the static one."""
     return (mu - tan_alpha) * cosine(tan_alpha)
 
 
 def _excess(mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
     return (mu_s - mu_d) * cosine(tan_alpha)
-
-
-# --- slopes ---------------------------------------------------------------------------------------
 
 
 class PivotWindow(NamedTuple):
@@ -166,9 +162,6 @@ def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
     return width, float(mu_d) - width
 
 
-# --- velocities and thresholds --------------------------------------------------------------------
-
-
 @law
 def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) l0 A``, Eq. (vitesse); Eq. (velocity_th_2_cycle) for two sliders."""
@@ -177,19 +170,13 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
 @law
 def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
-    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, after Eq. (vitesse).
-
-    For two sliders Eq. (velocity_th_2_gaussian).
-    """
+    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``; Eq. (velocity_th_2_gaussian) for N = 2."""
     return (n + 3 - 2 * i) * l0 * sigma_theta / root_of_pi(l0)
 
 
 @law
 def pivot_force(*, n, i, mu_d, tan_alpha):
-    """Return the force on the pivot at the end of a dilation, ``(N+1-i) m``, Eq. (forcestatique).
-
-    In units of m g.
-    """
+    """Return ``(N+1-i) m``, the force on the pivot after a dilation: Eq. (forcestatique)."""
     return (n + 1 - i) * margin(mu_d, tan_alpha)
 
 
@@ -239,9 +226,6 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
 def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a``, Eq. (velocity_th_2_gaussienne_corrected)."""
     return l0 * sigma_theta / root_of_pi(l0) - 2 * margin(mu_s, tan_alpha) / 3
-
-
-# --- the solid, in the chain's units: L = N l0, g rho L/Y = N/l0 ----------------------------------
 
 
 @law

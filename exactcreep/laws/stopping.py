@@ -26,11 +26,6 @@ _APART = 8.0  # standard deviations by which other slips have to be out of reach
 
 
 class StoppingTime(NamedTuple):
-    """After how many cycles a creeping chain stops for ever, in the mean.
-
-    `computed`: to some 2 %, for two sliders; else an estimate of the order of magnitude.
-    """
-
     cycles: float
     computed: bool
 
@@ -88,7 +83,6 @@ def _time(rate: float) -> float:
 
 
 def _mean_excess(least: float, sigma: float) -> float:
-    """Return the mean of what a normal deviate exceeds `least` by."""
     z = least / sigma
     density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
     return max(sigma * (density - z * _below(-z)), 0.0)

@@ -24,10 +24,9 @@ from exactcreep.model.chain import Chain
 def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Number]) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
-    At this amplitude itself such a state exists. It is
-    ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``, the
-    effective static coefficients of sliders 1..N, which no slip changes. ValueError if there are
-    fewer than two sliders, or no state is at rest even without cycles.
+    It is ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``,
+    the effective static coefficients of sliders 1..N. ValueError if there are fewer than two, or no
+    state is at rest even without cycles.
     """
     require(len(coefficients) >= 2, "coefficients must be those of two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}
@@ -78,10 +77,7 @@ def _several(n: Number) -> int:
 
 
 def edges(chain: Chain) -> dict[str, float]:
-    """Return the amplitudes between the fates of a chain, by the names of the theorems.
-
-    ``at_rest`` and ``locked_ends`` hold without disorder alone; one slider has none.
-    """
+    """Return the amplitudes between the fates of a chain, by the names of the theorems."""
     if chain.n < 2:
         return {}
     given, found = chain.parameters(), {}

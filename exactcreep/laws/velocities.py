@@ -106,7 +106,6 @@ class Prediction:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The best that theory has: the staircase, else the law of the sliding limit."""
         return self.sliding if self.staircase is None else (self.staircase,)
 
 

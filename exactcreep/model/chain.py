@@ -97,7 +97,6 @@ class Chain(Shown):
 
     @cached_property
     def _cosine(self) -> tuple[int, int]:
-        """cos(alpha), as a ratio of integers to some 256 bits."""
         p, q = self.tan_alpha.numerator, self.tan_alpha.denominator
         # q / sqrt(p^2 + q^2): 2^-k of an integer square root, k ample for a correct rounding
         bits = 256 + max((p * p + q * q).bit_length(), 1)

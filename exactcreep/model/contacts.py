@@ -58,10 +58,8 @@ class Event:
     time : number
         Since the start of the rearrangement, unit tau_dyn.
     kind : EventKind
-    sliders : tuple of int
-        Ascending, numbered from 1.
-    signs : tuple of int
-        Direction of motion after a start, before a stop: +1 downhill, -1 uphill.
+    sliders, signs : tuple of int
+        Ascending, from 1; direction of motion after a start, before a stop: +1 downhill, -1 uphill.
     residual : number
         How far the event's condition is from holding at `time` in the solver's own motion: of a
         stop the largest ``|velocity|``, of a start the largest distance of ``|F|`` from ``mu_s c``.
@@ -118,8 +116,8 @@ class Field(Protocol):
 class Contacts:
     """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
-    With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational `mu_s`; another
-    coefficient that a `State` begins with is what it is. Source: Eq. (dist_mud).
+    With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational. Source: Eq.
+    (dist_mud).
     """
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:
@@ -160,8 +158,8 @@ class Contacts:
     def holds(self, coefficient: Any, arithmetic: Field) -> Any:
         """Return the force, unit ``m g``, that a contact with this coefficient holds at rest.
 
-        Guarantee: in balls it encloses ``acting(coefficient) cos(alpha)``; in float64 it is
-        within 1.5 ulp of it.
+        In balls it encloses ``acting(coefficient) cos(alpha)``; in float64 it is within 1.5 ulp of
+        it.
         """
         if arithmetic not in self._scales:
             self._scales[arithmetic] = (

@@ -24,7 +24,6 @@ ODD = np.array([1.0 / k for k in range(23, 1, -2)])
 LN2_HIGH = 6.93147180369123816490e-01  # ln 2 with its last 20 bits zero, so that e * it is exact
 LN2_LOW = 1.90821492927058770002e-10
 
-
 # AS 241 for abs(probability - 1/2) <= CENTRAL, highest power first
 CENTRAL = 0.425
 CENTRAL_SQUARE = 0.180625
@@ -75,9 +74,8 @@ def _product(typing_context: Any, a: Any, b: Any) -> Any:
         word = ir.IntType(64)
         product = builder.mul(builder.zext(arguments[0], wide), builder.zext(arguments[1], wide))
         upper = builder.trunc(builder.lshr(product, ir.Constant(wide, 64)), word)
-        return context.make_tuple(
-            builder, signature.return_type, [upper, builder.trunc(product, word)]
-        )
+        words = [upper, builder.trunc(product, word)]
+        return context.make_tuple(builder, signature.return_type, words)
 
     return types.UniTuple(types.uint64, 2)(types.uint64, types.uint64), generate
 
@@ -159,11 +157,7 @@ def centred(word):
 
 @njit(cache=True, nogil=True, forceinline=True)
 def normal_deviate(word):
-    """Return the normal deviate of a 64-bit word, within 4 ulp.
-
-    The upper 53 bits, centred in their cell, are the probability; the inverse distribution
-    function is Wichura's rational approximation AS 241 (PPND16).
-    """
+    """Return the normal deviate of a 64-bit word, within 4 ulp, by Wichura's AS 241 (PPND16)."""
     q = centred(word)
     if abs(q) > CENTRAL:
         return normal_tail(q)

@@ -54,7 +54,6 @@ def _compiled() -> Any:
 
 
 def valid_seed(seed: Any) -> int:
-    """Return `seed` as an int in 0 .. 2**64 - 1, or raise `InputError`."""
     return whole_number(seed, "seed", least=0, most=2**64 - 1)
 
 
@@ -94,10 +93,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
 
 
 def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
-    """Return the q-th random dilation theta_q (q = 1, 2, ...; theta_0 = 0 is the start).
-
-    The drawn float64 is the value exactly. Source: Eq. (dist_theta).
-    """
+    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. (dist_theta)."""
     q = whole_number(q, "q", least=1, most=2**62)
     return float(dilations(drive, valid_seed(seed), q, 1)[0])
 

@@ -104,7 +104,7 @@ enclosures = np.frompyfunc(enclosure, 1, 1)
 
 
 def exact_value(value: Any) -> Fraction:
-    """Return the rational that a number is, of an enclosure its middle; errors as `enclosure`."""
+    """Return the rational that a number is, of an enclosure its middle."""
     return enclosure(value).middle
 
 
@@ -118,12 +118,10 @@ def is_finite(value: Any) -> bool:
 
 
 def as_float(value: Any) -> float:
-    """Return the float64 nearest to a number."""
     return nearest_float(exact_value(value))
 
 
 def floats(array: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the float64 nearest to every number of `array`."""
     if array.dtype != object:
         return array.astype(np.float64, copy=False)
     near = [as_float(value) for value in array.ravel().tolist()]
@@ -147,10 +145,7 @@ def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def as_written(name: str, values: NDArray[Any], digits: int | None) -> dict[str, NDArray[Any]]:
-    """Return `values` by the names they have in files.
-
-    Numbers that are not floats become floats, with decimals and radii (rounded up) beside them.
-    """
+    """Return `values` by their names in files: floats, with decimals and radii if they are none."""
     if values.dtype != object:
         return {name: values}
     texts, radii = [], []

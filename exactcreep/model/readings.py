@@ -63,7 +63,6 @@ class Faults:
 
 
 def is_missing(entries: Series) -> Series:
-    """Return which entries mark a missing reading."""
     return entries.astype(str).str.strip().str.lower().isin(_MISSING)
 
 
@@ -82,13 +81,13 @@ def with_point(entries: Series, decimal: str) -> Series:
 
 def is_number(entries: Series) -> Series:
     """Return which entries are finite numbers, or texts of decimal ones."""
-    return entries.map(
-        lambda entry: (
-            bool(_DECIMAL.fullmatch(entry))
-            if isinstance(entry, str)
-            else isinstance(entry, int | float | Fraction) and -math.inf < entry < math.inf
-        )
-    ).astype(bool)
+
+    def finite(entry: Any) -> bool:
+        if isinstance(entry, str):
+            return bool(_DECIMAL.fullmatch(entry))
+        return isinstance(entry, int | float | Fraction) and -math.inf < entry < math.inf
+
+    return entries.map(finite).astype(bool)
 
 
 def dates_of(entries: Series, order: str) -> Series:
@@ -159,8 +158,7 @@ def one_of(values: Series, which: str) -> Any:
 def gaps_in(times: Sequence[float]) -> tuple[float, list[int]]:
     """Return the longest usual step, and the readings that follow a longer one, a gap.
 
-    Usual is what at least one step in ten is as long as, so that readings at uneven hours (at 7,
-    14 and 21 o'clock, or of the minimum and the maximum of a day) have no gap every night.
+    Usual is what at least one step in ten is as long as: uneven hours are no gaps.
     """
     if len(times) < _FEWEST_REGULAR:
         return math.inf, []
@@ -175,8 +173,7 @@ def filled(values: Series, times: Sequence[float]) -> list[Fraction]:
     known = np.flatnonzero(values.notna()).tolist()
     for a, b in itertools.pairwise(known):
         for k in range(a + 1, b):
-            share = (Fraction(times[k]) - Fraction(times[a])) / (
-                Fraction(times[b]) - Fraction(times[a])
-            )
+            begin = Fraction(times[a])
+            share = (Fraction(times[k]) - begin) / (Fraction(times[b]) - begin)
             whole[k] = whole[a] + (whole[b] - whole[a]) * share
     return whole

@@ -30,7 +30,6 @@ class Result(Shown):
     """Attributes that the summary holds; default: all fields."""
 
     def _numbers(self) -> Mapping[str, Any]:
-        """Return what the summary holds, not yet as plain data."""
         return {name: getattr(self, name) for name in self.told or _names(self)}
 
     def summary(self) -> dict[str, Any]:
@@ -59,7 +58,6 @@ class Result(Shown):
         return f"<table><caption>{type(self).__name__}</caption>{''.join(rows)}</table>"
 
     def _compared(self) -> Mapping[str, Any]:
-        """Return what two results are compared by."""
         return {name: getattr(self, name) for name in _names(self) if name != "seconds"}
 
     def __eq__(self, other: object) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -91,7 +90,7 @@ class State(Shown):
         theta: Scalar,
         past: Any = None,
     ) -> State:
-        """Return the state of a solver's own arrays, which nobody changes: they are not copied."""
+        """Return the state of a solver's own arrays, which are not copied."""
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
             array.flags.writeable = False
@@ -123,14 +122,11 @@ class State(Shown):
         """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks."""
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)
-            if array.dtype == object:
-                wild = [value for value in array if not is_finite(value)]
-            elif math.isfinite(array.dot(array)):  # seven times as fast
+            if array.dtype != object and np.isfinite(array).all():
                 continue
-            else:
-                wild = array[~np.isfinite(array)].tolist()
-            if wild:
-                raise InputError(f"state.{name}", wild[0], "must hold finite numbers")
+            for value in array.tolist():
+                if not is_finite(value):
+                    raise InputError(f"state.{name}", value, "must hold finite numbers")
         if not is_finite(self.theta):
             raise InputError("state.theta", self.theta, "must be a finite number")
 
@@ -175,16 +171,15 @@ class State(Shown):
 
         `seed` keys the static coefficients, as everywhere.
         """
-        magnitude = number_from_zero(size, "size")
+        largest = nearest_float(number_from_zero(size, "size"))
         uniform = disorder.uniform_tensions(disorder.valid_seed(start_seed), chain.n - 1)
-        return cls.prepared(chain, nearest_float(magnitude) * uniform, seed=seed)
+        return cls.prepared(chain, largest * uniform, seed=seed)
 
     def forces(self, chain: Chain) -> NDArray[np.float64]:
         """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,)."""
         around = np.zeros(self.n + 1)
         around[1:-1] = self.tensions
-        forces: NDArray[np.float64] = around[1:] - around[:-1] + chain.sin_alpha
-        return forces
+        return np.asarray(around[1:] - around[:-1] + chain.sin_alpha)
 
     def _facts(self) -> dict[str, Any]:
         names = ("theta", "tensions", "displacements", "coefficients", "draws")

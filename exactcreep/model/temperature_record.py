@@ -355,9 +355,8 @@ class TemperatureRecord(Listed):
         usual, after_gaps = readings.gaps_in(seconds)
         if self.gaps == "refuse":
             mend = 'gaps = "interpolate" takes the temperature to be monotone there'
-            allowed = (
-                f"comes more than {readings.GAP} usual steps of {usual:g} after the one before"
-            )
+            steps = f"{readings.GAP} usual steps of {usual:g}"
+            allowed = f"comes more than {steps} after the one before"
             faults.add(written.iloc[after_gaps], allowed, mend)
         ends = written[taken["value"].isna() & taken.index.isin(written.index[[0, -1]])]
         faults.add(ends, "of a missing temperature leaves nothing to interpolate between at an end")
@@ -378,18 +377,15 @@ class TemperatureRecord(Listed):
         names, file = {"C": "degrees Celsius", "K": "kelvin"}, self.file or "(arrays)"
         low, high = LIKE_KELVIN
         if (low < least and most < high) if self.unit == "C" else most < low:
-            message = (
-                f"the temperatures of {file}, from {least:g} to {most:g}, are said to be in "
-                f'{names.pop(self.unit)} (unit = "{self.unit}") and look like {names.popitem()[1]}'
-            )
+            said = f'said to be in {names.pop(self.unit)} (unit = "{self.unit}")'
+            told = f"the temperatures of {file}, from {least:g} to {most:g}, are {said}"
+            told += f" and look like {names.popitem()[1]}"
         elif least < COLDEST + (273.15 if self.unit == "K" else 0):
-            message = (
-                f"{file} holds {least:g} {self.unit}, colder than any weather: "
-                "a mark of missing readings?"
-            )
+            cold = f"{file} holds {least:g} {self.unit}, colder than any weather"
+            told = f"{cold}: a mark of missing readings?"
         else:
             return
-        warnings.warn(message, RecordWarning, stacklevel=4)
+        warnings.warn(told, RecordWarning, stacklevel=4)
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
@@ -437,7 +433,6 @@ class TemperatureRecord(Listed):
 
 
 def _check_options(options: Mapping[str, Any]) -> None:
-    """Raise `InputError` unless a record can be read as these texts say."""
     for name, choices in CHOICES.items():
         if not isinstance(options[name], str) or options[name] not in choices:
             *most, last = (f'"{choice}"' for choice in choices)

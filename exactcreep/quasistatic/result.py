@@ -67,9 +67,8 @@ class Creep(Result):
     ----------
     experiment : Experiment
         Everything that determined the run; `chain`, `drive`, `solver` and `seed` are its own.
-    outcome : Outcome
+    outcome, evidence : Outcome, Evidence
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
-    evidence : Evidence
     reason : str
         One sentence, if there is more to say.
     since : int or None
@@ -86,13 +85,10 @@ class Creep(Result):
         if there are too few half-cycles to tell. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
-    half_cycles, burn_in : int
-        Targets reached, and those left out of the velocity.
-    rearrangements, event_count, slip_count : int
-    draws_below_mu_d : int
-        Static coefficients drawn below `mu_d`, which act as `mu_d`.
-    undecided : int
-        Comparisons inside their rounding bound, settled by the model's rules.
+    half_cycles, burn_in, rearrangements, event_count, slip_count : int
+        Targets reached, those left out of the velocity, and what happened.
+    draws_below_mu_d, undecided : int
+        As of a `Rearrangement`.
     long_rearrangements : int
         Of the solver `exact`: rearrangements of more than 200 events, whose tensions rounding may
         have taken further than 1e-12 from the truth.
@@ -102,8 +98,8 @@ class Creep(Result):
         there is none (only the outcome may be undecided then, and `reason` says why). Looked for at
         every target at first, then less and less often.
     trusted_half_cycles : int or None
-        Up to which target the events are those of a twin that starts a few roundings off, and the
-        tensions agree to 1e-9, at the least; None if that was not followed so far.
+        Up to which target the events are those of such a twin, and the tensions agree to 1e-9, at
+        the least; None if that was not followed so far.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -116,8 +112,7 @@ class Creep(Result):
     report : mapping
         What only this solver knows: precision, enclosure radii, work counts.
     saved : mapping of int to mapping
-        How far the simulation was, by targets reached: from there `state_at` begins. A result
-        from a file has none.
+        Snapshots by targets reached, from which `state_at` begins; none of a result from a file.
     """
 
     experiment: Experiment

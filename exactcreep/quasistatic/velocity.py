@@ -55,8 +55,7 @@ class MeanVelocity(Observer):
     @property
     def state(self) -> dict[str, Any]:
         mark = (0, NUMBER, np.zeros(self.experiment.chain.n), 0)
-        kept = {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark]}
-        return kept | {"slips": 0}
+        return {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark], "slips": 0}
 
     def next(self, done: int) -> int:
         return NEVER if self.experiment.accuracy is None else next_look(done)

@@ -64,7 +64,7 @@ class Avalanche:
     def take(
         self, event: Event, number: int, moved: NDArray[Any], coefficient: Callable[[int], Any]
     ) -> list[tuple[Any, ...]]:
-        """Take in the next event of rearrangement `number`; return the rows of slips it ends.
+        """Take in an event of rearrangement `number`; return the rows of slips it ends.
 
         `moved` are displacements since its start; `coefficient(k)` is what slider k (from 0) draws.
         """
@@ -82,7 +82,6 @@ class Avalanche:
         return self._slips[before:]
 
     def row(self, undecided: int) -> tuple[Any, ...]:
-        """Return the row of the rearrangement, which has come to rest."""
         arithmetic, tensions = self._arithmetic, self.tensions
         sliders, lengths = [slip[0] for slip in self._slips], [abs(slip[4]) for slip in self._slips]
         before = arithmetic.dot(tensions, tensions) / 2

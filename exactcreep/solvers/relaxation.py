@@ -55,11 +55,10 @@ class _Half:
 def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any]:
     """Return the tensions with ``-uphill <= T_n - T_(n-1) <= downhill`` nearest to the given ones.
 
-    Nearest in elastic energy, ``sum (T_n - given_n)^2``: the step a rate-independent chain makes
-    from a state that its friction cannot hold. The ends are T_0 = T_N = 0. Dynamic programming over
-    the springs: the derivative of the least energy up to spring n is piecewise linear with jumps;
-    its two halves move apart by the two bounds from spring to spring, and its root is the best T_n.
-    The halves are stacks with the part next to the root on top.
+    Nearest in elastic energy, ``sum (T_n - given_n)^2``, with T_0 = T_N = 0. Dynamic programming
+    over the springs: the derivative of the least energy up to spring n is piecewise linear with
+    jumps; its two halves move apart by the two bounds from spring to spring, and its root is the
+    best T_n. The halves are stacks with the part next to the root on top.
     """
     best: list[Any] = []
     below = _Half(-uphill)

@@ -113,10 +113,10 @@ class _Configuration(NamedTuple):
 
 @register_jitable
 def _ramp(way, place, ways, chain):
-    """Push every spring to its bound and move the sliders outwards from the pivot.
+    """Push every spring to its bound at ``place = l0 theta``, and move the sliders outwards.
 
-    `place` is ``l0 theta``. Springs above the pivot end at sliders above it, those below at sliders
-    below it; between two pivots lies a spring whose extension they share.
+    Springs above the pivot end at sliders above it, those below at sliders below it; between two
+    pivots lies a spring whose extension they share.
     """
     row = 0 if way > 0 else 1
     bounds, share = ways.bounds[row], ways.shares[row]
@@ -193,8 +193,6 @@ _follow_floats = njit(cache=True, nogil=True, error_model="numpy")(_follow)
 
 
 class SlidingSimulation(Simulation):
-    """A chain in the sliding limit on its way along a drive."""
-
     def __init__(self, start: Start, record: tuple[str, ...], exact: bool, pivot: str) -> None:
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
@@ -263,7 +261,6 @@ class SlidingSimulation(Simulation):
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        """Slips, their starts and stops as events, and the half-cycles that are not unique."""
         if self._lost:
             return Tally()
         gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
@@ -354,7 +351,6 @@ class SlidingSimulation(Simulation):
 
     @property
     def evidence(self) -> Evidence:
-        """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
         if self._too_steep:
             return Evidence.PROVED
         if self._lost or self.tally.undecided:
@@ -390,7 +386,6 @@ class SlidingSimulation(Simulation):
 
 
 def _written(value: Any) -> Any:
-    """Return an exact number as a string that `SlidingSimulation` can read, floats as they are."""
     if isinstance(value, Quadratic):
         return f"{value.a} {value.b}"
     return str(value) if isinstance(value, Fraction) else value
@@ -420,9 +415,7 @@ class Sliding(Solver):
     pivot: str = "mean"
     needs_slips: ClassVar[bool] = False
     records: ClassVar[tuple[str, ...]] = ("x_G", "x", "tension", "slips")
-    no_more: ClassVar[str] = (
-        ": without inertia there are no events in time; solver 'exact' has them"
-    )
+    no_more: ClassVar[str] = ": without inertia there are no events; solver 'exact' has them"
     name: ClassVar[str] = "sliding"
     summary: ClassVar[str] = "no inertia, no static excess: piecewise linear in theta"
 
@@ -433,11 +426,8 @@ class Sliding(Solver):
             raise InputError("pivot", self.pivot, "must be one of " + ", ".join(_SHARES))
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        raise InputError(
-            "solver",
-            self.name,
-            "has no rearrangements (sliders slide continuously with theta); use 'exact'",
-        )
+        allowed = "has no rearrangements (sliders slide continuously with theta); use 'exact'"
+        raise InputError("solver", self.name, allowed)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return SlidingSimulation(start, record, self.exact, self.pivot)

@@ -72,25 +72,19 @@ class Rearrangement(Shown):
     Attributes
     ----------
     chain : Chain
-    initial : State
-        At rest, at theta_c.
+    initial, state : State
+        At rest at theta_c, and at the end.
     events : tuple of Event
         In order of time; empty if no slider exceeds its threshold.
     outcome : Outcome
         `AT_REST`, `RUNAWAY` (proved) or `LIMIT` (given up).
-    evidence : Evidence
-    state : State
     velocities : ndarray, shape (n,)
-        At the end, as is the state; zero at rest.
-    sol : Solution
-        Positions, velocities and forces at any time between the first event and the last.
-    undecided : int
-        Comparisons inside their rounding bound, settled by the model's rules.
-    draws_below_mu_d : int
-        Static coefficients drawn below `mu_d`, which act as `mu_d`.
-    solver : str
-    seed : int
-        Keys the coefficients that were drawn at stops.
+        At the end; zero at rest.
+    undecided, draws_below_mu_d : int
+        Comparisons inside their rounding bound, settled by the model's rules; static coefficients
+        drawn below `mu_d`, which act as `mu_d`.
+    solver, seed : str, int
+        The seed keys the coefficients that were drawn at stops.
     arithmetic : Arithmetic
         The numbers that the solver computes with.
     decided : Evidence
@@ -101,12 +95,6 @@ class Rearrangement(Shown):
         For a runaway what proves it, for a limit which it is: one sentence.
     motion : Solution or None
         The closed form, if the solver has kept it.
-    error : float
-        Of `exact`: estimate of the largest error that rounding leaves in a tension (unit ``m g``)
-        or a displacement; inf where the order of events is in doubt. nan of other solvers. The
-        rounding of the state's numbers to float64 comes on top.
-    doubt : str
-        Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else empty.
     """
 
     shown_as: ClassVar[str] = "Rearrangement"
@@ -131,7 +119,6 @@ class Rearrangement(Shown):
 
     @classmethod
     def of(cls, moved: Any, solver: str, ended: Ending, **known: Any) -> Self:
-        """Return what `moved`, a simulation or what moves in one, was taken through."""
         tally = moved.tally
         return cls(
             chain=moved.chain,
@@ -161,12 +148,16 @@ class Rearrangement(Shown):
 
     @property
     def error(self) -> float:
-        """An estimate of what rounding does to the result, nan if there is none."""
+        """Estimate of the largest error that rounding leaves in a tension or a displacement.
+
+        Of `exact`; nan of others, inf where the order of events is in doubt. The rounding of the
+        state's numbers to float64 comes on top.
+        """
         return math.nan
 
     @property
     def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, if it does."""
+        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
         return ""
 
     def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
@@ -217,16 +208,10 @@ class Rearrangement(Shown):
         return hash((self.solver, self.seed, self.outcome, self.state))
 
     def _facts(self) -> dict[str, Any]:
-        return {
-            "n": self.chain.n,
-            "theta": float(f"{float(self.theta):.9g}"),
-            "events": len(self.events),
-            "outcome": self.outcome,
-            "evidence": self.evidence,
-            "duration": float(f"{float(self.duration):.6g}"),
-            "solver": self.solver,
-            "reason": self.reason,
-        }
+        short = {name: getattr(self, name) for name in ("outcome", "evidence", "solver", "reason")}
+        about = {"n": self.chain.n, "theta": float(f"{float(self.theta):.9g}")}
+        about |= {"events": len(self.events), "duration": float(f"{float(self.duration):.6g}")}
+        return about | short
 
 
 _USUAL: dict[str, Any] = {
@@ -340,7 +325,6 @@ class Simulation(ABC):
 
     @property
     def evidence(self) -> Evidence:
-        """How well everything up to now is known."""
         return Evidence.of(self.tally.undecided, Evidence.COMPUTED)
 
     def report(self) -> dict[str, Any]:
@@ -348,7 +332,6 @@ class Simulation(ABC):
 
 
 def require(holds: bool, otherwise: str) -> None:
-    """Raise `ValueError` with a sentence unless something holds of a snapshot."""
     if not holds:
         raise ValueError(otherwise)
 
@@ -397,8 +380,7 @@ class Start:
 class Solver(ABC):
     """An algorithm: a frozen dataclass, whose fields are its options, that it validates.
 
-    A subclass says what it does from a `Start`; everybody calls `rearrange`, `iterate` and
-    `simulation`.
+    A subclass says by `rearrange_from`, `events_from` and `simulation_from` what it does.
     """
 
     name: ClassVar[str]
@@ -423,7 +405,6 @@ class Solver(ABC):
         return self.rearrange_from(self._start(chain, state, seed), direction, limits)
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Return an iterator over the events of `rearrange`, each as soon as it is known."""
         return self.events_from(self._start(chain, state, seed), direction)
 
     def simulation(
@@ -447,15 +428,12 @@ class Solver(ABC):
     @abstractmethod
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Do what `rearrange` says."""
-
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        """Do what `iterate` says; by default, when the rearrangement is over."""
         yield from self.rearrange_from(start, direction, ONE_REARRANGEMENT).events
 
     @abstractmethod
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Do what `simulation` says."""
-
     def compiles(self, n: int) -> tuple[int, ...]:
         """Return lengths of chains with which all is compiled that one of `n` sliders may need.
 

@@ -95,7 +95,6 @@ def _sums(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
 
 
 def _spread(steps: NDArray[np.float64], size: int) -> tuple[float, int]:
-    """Return the variance of sums over blocks of `size` steps, for each step; and `size`."""
     return float(_sums(steps, size).var(ddof=1)) / size, size
 
 
@@ -107,10 +106,7 @@ def _skewness(steps: NDArray[np.float64], size: int) -> float:
 
 
 def falls_like_inverse_square(steps: NDArray[np.float64]) -> bool:
-    """Return whether positive steps fall at least as fast as 1/k**2 with their number k.
-
-    Their inverse root then grows at least in proportion to k, to within a tenth.
-    """
+    """Return whether positive steps fall at least as fast as 1/k**2 with their number k."""
     if not (steps > 0).all():
         return False
     early, middle, late = steps[[0, steps.size // 2, -1]] ** -0.5

@@ -79,7 +79,6 @@ class Schema:
         return [(name, column.dtype) for name, column in self.fields.items()]
 
     def arrays(self, values: Any, n: int = 1) -> dict[str, NDArray[Any]]:
-        """Return new arrays by full names, from a mapping (or a structured array) by fields."""
         fields = self.fields.items()
         return {self.prefix + name: column.array(values[name], n) for name, column in fields}
 
@@ -194,7 +193,6 @@ class TargetRows(NamedTuple):
         return TargetRows(*(values[first:last] for values in self))
 
     def recorded(self, record: tuple[str, ...], done: int) -> dict[str, NDArray[Any]]:
-        """Return the rows of the first `done` targets by name."""
         rows = self._asdict().items()
         return {name: row[:done] for name, row in rows if name == "x_G" or name in record}
 
@@ -214,7 +212,6 @@ def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArra
 
 
 def joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """Return what was recorded in several parts as if in one."""
     names = dict.fromkeys(name for part in parts for name in part)
     return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
 
@@ -222,7 +219,6 @@ def joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any
 def rows_of(
     event: Event, half_cycle: int, rearrangement: int, number: int, theta: Any
 ) -> list[EventRow]:
-    """Return the rows of an event, one for each of its sliders."""
     kind = _KINDS.index(event.kind)
     return [
         EventRow(half_cycle, rearrangement, number, theta, event.time, kind, slider, sign)
@@ -242,10 +238,7 @@ def logged_events(
 def events_of(
     rows: Iterable[EventRow], residuals: Iterable[Any] | None = None
 ) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every event of some rows behind the row of its first slider.
-
-    Residuals, one for each row, are zero by default.
-    """
+    """Yield every event of some rows behind the row of its first slider; residuals may be known."""
     pairs = zip(rows, repeat(0) if residuals is None else residuals, strict=False)
     for _, group in groupby(
         pairs, lambda pair: (pair[0].rearrangement, pair[0].number, pair[0].kind, pair[0].time)
