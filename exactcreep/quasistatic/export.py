@@ -36,13 +36,9 @@ def table(result: Creep, name: str) -> xr.Dataset:
     if name not in TABLES:
         raise InputError("table", name, "must be one of " + ", ".join(TABLES))
     found = _part(result.dataset, TABLES[name])
-    if name in LOGS and not found:
-        raise InputError("table", name, f'was not recorded: the run needs record = ["{name}"]')
-    if not found:  # the targets are known from the drive
-        count = np.arange(1, result.half_cycles + 1)
-        theta = result.drive.targets(1, result.half_cycles, result.seed)
-        about = HALF_CYCLE_TABLE.columns["theta"].attributes
-        found = xr.Dataset({"theta": ("half_cycle", theta, about)}, {"half_cycle": count})
+    if not found:
+        needed = name if name in LOGS else "x_G"
+        raise InputError("table", name, f'was not recorded: the run needs record = ["{needed}"]')
     return found
 
 

@@ -17,10 +17,8 @@ class Observer:
 
     needs: tuple[str, ...] = ()
 
-    @property
-    def state(self) -> dict[str, Any]:
-        """The attributes that a checkpoint keeps, each with a value of its kind; `require_like`."""
-        raise NotImplementedError
+    state: dict[str, Any]
+    """The attributes that a checkpoint keeps, each with a value of its kind; `require_like`."""
 
     def next(self, done: int) -> int:
         """Return the next target at which it wants to look, if not at the last."""

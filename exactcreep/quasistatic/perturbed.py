@@ -41,12 +41,9 @@ class PerturbedCopy(Observer):
         self.parted = False
         self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
+        self.state = {"doubted_from": 0, "trusted": 0, "checked": 0}
+        self.state |= {"parted": False, "followed": False, "copied": None}
         self.copied: Any = {}  # a snapshot of the copy; {}: at its start, None: it goes no further
-
-    @property
-    def state(self) -> dict[str, Any]:
-        counts = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
-        return counts | {"parted": False, "followed": False, "copied": None}
 
     def next(self, done: int) -> int:
         if self.followed:

@@ -19,12 +19,9 @@ class PhysicalRange(Observer):
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
         self.theta_beyond_one = self.crossings = 0
+        self.state = {"theta_beyond_one": 0, "crossings": 0}
         self._gaps = _narrow_gaps(experiment)
         self.needs = () if self._gaps is None else ("x",)
-
-    @property
-    def state(self) -> dict[str, int]:
-        return {"theta_beyond_one": 0, "crossings": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         experiment = self.experiment

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -29,11 +28,8 @@ class RecurrenceObserver(Recurrence, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp)
         self.slipped = 0  # since the end of the last cycle
-
-    @property
-    def state(self) -> dict[str, Any]:
-        kept = {"ends": np.empty((0, self.chain.n + 1)), "known": [(NUMBER, [NUMBER])]}
-        return kept | {"forgotten": 0, "noted": (0, 0), "slipped": 0}
+        self.state = {"ends": np.empty((0, chain.n + 1)), "known": [(NUMBER, [NUMBER])]}
+        self.state |= {"forgotten": 0, "noted": (0, 0), "slipped": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         recorded, begin = stretch.recorded, first % 2

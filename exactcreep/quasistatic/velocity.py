@@ -51,11 +51,8 @@ class MeanVelocity(Observer):
         self._marks_all_along = experiment.accuracy is not None and experiment.burn_in is None
         if self._burn_in:
             self.needs = ("x", "slips")
-
-    @property
-    def state(self) -> dict[str, Any]:
-        mark = (0, NUMBER, np.zeros(self.experiment.chain.n), 0)
-        return {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark], "slips": 0}
+        self.state = {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "slips": 0}
+        self.state |= {"marks": [(0, NUMBER, np.zeros(experiment.chain.n), 0)]}
 
     def next(self, done: int) -> int:
         return NEVER if self.experiment.accuracy is None else next_look(done)
