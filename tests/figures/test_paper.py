@@ -154,14 +154,6 @@ def test_two_sliders_follow_the_exact_law_where_the_printed_one_is_off() -> None
     assert steep.deviation_exact > 10
 
 
-def test_below_its_threshold_a_printed_law_has_no_value() -> None:
-    picture, data = tiny("chain-amplitude")
-    below, *above = picture.tables(data)[0].rows
-    assert (below.varied, below.printed, below.exact) == ({"amplitude": 0.002}, (), (0.0,))
-    assert math.isnan(below.deviation_printed)
-    assert all(row.printed[0] > 0 for row in above)
-
-
 def test_dilations_taken_out_leave_the_mean_and_shrink_its_error() -> None:
     scene = load_scene("two-sliders-angle").with_settings(
         {"drive.steps": 400, "vary.chain.tan_alpha": ["0.25"]}

@@ -53,26 +53,3 @@ def test_draws_that_hardly_change_the_phase_leave_an_estimate() -> None:
     found = survival(chain, amplitude, starts=100, size="0.1", cycles=40_000)
     assert not life.computed
     assert found.rate.low / 3 < 1 / life.cycles < found.rate.high * 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("chain", "amplitude", "starts", "cycles"),
-    [
-        (TWO, "0.000356", 600, 120_000),
-        (THREE, "0.00073624", 24, 100_000),
-        (captions(4, "0.01"), "0.00059", 24, 20_000),
-        (captions(6, "0.01"), "0.00059", 24, 20_000),
-    ],
-)
-def test_mean_lives_are_computed_to_a_tenth_of_two_sliders_and_estimated_of_more(
-    chain: Chain, amplitude: str, starts: int, cycles: int
-) -> None:
-    size = "0.1" if chain is TWO else "1e-3"
-    found = survival(chain, amplitude, starts=starts, size=size, cycles=cycles)
-    mean, life = found.durations.sum() / found.lifetimes.size, stopping_time(chain, amplitude)
-    assert life.computed == (chain is TWO)
-    if life.computed:
-        assert mean == pytest.approx(life.cycles, rel=0.12)
-    else:
-        assert life.cycles / 10 < mean < life.cycles * 10

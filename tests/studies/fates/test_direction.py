@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from exactcreep import (
@@ -86,13 +85,6 @@ def test_on_the_level_a_skewed_start_creeps_along_the_axis() -> None:
     level = fate(LEVEL, "0.0015", start=SKEWED, solver="exact")
     assert level.advance == pytest.approx(-6.362498559751911e-05, rel=1e-9)
     assert level.direction == "-x"
-
-
-def test_the_last_advance_of_what_locks_on_its_way_up_is_counted() -> None:
-    found = fate(SHALLOW, "0.0026", solver="exact")
-    run = creep(SHALLOW, Cycles("0.0026", found.cycles), record="x_G")
-    moves = np.abs(np.diff(run.recorded["x_G"][1::2], prepend=0.0))[: found.settled_after]
-    assert found.last_advance == np.flatnonzero(moves > 1e-12)[-1] + 1
 
 
 def test_a_survival_counts_creep_either_way() -> None:

@@ -92,18 +92,6 @@ def test_beyond_mu_d_a_chain_runs_away_from_its_first_slip_on(question: str) -> 
         assert low <= first <= high
 
 
-@pytest.mark.parametrize("question", ["lasting", "intercept"])
-def test_the_mirror_image_has_the_same_threshold(question: str) -> None:
-    one, other = (of(question, captions(3, tan_alpha=slope)) for slope in ("0.23", "-0.23"))
-    if question == "lasting":
-        assert ends(one) == ends(other)
-        return
-    off = math.hypot(one.systematic, other.systematic) + one.intercept / 20
-    assert one.intercept == pytest.approx(other.intercept, abs=off)
-    assert one.slope == pytest.approx(other.slope, rel=0.1)
-    assert other.velocities.min() > 0
-
-
 # --- lasting ----------------------------------------------------------------------------------
 
 
