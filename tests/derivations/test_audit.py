@@ -205,19 +205,6 @@ def test_a_changed_premise_refutes_what_depends_on_it_alone(
     assert "critical_angle: the printed formula does not earn its verdict" in said.err
 
 
-@pytest.mark.parametrize(
-    ("name", "carried"),
-    [("pivots", "gfsetm"), ("shakedown", "gfsetm"), ("slip", "fstm"), ("runaway", "gfsetm"),
-     ("modes", "s")],
-)  # fmt: skip
-def test_a_chapter_falls_with_the_premises_it_takes(name: str, carried: str) -> None:
-    fallen = ""
-    for initial, model in zip("gfsetcm", PREMISES.values(), strict=True):
-        lines = proof_of(name, model).lines
-        fallen += initial * any(line.fault for line in lines if line.standing == "proved")
-    assert fallen == carried
-
-
 def test_the_printed_and_the_corrected_formula_differ_by_the_numbers_that_the_book_shows() -> None:
     for name, printed, corrected in (
         ("seuil", 0.0036380, 0.0036865),

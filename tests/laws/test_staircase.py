@@ -51,7 +51,8 @@ def test_the_staircase_is_what_two_sliders_do_slip_by_slip() -> None:
 
 def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
     ctx, scale = context(80), 10**75
-    edge = (ctx.mpf(6) / 10 - ctx.mpf(1) / 4) / ctx.sqrt(ctx.mpf(17) / 16)
+    cosine = 1 / ctx.sqrt(ctx.mpf(17) / 16)
+    edge = cosine * ctx.mpf("0.35")
     below = int(ctx.floor(edge * scale))
     chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
     assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0

@@ -10,7 +10,7 @@ import pytest
 
 from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
-from exactcreep.motion.first_event import Search, lone_event, root_time
+from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.modes import Flow
 
 FRICTION = Fraction(1, 2)
@@ -42,37 +42,20 @@ def test_one_operation_is_rounded_by_as_much_as_is_said(arithmetic):
 
 
 @every_arithmetic
-def test_the_search_and_the_energy_of_a_lone_slider_agree(arithmetic):
-    rng = np.random.default_rng(30)
-
-    def decided(x, slack):
-        assert arithmetic.sign(x, slack) != 0
-        return arithmetic.sign(x, slack)
-
-    with arithmetic.active():
-        for _ in range(20):
-            forces = rng.uniform(-0.3, 0.3, 3).tolist()
-            flow = flow_of(arithmetic, forces, {1: 1}, {1: rng.uniform(0.01, 0.8)})
-            thresholds = [Fraction(3, 5)] * 3
-            found, time, _ = first_time(arithmetic, flow, thresholds)
-            lone = lone_event(flow, 1, arithmetic.vector(thresholds), {}, sign=decided)
-            assert float(time) == pytest.approx(float(lone.time), rel=1e-13)
-            assert (lone.stops == (1,)) == (found[0].side == 0)
-
-
-@every_arithmetic
 def test_no_slider_acts_before_the_first_event(arithmetic):
     rng = np.random.default_rng(31)
     with arithmetic.active():
         for _ in range(8):
             forces = rng.uniform(-0.5, 0.5, 7).tolist()
-            signs = {n: int(rng.choice([-1, 1])) for n in (1, 2, 3, 5)}
-            speeds = {n: s * float(rng.uniform(0.05, 0.9)) for n, s in signs.items()}
+            signs, speeds = {}, {}
+            for n in (1, 2, 3, 5):
+                signs[n] = int(rng.choice([-1, 1]))
+                speeds[n] = signs[n] * float(rng.uniform(0.05, 0.9))
             flow = flow_of(arithmetic, forces, signs, speeds)
             found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 7)
             assert search.evaluations <= 60
             runs = flow.runs()
-            for fraction in np.linspace(0.01, 0.99, 50):
+            for fraction in np.linspace(0.01, 0.99, 20):
                 for candidate in Search(flow, runs, search.thresholds, {}).functions:
                     value, _ = candidate(arithmetic.number(float(fraction)) * time)
                     assert float(value) > 0
@@ -81,7 +64,8 @@ def test_no_slider_acts_before_the_first_event(arithmetic):
 
 def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
     # slider 1 moves by 2 (3/5 - 1/2) = 1/5 and brings slider 2 exactly to its threshold
-    forces, thresholds = [Fraction(3, 5), Fraction(2, 5), 0], [Fraction(3, 5)] * 3
+    forces = [Fraction(3, 5), Fraction(2, 5), 0]
+    thresholds = [Fraction(3, 5)] * 3
     balls = balls_of(200)
     with balls.active(), pytest.raises(Undecided):
         first_time(balls, flow_of(balls, forces, {0: 1}), thresholds)
@@ -90,19 +74,6 @@ def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
     assert search.undecided > 0
     assert time == pytest.approx(math.pi, rel=1e-7)
     assert found[0].slider in (0, 1)
-
-
-@pytest.mark.parametrize("arithmetic", ARITHMETICS[:2], ids=lambda a: a.name)
-def test_a_tangential_stop_is_a_stop_and_counted(arithmetic):
-    """Of two that swing about their common velocity v, slider 1 has v - v sin(sqrt2 t)."""
-    with arithmetic.active():
-        pull, speed = Fraction(1, 5), arithmetic.sqrt(arithmetic.number(Fraction(1, 50)))
-        forces = [FRICTION - pull, FRICTION + pull]
-        flow = flow_of(arithmetic, forces, {0: 1, 1: 1}, {0: speed, 1: speed})
-        found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 2)
-        assert (found[0].slider, found[0].side) == (0, 0)
-        assert float(time) == pytest.approx(math.pi / math.sqrt(8), rel=1e-7)
-        assert search.undecided == 1
 
 
 def test_two_roots_closer_than_the_precision_are_undecided_and_farther_are_not():

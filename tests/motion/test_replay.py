@@ -15,6 +15,7 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_of
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.solver import Rearrangement
+from tests.paper import captions
 
 
 def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:
@@ -59,7 +60,8 @@ def rate_of(replay: Replay, event: Event) -> float:
     flow, n = replay.flow, event.sliders[0] - 1
     if event.kind is EventKind.STOP:
         return float(flow.forces[n] - flow.friction * flow.signs[n])
-    return float(sum(flow.velocities[m] for m in (n - 1, n + 1) if 0 <= m < replay.chain.n))
+    beside = [m for m in (n - 1, n + 1) if 0 <= m < replay.chain.n]
+    return float(sum(flow.velocities[m] for m in beside))
 
 
 @pytest.mark.parametrize(("seed", "sigma"), [(0, "0"), (3, "0.05")])
@@ -75,21 +77,6 @@ def test_a_replay_ends_in_the_state_that_the_solver_reached(seed: int, sigma: st
     assert np.array_equal(end.draws, known.draws)
     assert end.theta == result.theta
     assert not replay.flow.signs.any()
-
-
-def test_what_a_consumer_leaves_out_is_done_for_it() -> None:
-    result = avalanche(3)
-    ends = []
-    for mode in range(3):
-        replay = replayed(result)
-        for phase in replay:
-            if mode >= 1:
-                phase.arrive()
-                assert replay.now == phase.time
-            for event in phase.events[: len(phase.events) if mode == 2 else 0]:
-                phase.happen(event)
-        ends.append(replay.flow.moved.tolist())
-    assert ends[0] == ends[1] == ends[2]
 
 
 @pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(200)], ids=lambda a: a.name)
@@ -110,7 +97,7 @@ def test_the_energies_of_every_phase_close(arithmetic: Arithmetic) -> None:
 
 
 def test_a_stop_at_a_finite_speed_loses_its_kinetic_energy() -> None:
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
+    chain = captions(2)
     state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
     slip = [
         Event(0.0, EventKind.START, (2,), (1,), 0.0),
@@ -137,24 +124,3 @@ def test_in_balls_a_replay_encloses_the_certified_end() -> None:
         ):
             assert ours.overlaps(theirs)
             assert ours.rad() < 1e-25
-
-
-# -- the contacts ----------------------------------------------------------------------------------
-
-
-def test_a_contact_holds_the_same_in_every_arithmetic_and_never_less_than_mu_d() -> None:
-    chain = Chain(3, 1, "0.5", "0.6", "0.2", tan_alpha="0.1")
-    contacts = Contacts(chain, 11)
-    balls, digits = balls_of(200), digits_of(150)
-    assert contacts.acting(0.75) == Fraction(3, 4)  # of a start: one of its own
-    for slider in range(1, 4):
-        for draw in range(6):
-            drawn = contacts.coefficient(slider, draw)
-            assert contacts.is_low(drawn) == (drawn < Fraction(1, 2))
-            assert contacts.acting(float(drawn)) == max(Fraction(drawn), Fraction(1, 2))
-            plain = contacts.holds(drawn, FLOAT64)
-            with balls.active():
-                sure = contacts.holds(drawn, balls)
-                assert sure.rad() < 1e-50
-                assert abs(float(sure - plain)) <= 1.5 * 2**-53
-            assert abs(float(contacts.holds(drawn, digits) - plain)) <= 1.5 * 2**-53

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
+from exactcreep import Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
 from exactcreep.quasistatic.course import known_of
 from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.verlet import solver as verlet
-from tests.paper import paper_chain
+from tests.paper import captions, paper_chain
 
 SIX, PAIR = paper_chain(6), paper_chain(2, "0")
-STEEP = Chain(2, 1000, "1/2", "3/5", "1/100", tan_alpha="0.5001")
+STEEP = paper_chain(2, tan_alpha="0.5001")
 """Its first rearrangement is an avalanche of so many events that float64 promises nothing."""
 
 
@@ -35,7 +35,7 @@ def test_a_time_limit_does_not_count_what_the_compiler_took(
 
 
 def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> None:
-    chain = Chain(4, 1000, "1/2", "3/5", "1/100", tan_alpha="0")
+    chain = paper_chain(4, tan_alpha="0")
     arguments = {"seed": 3, "record": ("tension",)}
     run = creep(chain, Cycles("0.006", 2), **arguments)
     truth = creep(chain, Cycles("0.006", 2), solver="certified", **arguments)
@@ -57,13 +57,13 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert worth.startswith("outcome and velocity are statistics")
     assert f"beyond half-cycle {run.followed} rounding errors have grown as large" in course
     assert run.summary()["course"] == run.course
-    locked = creep(Chain(5, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.000759", 150))
+    locked = creep(captions(5), Cycles("0.000759", 150))
     assert locked.undecided_from
     assert locked.course.startswith("outcome and velocity are what the course ended in")
 
 
 def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agrees() -> None:
-    level = Chain(2, 1000, "1/2", "3/5", tan_alpha="0")  # both ends reach their thresholds at once
+    level = captions(2, tan_alpha="0")  # both ends reach their thresholds at once
     run = creep(level, Cycles("0.003", 10), twin=True)
     assert run.undecided > 0
     assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from exactcreep import (
-    Chain,
     Cycles,
     EventKind,
     Evidence,
@@ -25,19 +24,18 @@ from exactcreep import (
     creep,
     rearrange,
 )
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
 from exactcreep.motion.modes import Ends, Flow, Run
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, escape_time, never_rests
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import Start
+from tests.paper import captions, paper_chain
 
-PAPER = {"mu_d": "1/2", "mu_s": "3/5"}
 EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
 
 
 def slope_above(excess, n=2, sigma_mu=0):
-    return Chain(n, 10, sigma_mu=sigma_mu, tan_alpha=Fraction(1, 2) + excess, **PAPER)
+    return paper_chain(n, sigma_mu, l0=10, tan_alpha=Fraction(1, 2) + excess)
 
 
 # A proof that an avalanche never ends
@@ -54,7 +52,7 @@ def slope_above(excess, n=2, sigma_mu=0):
     ],
 )
 def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha, reason, solver):
-    chain = Chain(n, 1000, tan_alpha=tan_alpha, **PAPER)
+    chain = captions(n, tan_alpha=tan_alpha)
     start = State.relaxed(chain)
     result = rearrange(chain, start, direction=min(n - 1, 1), solver=solver, max_events=500)
     assert (result.outcome, result.reason) == (Outcome.RUNAWAY, reason)
@@ -99,7 +97,7 @@ def test_no_end_is_denied_to_an_avalanche_that_may_still_rest():
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)
 def test_an_avalanche_that_goes_round_for_ever_at_mu_d_is_told_from_a_limit(solver):
-    chain = Chain(3, 10, tan_alpha="1/2", **PAPER)
+    chain = captions(3, l0=10, tan_alpha="1/2")
     for tensions, outcome in ((["0.45", "0.45"], Outcome.RUNAWAY), (["0.6", "0.9"], Outcome.LIMIT)):
         start = State.prepared(chain, tensions)
         result = rearrange(chain, start, direction=0, solver=solver, max_events=40)
@@ -123,7 +121,7 @@ def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
 
 @pytest.mark.parametrize("arithmetic", [FLOAT64, balls_of(100)], ids=["float64", "balls"])
 def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmetic):
-    chain = Chain(4, 10, tan_alpha="1/2", **PAPER)
+    chain = captions(4, l0=10, tan_alpha="1/2")
     with arithmetic.active():
         mechanics = ChainIntegrator(Start(chain, State.relaxed(chain), 0), arithmetic)
         internal = np.array([0.3, -0.1, -0.4, 0.2])
@@ -144,7 +142,7 @@ def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmet
 
 @pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet"])
 def test_a_rearrangement_stops_at_the_events_asked_for(solver):
-    chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="0.49", **PAPER)
+    chain = paper_chain(6, tan_alpha="0.49")
     state = State.perturbed(chain, "1/2", start_seed=2)
     whole = rearrange(chain, state, direction=0, solver=solver)
     assert whole.outcome is Outcome.AT_REST
@@ -156,30 +154,6 @@ def test_a_rearrangement_stops_at_the_events_asked_for(solver):
     assert 10 <= len(part.events) < 20
     assert part.itinerary == whole.itinerary[: len(part.events)]
     assert any(float(v) != 0 for v in part.velocities)
-
-
-@pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet"])
-def test_no_time_at_all_is_a_limit_with_the_first_events(solver):
-    chain = Chain(30, 1000, sigma_mu="1/100", tan_alpha="0.49", **PAPER)
-    state = State.perturbed(chain, 2, start_seed=1)
-    result = rearrange(chain, state, direction=0, solver=solver, max_seconds=0)
-    assert result.outcome is Outcome.LIMIT
-    assert result.reason == "max_seconds = 0 was reached"
-    assert len(result.events) >= 1
-    assert result.state.n == 30
-
-
-def test_limits_are_a_value_that_can_only_be_replaced():
-    limits = Limits.of(max_events=7, max_seconds=1e6, max_bytes=5)
-    assert limits.after(3).events_left == 4
-    assert limits.after(3).after(9).events_left == 0
-    assert limits.after(9).stop(0) is Stop.BUDGET
-    assert limits.later(10).at == limits.at + 10
-    assert limits.stop(6) is None
-    assert (limits.events_left, limits.bytes) == (7, 5)
-    assert replace(Limits.of(), interrupted=bool) == NO_LIMITS
-    with pytest.raises(AttributeError):
-        limits.events = 8
 
 
 # Limits of a run
@@ -198,7 +172,7 @@ def test_limits_are_a_value_that_can_only_be_replaced():
 )
 def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
     sigma_mu = 0 if solver == "sliding" else "1/100"
-    chain = Chain(n, 1000, sigma_mu=sigma_mu, tan_alpha="1/4", **PAPER)
+    chain = paper_chain(n, sigma_mu)
     alike = replace(chain, n=n if solver == "exact" else 2)  # for which the same is compiled
     coarse = options | {"dt": 0.1} if solver == "verlet" else options
     creep(alike, Cycles("0.001", 1), solver=solver, **coarse)
@@ -215,7 +189,7 @@ def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
 @pytest.mark.parametrize(("solver", "n"), [("verlet", 2), ("certified", 400), ("exact", 10_000)])
 def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(solver, n):
     options = {"dt": 1e-9} if solver == "verlet" else {}
-    chain = Chain(n, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
+    chain = paper_chain(n)
     creep(replace(chain, n=2), Cycles("0.0001", 1), solver=solver, **options)  # compiled
     key = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
     begin = math.nan

@@ -9,9 +9,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from derivations.chain import play_variation
 from exactcreep.laws import pivots, prediction, sliding_velocity_random
-from exactcreep.limits import Limits, Stop
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.outcome import Evidence, Outcome
@@ -65,7 +64,7 @@ def printed_laws(chain, amplitude):
 def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(n, tan_alpha, mu_d):
     chain = chain_of(n, tan_alpha, mu_d)
     threshold = Fraction(n, 2) * (mu_d - tan_alpha) * exact_cosine(chain) / chain.l0
-    for factor in (Fraction(1, 3), Fraction(99, 100), 1, Fraction(101, 100), 2, 17):
+    for factor in (Fraction(99, 100), 1, Fraction(101, 100), 17):
         amplitude = threshold * factor
         drive, laws = Cycles(amplitude, 5), printed_laws(chain, amplitude)
         simulation, recorded = simulate(chain, drive, record=("x_G", "x"))
@@ -77,7 +76,6 @@ def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(n, tan_alpha, m
             assert simulation.evidence is Evidence.PROVED
         assert after_transient == [4 * law] * n
         assert recorded["x_G"][9] - recorded["x_G"][5] == 4 * law
-        assert isinstance(recorded["x_G"][9], Fraction)
 
 
 def assert_least(chain, moved, tensions):
@@ -105,9 +103,11 @@ def test_every_ramp_from_any_start_ends_in_the_state_of_least_energy_and_frictio
         start = State.prepared(chain, given)
         begun = Sliding(exact=True).simulation(chain, start, 0, ()).state()
         simulation, recorded = simulate(chain, Path(path), start=start, record=("x", "tension"))
-        before, tensions, theta = np.array([Fraction(0)] * n), np.array(given), Fraction(0)
+        before, tensions = np.array([Fraction(0)] * n), np.array(given)
+        theta = Fraction(0)
         rows = zip(recorded["x"], recorded["tension"], path, strict=True)
-        for x, after, target in [(begun.displacements, begun.tensions, theta), *rows]:
+        relaxation = begun.displacements, begun.tensions, theta
+        for x, after, target in [relaxation, *rows]:
             moved = x - before
             assert_least(chain, moved, after)
             stretched = np.diff(moved) - 10 * (target - theta)
@@ -120,24 +120,6 @@ def test_every_ramp_from_any_start_ends_in_the_state_of_least_energy_and_frictio
     assert 5 < relaxed < 40
 
 
-@pytest.mark.parametrize("n", [2, 4, 7, 11])
-def test_displacement_along_any_path_is_the_truncated_variation(n):
-    rng = random.Random(100 + n)
-    tan_alpha, mu_d = PYTHAGOREAN[n % 4]
-    chain = chain_of(n, tan_alpha, mu_d, l0=100)
-    extreme = Fraction(n, 10)
-    for _ in range(10):
-        wander = [Fraction(rng.randint(-1000, 1000), 10**4) * n for _ in range(30)]
-        closed = [-extreme, *wander, extreme, -extreme]
-        _, recorded = simulate(chain, Path([extreme, *closed]), record=("x_G", "x"))
-        moved = recorded["x"][-1] - recorded["x"][1]
-        (i,) = resting_sliders(chain)
-        level = n * (mu_d - tan_alpha) * exact_cosine(chain)
-        places = [chain.l0 * theta for theta in closed]
-        _, rise, fall = play_variation(places, level, places[0] + level / 2)
-        assert moved.tolist() == [(n + 1 - 2 * i) * (rise + fall) / 2] * n
-
-
 @pytest.mark.parametrize("n", [4, 12])
 def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
     chain = chain_of(n, Fraction(1, 4))
@@ -146,7 +128,8 @@ def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
     amplitude = Fraction(n, 1000)
     high, low = printed_laws(chain, amplitude)
     reach = chain.l0 * amplitude - Fraction(n, 8) * exact_cosine(chain)
-    assert (low, high) == ((n // 2 - 1) * reach, (n // 2 + 1) * reach)
+    assert low == (n // 2 - 1) * reach
+    assert high == (n // 2 + 1) * reach
     for pivot, expected in (("uphill", low), ("mean", (low + high) / 2), ("downhill", high)):
         simulation, recorded = simulate(chain, Cycles(amplitude, 6), pivot=pivot)
         assert recorded["x_G"][11] - recorded["x_G"][3] == 8 * expected
@@ -155,11 +138,9 @@ def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
         report = simulation.report()
         assert report["pivots"] == [i, i + 1]
         assert (report["velocity_low"], report["velocity_high"]) == (float(low), float(high))
-        ends = [
-            float(simulate(chain, Cycles(amplitude, 6), pivot=end)[1]["x_G"][11])
-            for end in ("uphill", "downhill")
-        ]
-        assert [report["x_G_low"], report["x_G_high"]] == pytest.approx(ends, rel=1e-14, abs=0)
+        for end, name in (("uphill", "x_G_low"), ("downhill", "x_G_high")):
+            _, there = simulate(chain, Cycles(amplitude, 6), pivot=end)
+            assert report[name] == pytest.approx(float(there["x_G"][11]), rel=1e-14, abs=0)
 
 
 def test_floats_agree_with_exact_numbers_and_do_not_drift():
@@ -175,7 +156,6 @@ def test_floats_agree_with_exact_numbers_and_do_not_drift():
         assert np.array_equal(one["slips"], other["slips"])
         assert exact.tally.slips == floats.tally.slips == int(one["slips"].sum())
         assert exact.tally.events == floats.tally.events
-        assert exact.tally.slips < exact.tally.events <= 2 * exact.tally.slips
         assert floats.evidence is Evidence.COMPUTED
 
 
@@ -214,39 +194,9 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
     assert prediction(chain, Cycles("0.01", 3)) is None
 
 
-@pytest.mark.parametrize("exact", [False, True])
-@pytest.mark.parametrize("given", [["-0.9"], ["0.9", "2", "0.9"]])
-def test_a_level_chain_that_pulls_itself_together_stays_its_own_mirror_image(given, exact):
-    chain, shift = chain_of(len(given) + 1, 0), {}
-    start = State.prepared(chain, given)
-    for pivot in ("mean", "downhill", "uphill"):
-        simulation = Sliding(exact=exact, pivot=pivot).simulation(chain, start, 0, ())
-        x = simulation.state().displacements
-        shift[pivot] = x.sum() / chain.n
-        assert simulation.evidence is Evidence.UNDECIDED
-        ends = [simulation.report()[f"x_G_{end}"] for end in ("low", "high")]
-        if pivot == "mean":
-            assert x.astype(float) == pytest.approx(-x[::-1].astype(float), abs=1e-15)
-            middle = ends
-        assert ends == pytest.approx(middle, abs=1e-15)
-    assert [float(shift[pivot]) for pivot in ("uphill", "downhill")] == pytest.approx(middle)
-
-
 def nine(exact, record=("x_G",)):
     chain = chain_of(9, Fraction(1, 5))
     return Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
-
-
-def test_a_budget_ends_with_the_half_cycle_that_uses_it_up():
-    drive, single, events = Cycles("0.007", 20), nine(False), []
-    for q in range(1, 41):
-        single.follow(drive, q, 1)
-        events.append(single.tally.events)
-    for budget in (1, 30, 100, events[20], events[20] + 1):
-        stretch = nine(False).follow(drive, 1, 40, Limits(budget))
-        assert stretch.stop is Stop.BUDGET
-        assert events[stretch.completed - 1] >= budget
-        assert all(used < budget for used in events[: stretch.completed - 1])
 
 
 @pytest.mark.parametrize("exact", [False, True])

@@ -24,9 +24,10 @@ from exactcreep.solvers.field.reference import Reference
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.solvers.tables import RECORDS
+from tests.paper import captions, paper_chain
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})
-THREE = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+THREE = paper_chain(3)
 RELAXED = State.relaxed(THREE, 2)
 NO_SLIPS = replace(THREE, mu_s="0.5", sigma_mu=0)
 
@@ -99,9 +100,11 @@ def started(name: str, chain: Chain = THREE) -> Simulation:
 
 def shown(parts: list[Mapping[str, NDArray[Any]]]) -> dict[str, str]:
     """Return all that was recorded, every bit of it."""
-    names = sorted({name for part in parts for name in part})
-    rows = {name: [row for part in parts for row in part.get(name, [])] for name in names}
-    return {name: str([np.asarray(row).tolist() for row in rows[name]]) for name in names}
+    rows: dict[str, list[Any]] = {}
+    for part in parts:
+        for name, values in part.items():
+            rows.setdefault(name, []).extend(np.asarray(row).tolist() for row in values)
+    return {name: str(values) for name, values in rows.items()}
 
 
 @functools.cache
@@ -141,7 +144,8 @@ def test_an_advance_says_why_it_stopped_and_goes_on_without_loss(
     rest = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
     assert (rest.completed, rest.stop) == (4 - part.completed, Stop.DONE)
     assert len(rest.recorded["x_G"]) == 0
-    assert shown([part.recorded, *(one.recorded for one in taken)]) == in_one_go(name)[0]
+    parts = [part.recorded, *(one.recorded for one in taken)]
+    assert shown(parts) == in_one_go(name)[0]
 
 
 def asked(times: int) -> Iterator[Limits]:
@@ -164,7 +168,8 @@ CALLED_BACK: dict[str, tuple[tuple[str, ...], Callable[[], Iterator[Limits]]]] =
 
 @pytest.mark.parametrize("anew", [False, True], ids=["going on", "from snapshots"])
 @pytest.mark.parametrize(
-    ("name", "when"), [(name, when) for when in CALLED_BACK for name in CALLED_BACK[when][0]]
+    ("name", "when"),
+    [(name, when) for when, (names, _) in CALLED_BACK.items() for name in names],
 )
 def test_what_is_called_back_at_any_moment_goes_on_with_the_same_bits(
     name: str, when: str, anew: bool, monkeypatch: pytest.MonkeyPatch
@@ -195,7 +200,7 @@ def test_what_is_called_back_at_any_moment_goes_on_with_the_same_bits(
 def test_a_coefficient_brought_by_the_start_ends_with_the_slider_s_first_stop(
     name: str,
 ) -> None:
-    chain = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4")
+    chain = captions(3)
     start = replace(State.relaxed(chain), coefficients=np.array([0.8, 0.7, 0.9]))
     simulation = solver_named(name, {}).simulation(chain, start, 0, ("x_G",))
     begin = solver_named(name, {}).rearrange(chain, start, 1, 0)

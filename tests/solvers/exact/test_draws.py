@@ -7,8 +7,8 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.model import deviates, disorder
-from exactcreep.solvers.exact.draws import BATCH, KEPT, fill, write_deviates
+from exactcreep.model import deviates
+from exactcreep.solvers.exact.draws import BATCH, write_deviates
 from exactcreep.solvers.exact.simd import load
 
 
@@ -26,7 +26,8 @@ def cells(first: int, count: int) -> NDArray[np.int64]:
     return np.arange(first, first + count)
 
 
-TAILS = np.exp2(np.random.default_rng(3).uniform(0, 50, 4000)).astype(np.int64) - 1
+SIZES = np.random.default_rng(3).uniform(0, 50, 4000)
+TAILS = np.exp2(SIZES).astype(np.int64) - 1
 CELLS = {
     "the far tails, from the very last cell on": TAILS,
     "the change of formula at exp(-25)": cells(int(np.exp(-25.0) * 2**53) - 2000, 4000),
@@ -44,22 +45,7 @@ def test_words_give_the_same_deviates_in_lanes(where: str):
         rng.shuffle(words)
     else:
         words = rng.integers(0, 2**64, 2**20, dtype=np.uint64)
-    found, told = np.full((1, words.size), -7.25), np.empty(words.size)
+    found = np.full((1, words.size), -7.25)
+    told = np.empty(words.size)
     in_lanes_and_one_by_one(words, found, told)
     assert np.array_equal(found[0].view(np.int64), told.view(np.int64))
-
-
-@njit(error_model="numpy")
-def fill_rows(rows, seed, slider, batch):
-    fill(rows, 1, seed, slider, batch)
-
-
-@pytest.mark.parametrize(("seed", "batch"), [(0, 0), (7, 1), (2**64 - 1, 2**58 + 1)])
-def test_a_batch_fills_its_own_columns_with_the_draws_of_its_slider(seed: int, batch: int):
-    rows, drawn = np.full((3, KEPT), -1.5), np.empty(BATCH)
-    expected = rows.copy()
-    fill_rows(rows, np.uint64(seed), 5, batch)
-    stream = np.uint64(disorder.STREAM_COEFFICIENT)
-    deviates.deviates(np.uint64(seed), stream, np.int64(5), np.int64(BATCH * batch), drawn)
-    expected[1, BATCH * (batch % 2) :][:BATCH] = drawn
-    assert np.array_equal(rows, expected)

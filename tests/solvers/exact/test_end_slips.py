@@ -28,8 +28,13 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
     drive = Cycles(amplitude, 20 if n == 2 else 8)
     plain, stretch = followed(chain, drive, seed=n)
     # where events are recorded every slip goes through the general loop
-    for record, most in ((("x_G", "events"), 10**9), (("x_G",), 23), (("rearrangements",), 10**9)):
-        other, done = ExactSimulation(chain, State.relaxed(chain, n), n, record), 0
+    for record, most in (
+        (("x_G", "events"), 10**9),
+        (("x_G",), 23),
+        (("rearrangements",), 10**9),
+    ):
+        other = ExactSimulation(chain, State.relaxed(chain, n), n, record)
+        done = 0
         while done < drive.half_cycles:
             part = other.follow(drive, 1 + done, drive.half_cycles - done, Limits(most))
             done += part.completed

@@ -13,6 +13,7 @@ from exactcreep import Chain, Outcome, State, rearrange
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.exact.pack import Origin, dilation, placed
+from tests.paper import paper_chain
 
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
 
@@ -41,14 +42,14 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
 
 @pytest.mark.parametrize("n", [1, 2, 6])
 def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays(n: int) -> None:
-    steep = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.499")
+    steep = paper_chain(n, tan_alpha="0.499")
     level = Chain(n, 10, "0.3", "0.6", tan_alpha="0.1")
     rng = random.Random(n)
-    states = [
-        (chain, State.prepared(chain, [rng.uniform(-2, 2) for _ in range(n - 1)], seed=seed))
-        for seed in range(20)
-        for chain in (steep, level)
-    ]
+    states = []
+    for seed in range(20):
+        for chain in (steep, level):
+            tensions = [rng.uniform(-2, 2) for _ in range(n - 1)]
+            states.append((chain, State.prepared(chain, tensions, seed=seed)))
     new = []
     for chain, state in states:
         exact._USED.clear()

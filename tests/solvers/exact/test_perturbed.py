@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import random
 from collections import Counter
 from fractions import Fraction
@@ -19,6 +18,7 @@ from exactcreep.solvers.exact.perturbed import rounding_error
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement
 from tests.data.make_near_grazes import FILE, SEED, digest, stretched
+from tests.paper import unstable_chain
 
 NEAR_GRAZES = json.loads(FILE.read_text(encoding="utf-8"))
 
@@ -27,7 +27,8 @@ def error_of(result: Rearrangement, places: list[Any]) -> float:
     """Return the largest error of a displacement or a tension, beside the true displacements."""
     pairs = zip(result.state.displacements.tolist(), places, strict=True)
     off = [Fraction(a) - Fraction(b) for a, b in pairs]
-    return float(max(map(abs, [*off, *(b - a for a, b in pairwise(off))])))
+    stretched = [b - a for a, b in pairwise(off)]
+    return float(max(map(abs, off + stretched)))
 
 
 def proved(chain: Chain, state: State, **how: Any) -> tuple[Rearrangement, list[str]]:
@@ -39,14 +40,7 @@ def proved(chain: Chain, state: State, **how: Any) -> tuple[Rearrangement, list[
 def random_case(rng: random.Random, least: int, most: int) -> tuple[Chain, State, Rearrangement]:
     """Return a chain that is unstable as it stands, and the rearrangement that follows."""
     while True:
-        n = rng.randint(2, 12)
-        mu_d = Fraction(rng.choice([1, 5, 20, 100, 300, 600]), 1000)
-        mu_s = mu_d + Fraction(rng.choice([20, 100, 1000]), 1000)
-        sigma = rng.choice(["0", "0.01"])
-        chain = Chain(n, 1, mu_d, mu_s, sigma, tan_alpha=mu_d * Fraction(rng.randint(-9, 9), 10))
-        unit = Fraction(chain.times_cosine(mu_s))
-        tensions = [unit * Fraction(rng.randint(-150, 150), 100) for _ in range(n - 1)]
-        state = State.prepared(chain, tensions, seed=3)
+        chain, state = unstable_chain(rng)
         result = rearrange(chain, state, direction=0, seed=3)
         if least <= len(result.events) <= most and result.outcome is Outcome.AT_REST:
             return chain, state, result
@@ -108,7 +102,9 @@ def graze() -> Fraction:
 
 
 def test_a_start_near_grazing_costs_digits_is_told_and_done_again_in_balls(graze: Fraction) -> None:
-    near = {k: five_sliders(graze + Fraction(1, 10**k)) for k in (4, 6, 8, 10, 12)}
+    near = {}
+    for k in (4, 6, 8, 10, 12):
+        near[k] = five_sliders(graze + Fraction(1, 10**k))
     for k in (4, 6, 8):
         assert 3 < near[k + 2].error / near[k].error < 33  # one digit for two powers of ten
     assert near[6].evidence is Evidence.COMPUTED
@@ -123,15 +119,6 @@ def test_a_start_near_grazing_costs_digits_is_told_and_done_again_in_balls(graze
     places = [x.str(25, radius=False) for x in again.state.displacements.tolist()]
     assert error_of(far, places) < far.error
     assert five_sliders(graze + Fraction(1, 10**6), escalate=True).solver == "exact"
-
-
-def test_a_doubt_names_the_first_event_that_differs(graze: Fraction) -> None:
-    result = five_sliders(graze)
-    assert (result.error, result.evidence) == (math.inf, Evidence.UNDECIDED)
-    without = five_sliders(graze - Fraction(1, 10**6)).itinerary
-    pairs = zip(result.itinerary, without, strict=False)
-    number, (kind, sliders, _) = next((k, a) for k, (a, b) in enumerate(pairs, 1) if a != b)
-    assert f"event {number}, the {kind} of slider {sliders[0]}, is another" in result.doubt
 
 
 def test_only_single_rearrangements_escalate() -> None:
@@ -172,7 +159,7 @@ def test_the_error_is_small_where_nothing_is_in_doubt(
 ) -> None:
     state = State.prepared(chain, [Fraction(t) for t in tensions])
     result = rearrange(chain, state, direction=direction)
-    assert len(result.events[0].sliders) % 2 == first % 2 if first else result.events == ()
+    assert len(result.events[0].sliders) == first if first else result.events == ()
     assert (result.outcome is Outcome.RUNAWAY) == (chain is STEEP)
     assert result.error <= most
     assert (result.error > 0) == (first > 0)

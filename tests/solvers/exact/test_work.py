@@ -9,7 +9,7 @@ from exactcreep import Chain, Cycles, State
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
-from tests.paper import paper_chain
+from tests.paper import captions, paper_chain
 from tests.solvers.exact.simulations import followed
 
 # steps of a cluster, windows of eight sliders certified, evaluations of one slider's margin
@@ -34,7 +34,7 @@ def test_an_event_takes_about_one_step_and_a_few_evaluations(n, amplitude, cycle
 
 def test_a_chain_a_thousand_times_longer_does_the_same_work():
     # the same events at the two ends: only they feel so small an amplitude
-    short, long = (followed(paper_chain(n, "0"), Cycles("0.003", 2))[0] for n in (100, 100_000))
+    short, long = (followed(captions(n), Cycles("0.003", 2))[0] for n in (100, 100_000))
     assert (short.tally, short.report()) == (long.tally, long.report())
     assert short.tally.events > 500
     moved = np.nonzero(long.state().displacements)[0]

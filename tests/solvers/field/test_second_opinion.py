@@ -38,11 +38,14 @@ class Intervals:
         weight = rational(chain.tan_alpha) * cosine
         bare = [Fraction(0), *tensions, Fraction(0)]
         self.force = [weight + rational(b - a) for a, b in pairwise(bare)]
-        self.place, self.speed = [IV.mpf(0)] * self.n, [IV.mpf(0)] * self.n
-        self.way, self.fresh = [0] * self.n, set()
+        self.place = [IV.mpf(0)] * self.n
+        self.speed = [IV.mpf(0)] * self.n
+        self.way = [0] * self.n
+        self.fresh: set[int] = set()
         self.events: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = []
         self.times: list[Any] = []
-        self.start([(n, w) for n in range(self.n) if (w := self.pulled(n))])
+        pulled = [(n, self.pulled(n)) for n in range(self.n)]
+        self.start([(n, way) for n, way in pulled if way])
 
     def pulled(self, n: int) -> int:
         """Return the direction in which a slider at rest starts."""
@@ -54,7 +57,8 @@ class Intervals:
         return 0
 
     def happened(self, kind: str, who: list[tuple[int, int]]) -> None:
-        self.events.append((kind, tuple(n + 1 for n, _ in who), tuple(way for _, way in who)))
+        sliders, ways = zip(*who, strict=True)
+        self.events.append((kind, tuple(n + 1 for n in sliders), ways))
         self.times.append(self.time)
 
     def start(self, who: list[tuple[int, int]]) -> None:
@@ -103,7 +107,8 @@ class Intervals:
         grown = [[x / (k + 1) for x in row] for k, row in enumerate(rows)]
         ways = [value([row[n] for row in grown], t) * t for n in range(self.n)]
         for n in range(self.n):
-            self.speed[n] = value([row[n] for row in rows], t) if self.way[n] else IV.mpf(0)
+            if self.way[n]:
+                self.speed[n] = value([row[n] for row in rows], t)
             self.place[n] = self.place[n] + ways[n]
             for m in (n - 1, n + 1):
                 if 0 <= m < self.n:
@@ -130,7 +135,9 @@ class Intervals:
         self.pass_by(rows, root)
         if way:
             return self.start([(n, way)])
-        before, self.way[n], self.speed[n] = self.way[n], 0, IV.mpf(0)
+        before = self.way[n]
+        self.way[n] = 0
+        self.speed[n] = IV.mpf(0)
         self.happened("stop", [(n, before)])
         if back := self.pulled(n):
             self.start([(n, back)])
@@ -150,7 +157,8 @@ def only_root(poly: list[Any], end: Any) -> Any:
     span = IV.mpf([0, end.b])
     # the last term is no coefficient but a bound: that of its derivative is taken as generously
     rate[-1] = rate[-1] * 4 / end
-    if not (value(rate, span) < 0 and value(poly, end) < 0 and value(poly, IV.mpf(0)) > 0):
+    falls = value(rate, span) < 0
+    if not (falls and value(poly, end) < 0 and value(poly, IV.mpf(0)) > 0):
         return None
     for _ in range(12):
         middle = IV.mpf(span.mid)

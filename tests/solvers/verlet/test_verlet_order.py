@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exactcreep.model.chain import Chain
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import rearrange
 from tests.data.make_whole_rearrangements import load
+from tests.paper import paper_chain
 
 LADDER = [0.02 / 2**k for k in range(6)]
 
@@ -68,7 +68,7 @@ def test_verlet_is_of_second_order_inside_a_phase():
     for seed in range(100):
         n = int(rng.integers(2, 9))
         tan_alpha = ("0.1", "0.25", "0.4")[seed % 3]
-        chain = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha=tan_alpha)
+        chain = paper_chain(n, tan_alpha=tan_alpha)
         state = State.prepared(chain, rng.uniform(-1.2, 1.2, n - 1), seed=seed)
         exact = rearrange(chain, state, direction=0, seed=seed, solver="exact")
         if len(exact.events) < 2:
