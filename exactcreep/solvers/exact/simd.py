@@ -8,8 +8,9 @@ whose bit j belongs to lane j. A float among the operands stands for a vector wh
 it. The functions below do the rest.
 
 Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
-on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds those on one
-strip against NumPy lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is negative.
+on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds those on one strip
+against NumPy lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is
+negative.
 """
 
 from __future__ import annotations
