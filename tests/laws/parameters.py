@@ -12,7 +12,7 @@ from mpmath.ctx_mp import MPContext
 from exactcreep import laws
 
 F = Fraction
-SLOPES = (F(3, 4), F(5, 12), F(8, 15), F(7, 24), F(20, 21), F(9, 40))
+SLOPES = [F(slope) for slope in ("3/4", "5/12", "8/15", "7/24", "20/21", "9/40")]
 """Slopes with a rational cosine."""
 
 
@@ -51,5 +51,6 @@ def in_context(p: Mapping[str, Fraction | int]) -> dict[str, Any]:
 
 
 def agree(value: Any, other: Any, digits: int = 50) -> bool:
-    scale = max(abs(value), abs(other), CONTEXT.mpf(10) ** -30)
-    return bool(abs(value - other) <= scale * CONTEXT.mpf(10) ** -digits)
+    ten = CONTEXT.mpf(10)
+    scale = max(abs(value), abs(other), ten**-30)
+    return bool(abs(value - other) <= scale * ten**-digits)

@@ -198,7 +198,8 @@ def test_precision_comes_from_the_operands_alone(digits: int) -> None:
 @pytest.mark.parametrize("name", LAWS)
 def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
     law = getattr(laws, name)
-    sizes, lengths = np.array([3.0, 7.0, 30.0]), np.array([[600.0], [800.0]])
+    sizes = np.array([3.0, 7.0, 30.0])
+    lengths = np.array([[600.0], [800.0]])
     p = {
         "n": sizes,
         "i": 2,

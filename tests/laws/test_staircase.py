@@ -35,7 +35,8 @@ def test_the_staircase_is_what_two_sliders_do_slip_by_slip() -> None:
         reach = p["l0"] * p["amplitude"] / cosine
         step = p["mu_s"] - p["mu_d"]
         r0 = (p["r0"] / cosine + step) % (2 * step) - step
-        pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], [slope + r0, slope - r0])
+        forces = [slope + r0, slope - r0]
+        pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], forces)
         pair.to(reach)
         pair.to(-reach)
         start = sum(pair.x)

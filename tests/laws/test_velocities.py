@@ -53,7 +53,8 @@ def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(
 ) -> None:
     for n in range(2, 9):
         chain = captions(n, tan_alpha="0.23")
-        known = ABOUT | size | {"n": n, "i": laws.pivot(n, F(23, 100), F(1, 2))}
+        pivot = laws.pivot(n, chain.tan_alpha, chain.mu_d)
+        known = ABOUT | size | {"n": n, "i": pivot}
         found, up = predicted(chain, drive), predicted(chain.mirrored(), drive)
         assert found.label == label
         assert found.printed == (float(printed(**known)),)
@@ -73,8 +74,9 @@ def test_a_prediction_has_two_values_where_two_pivots_are_possible() -> None:
 def test_two_relaxed_sliders_are_predicted_by_their_staircase_and_others_by_the_limit() -> None:
     chain, drive = captions(2), Cycles("0.004", 1)
     found = predicted(chain, drive)
-    known = {name: v for name, v in chain.parameters().items() if name not in ("n", "sigma_mu")}
-    exact = laws.staircase_two_sliders(**known, amplitude=F(4, 1000))
+    known = chain.parameters() | {"amplitude": F(4, 1000)}
+    del known["n"], known["sigma_mu"]
+    exact = laws.staircase_two_sliders(**known)
     assert found.values == (found.staircase,) == (float(exact),)
     assert found.values != found.sliding
     for other, start in (

@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from exactcreep.motion.cosine_field import CosineField
 
-SLOPES = [Fraction(1, 4), Fraction(-3, 10), Fraction(0), Fraction(3, 4), Fraction(7, 24)]
+SLOPES = [Fraction(slope) for slope in ("1/4", "-3/10", "0", "3/4", "7/24")]
 RATIONALS = st.fractions(min_value=-(10**6), max_value=10**6, max_denominator=10**6)
 
 
 def root_of(square: Fraction, bits: int = 400) -> Fraction:
-    return Fraction(math.isqrt((square.numerator << (2 * bits)) // square.denominator), 1 << bits)
+    shifted = (square.numerator << (2 * bits)) // square.denominator
+    return Fraction(math.isqrt(shifted), 1 << bits)
 
 
 @given(st.sampled_from(SLOPES), RATIONALS, RATIONALS, RATIONALS, RATIONALS)
@@ -27,9 +28,8 @@ def test_sums_multiples_and_order_agree_with_two_hundred_digits(slope, a, b, oth
     x, y = field.number(a, b), field.number(other, factor)
     rough_x, rough_y = a + b * cosine, other + factor * cosine
     # beyond 2^-300 no two of these numbers differ without being different
-    assert (x - y).sign() == (rough_x - rough_y > Fraction(1, 2**300)) - (
-        rough_x - rough_y < -Fraction(1, 2**300)
-    )
+    least, apart = Fraction(1, 2**300), rough_x - rough_y
+    assert (x - y).sign() == (apart > least) - (apart < -least)
     assert (x < y) == ((x - y).sign() < 0)
     assert (x == y) == ((x - y).sign() == 0)
     for exact, rough in (
@@ -40,7 +40,7 @@ def test_sums_multiples_and_order_agree_with_two_hundred_digits(slope, a, b, oth
         (abs(x), abs(rough_x)),
     ):
         middle, error = exact.bracket(200)
-        assert abs(middle - rough) <= error + Fraction(1, 2**300)
+        assert abs(middle - rough) <= error + least
         assert error * 2**200 <= abs(middle) + error
 
 

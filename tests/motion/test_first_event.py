@@ -35,8 +35,11 @@ def first_time(arithmetic, flow, thresholds):
 
 @pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(24), digits_of(2000)])
 def test_one_operation_is_rounded_by_as_much_as_is_said(arithmetic):
-    thirds = [(arithmetic.number(1) / k, k) for k in range(3, 99, 2)]
-    worst = max(abs(exact_value(x) * k - 1) for x, k in thirds)
+    errors = []
+    for k in range(3, 99, 2):
+        quotient = arithmetic.number(1) / k
+        errors.append(abs(exact_value(quotient) * k - 1))
+    worst = max(errors)
     least = Fraction(arithmetic.roundoff) if arithmetic.bits < 1000 else 0  # a float has no less
     assert least / 4 < worst <= arithmetic.roundoff
 
@@ -81,7 +84,8 @@ def test_two_roots_closer_than_the_precision_are_undecided_and_farther_are_not()
         balls = balls_of(bits)
         with balls.active():
             forces = [Fraction(3, 5), 0, 0, 0, Fraction(-3, 5)]
-            speeds = {0: Fraction(1, 3), 4: -Fraction(1, 3) - difference}
+            third = Fraction(1, 3)
+            speeds = {0: third, 4: -third - difference}
             flow = flow_of(balls, forces, {0: 1, 4: -1}, speeds)
             return first_time(balls, flow, [Fraction(3, 5)] * 5)[0]
 

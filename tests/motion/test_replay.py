@@ -22,9 +22,11 @@ def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:
     """Return an avalanche of more than ten events from a seeded stretched state."""
     rng = random.Random(seed)
     while True:
-        chain = Chain(n, 1, "0.1", "0.3", sigma, tan_alpha=Fraction(rng.randint(-8, 8), 100))
+        slope = Fraction(rng.randint(-8, 8), 100)
+        chain = Chain(n, 1, "0.1", "0.3", sigma, tan_alpha=slope)
         tensions = [rng.uniform(-0.5, 0.5) for _ in range(n - 1)]
-        result = rearrange(chain, State.prepared(chain, tensions, seed=7), direction=0, seed=7)
+        state = State.prepared(chain, tensions, seed=7)
+        result = rearrange(chain, state, direction=0, seed=7)
         if len(result.events) > 10:
             return result
 

@@ -70,12 +70,11 @@ def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(n, tan_alpha, m
         simulation, recorded = simulate(chain, drive, record=("x_G", "x"))
         after_transient = [row[9] - row[5] for row in recorded["x"].T]
         assert len(resting_sliders(chain)) == len(laws)
-        assert prediction(chain, drive).sliding == tuple(sorted({float(law) for law in laws}))
+        assert set(prediction(chain, drive).sliding) == {float(law) for law in laws}
         law = sum(laws) / len(laws)
         if len(laws) == 1:
             assert simulation.evidence is Evidence.PROVED
         assert after_transient == [4 * law] * n
-        assert recorded["x_G"][9] - recorded["x_G"][5] == 4 * law
 
 
 def assert_least(chain, moved, tensions):
@@ -130,7 +129,8 @@ def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
     reach = chain.l0 * amplitude - Fraction(n, 8) * exact_cosine(chain)
     assert low == (n // 2 - 1) * reach
     assert high == (n // 2 + 1) * reach
-    for pivot, expected in (("uphill", low), ("mean", (low + high) / 2), ("downhill", high)):
+    velocities = {"uphill": low, "mean": (low + high) / 2, "downhill": high}
+    for pivot, expected in velocities.items():
         simulation, recorded = simulate(chain, Cycles(amplitude, 6), pivot=pivot)
         assert recorded["x_G"][11] - recorded["x_G"][3] == 8 * expected
         assert simulation.evidence is Evidence.UNDECIDED
