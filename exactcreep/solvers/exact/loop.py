@@ -506,6 +506,8 @@ def follow(
     room = log.events.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage
+        if max(now.number, now.counts.calm) > longest and stage != cells.AT_REST:
+            return cells.ENDLESS, reached  # and no step further, whoever asks again
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
             return cells.BUDGET, reached
         if now.chain.logging & cells.LOGS_EVENTS != 0 and now.logged > room:
@@ -533,8 +535,6 @@ def follow(
                 return cells.RUNAWAY, reached
         else:
             _unstable(cell, now, log)
-        if max(now.number, now.counts.calm) > longest and now.stage != cells.AT_REST:
-            return cells.ENDLESS, reached
         if single and now.stage == cells.AT_REST and now.counts.rearrangements > 0:
             return cells.ONE_DONE, reached
     return cells.DONE, reached

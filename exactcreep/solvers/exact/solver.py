@@ -60,7 +60,7 @@ _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
-    " events; at tan_alpha = mu_d it may go round for ever"
+    " events, or steps without one; at tan_alpha = mu_d it may go on for ever"
 )
 
 
