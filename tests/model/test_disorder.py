@@ -6,8 +6,6 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from exactcreep.model import deviates, disorder
 from exactcreep.model.contacts import Contacts
@@ -77,16 +75,12 @@ def test_the_compiled_words_are_those_of_numpy_and_deviates_are_antisymmetric():
             assert drawn == -mirrored
 
 
-@given(
-    seed=st.integers(0, 2**64 - 1),
-    n=st.integers(1, 10**6),
-    first=st.integers(0, 1000),
-    count=st.integers(1, 30),
-)
-@settings(max_examples=60, deadline=None)
-def test_a_coefficient_does_not_depend_on_what_was_asked_before(seed, n, first, count):
-    block = disorder.static_coefficients(CHAIN, seed, n, first, count)
-    alone = [disorder.static_coefficient(CHAIN, seed, n, first + j) for j in reversed(range(count))]
+@pytest.mark.parametrize("seed", [0, 2**64 - 1])
+@pytest.mark.parametrize(("first", "count"), [(0, 30), (3, 1), (998, 7)])
+def test_a_coefficient_does_not_depend_on_what_was_asked_before(seed, first, count):
+    block = disorder.static_coefficients(CHAIN, seed, 17, first, count)
+    draws = reversed(range(first, first + count))
+    alone = [disorder.static_coefficient(CHAIN, seed, 17, k) for k in draws]
     assert block.tolist() == alone[::-1]
 
 

@@ -23,17 +23,6 @@ from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
 SHORT = Cycles("0.01", 5)
 
 
-def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
-    c = 4 / math.sqrt(17)
-    step, onset = 2 * 0.1 * c, (0.6 - 0.25) * c
-    for amplitude in (0.0005, 0.002, 0.00731):
-        result = creep(TWO_SURE, Cycles(str(amplitude), 400))
-        stairs = step * max(0, math.ceil((1000 * amplitude - onset) / step))
-        assert result.velocity == pytest.approx(stairs, rel=1e-12, abs=0)
-        assert result.velocity_error < 1e-12
-        assert result.outcome is Outcome.CREEPING
-
-
 @pytest.mark.parametrize(
     ("chain", "drive", "outcome", "slips", "velocity"),
     [
@@ -102,7 +91,6 @@ SAVED: dict[str, dict[str, Any]] = {
     "accuracy": {"chain": SIX, "drive": Cycles("0.002", 20), "accuracy": "0.001"},
     "certified": {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "certified",
                   "record": RECORDS},
-    "mpmath": {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "mpmath"},
     "rational": {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding", "exact": True},
 }  # fmt: skip
 
@@ -177,12 +165,6 @@ def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_p
         resume(tmp_path / "a.ckpt")
     done = command("resume", "a.ckpt", "--json", "--max-events", "100")
     assert [member["events"] for member in done.json["members"]] == [100, 100]
-
-
-def test_a_chain_at_the_angle_of_friction_that_neither_rests_nor_runs_away_is_given_up() -> None:
-    result = creep(paper_chain(3, "0", tan_alpha="0.5"), Cycles("0.01", 1000))
-    assert result.outcome is Outcome.LIMIT
-    assert "proved to run away" in result.reason
 
 
 @pytest.mark.parametrize(
