@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exactcreep import Chain, Cycles, GaussianSteps, InputError
+from exactcreep import Chain, Cycles, GaussianSteps, InputError, State
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import Literal, Scene, builtin_scenes, load_scene, parsed_value
 
@@ -57,6 +57,9 @@ def test_settings_reach_the_experiment_and_another_kind_of_drive_replaces_the_ta
     experiment = scene.experiment()
     assert (experiment.chain.n, experiment.drive) == (8, Cycles("0.02", 1000))
     assert (experiment.seed, experiment.record) == (7, ("slips",))
+    perturbed = scene.with_settings({"run.start.size": Literal("1e-6"), "run.start.seed": 4})
+    start = State.perturbed(experiment.chain, "1e-6", start_seed=4, seed=7)
+    assert perturbed.experiment().initial == start
     random = {"drive.sigma_theta": Literal("0.01"), "drive.kind": "gaussian", "drive.steps": 9}
     assert scene.with_settings(random).experiment().drive == GaussianSteps("0.01", 9)
 
