@@ -351,11 +351,12 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
     e_speed = of_speed + time * of_force + (1 + time) * rounding + lag
     e_way = (time + time * time / 2) * (of_speed + of_force) + (1 + time) ** 2 * rounding + lag
     for i in moving:
-        forces[i], speeds[i] = f[i - begin], u[i - begin]
-        moved[i] += way[i - begin]
-        for m in (i - 1, i + 1):
-            if 0 <= m < n and signs[m] == 0:
-                forces[m] += way[i - begin]
+        for c in range(k):
+            forces[i, c], speeds[i, c] = f[i - begin, c], u[i - begin, c]
+            moved[i, c] += way[i - begin, c]
+            for m in (i - 1, i + 1):
+                if 0 <= m < n and signs[m] == 0:
+                    forces[m, c] += way[i - begin, c]
     row = speeds[slider].copy() if side == 0 else forces[slider].copy()
     if own:
         apart = e_speed if side == 0 else errors[0, slider] + 2 * e_way

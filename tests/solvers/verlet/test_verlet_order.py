@@ -24,7 +24,7 @@ def across_events(locate: bool) -> tuple[list[float], list[int]]:
     """
     orders, divergences = [], []
     enough = [pair for pair in zip(*load(), strict=True) if len(pair[1].times) >= 4]
-    for case, found in enough[::3]:
+    for case, found in enough[::5]:
         steps, errors = [], []
         for dt in LADDER:
             result = rearrange(
@@ -57,7 +57,7 @@ def test_verlet_is_of_first_order_across_events_and_of_second_if_it_locates_them
         f" another path, the first after {min(divergences, default=None)} events, half of them"
         f" within {np.median(divergences) if divergences else None}"
     )
-    assert len(orders) >= 70
+    assert len(orders) >= 40
     assert np.median(orders) == pytest.approx(order, abs=0.1)
 
 
@@ -65,7 +65,7 @@ def test_verlet_is_of_second_order_inside_a_phase():
     """Sliders side by side start together; positions at 0.9 of the time to the next event."""
     orders = []
     rng = np.random.default_rng(7)
-    for seed in range(100):
+    for seed in range(60):
         n = int(rng.integers(2, 9))
         tan_alpha = ("0.1", "0.25", "0.4")[seed % 3]
         chain = paper_chain(n, tan_alpha=tan_alpha)
@@ -82,5 +82,5 @@ def test_verlet_is_of_second_order_inside_a_phase():
             errors.append(np.abs(verlet.sol(moment).positions - truth).max())
         orders.append(fitted_order(LADDER, errors))
     print(f"inside a phase: {len(orders)} rearrangements, median order {np.median(orders):.4f}")
-    assert len(orders) >= 75
+    assert len(orders) >= 45
     assert np.median(orders) == pytest.approx(2.0, abs=0.02)
