@@ -123,10 +123,14 @@ class Chain(Shown):
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @property
+    def no_advance(self) -> Fraction:
+        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
+        return (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha) / 2**40
+
+    @property
     def rounding(self) -> Fraction:
         """The most that rounding adds to a displacement in one slip, in float64."""
-        force = (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
-        return self.n * force / 2**50
+        return self.n * self.no_advance / 2**10
 
     @property
     def may_run_away(self) -> bool:

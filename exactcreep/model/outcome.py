@@ -5,9 +5,6 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
-NO_ADVANCE = 2.0**-40
-"""By how much x_G may move in a cycle that has not advanced it: less than any slip."""
-
 
 class Evidence(Enum):
     """How well a result is known.

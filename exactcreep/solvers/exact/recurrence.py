@@ -28,7 +28,6 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import NO_ADVANCE
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import loop
@@ -43,6 +42,7 @@ _MOST_BYTES = 2**28  # of the ring
 SEARCH = np.dtype(
     [
         ("rounding", np.float64),  # the most it adds to a displacement in one slip, times n
+        ("still", np.float64),  # the most their sum may change in a cycle without an advance
         ("close", np.float64),  # how far apart forces may be that have nearly returned
         ("calm", np.int64),  # cycles without a slip of an inner slider: dormant
         ("reached", np.int64),  # half-cycles of the present cycle
@@ -226,7 +226,7 @@ def _count(count, now, search, memory):
     search.total = now.total
     search.total_low = now.total_low
     rounded = search.rounding * slips
-    if abs(moved) > max(rounded, now.chain.n * NO_ADVANCE):
+    if abs(moved) > max(rounded, search.still):
         search.last_advance = cycle
     if now.total > search.highest + rounded:
         search.highest = now.total
@@ -324,6 +324,7 @@ class SettlingChain:
         search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
         search["rounding"] = chain.n * nearest_float(chain.rounding)
+        search["still"] = chain.n * nearest_float(chain.no_advance)
         search["close"] = nearness(chain)
         search["calm"] = dormant
         search["since"] = search["dormant_after"] = -1

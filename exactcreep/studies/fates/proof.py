@@ -41,7 +41,7 @@ from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import NO_ADVANCE, Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
@@ -365,7 +365,7 @@ class _Proof:
         """Return what is known; the last advance is looked for up to cycle `until`."""
         simulation, last = self.simulation, 0
         for cycle, (a, b) in enumerate(pairwise(self.travel[: until + 1]), 1):
-            if abs(b.middle - a.middle) > max(a.radius + b.radius, Fraction(NO_ADVANCE)):
+            if abs(b.middle - a.middle) > max(a.radius + b.radius, self.chain.no_advance):
                 last = cycle
         certain = not reason or outcome is Outcome.RUNAWAY
         report = {

@@ -43,7 +43,8 @@ class Fate(Result):
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int
         The last cycle, up to `settled_after` if that is known, in which x_G advanced, down or up
-        the incline, by more than 2**-40; 0: none.
+        the incline, by more than 2**-40 of friction and weight, (mu_s + |tan_alpha|) cos(alpha);
+        0: none.
     marginal : bool
         Locked in the limit: the tensions approach a locked cycle like 1/k after k cycles. Then
         `settled_after` counts the cycles after which the slips of every cycle are the same.

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
+from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.recurrence import PATIENCE, nearness
 from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
@@ -40,6 +40,16 @@ def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude:
     assert found.velocity == found.advance / (2 * period)
     kinds = Counter(kind for _, events in found.itinerary for kind, *_ in events)
     assert kinds["stop"] == kinds["start"] == run.recorded["slips"][2 * settled :].sum()
+
+
+@pytest.mark.parametrize("solver", ["certified", "exact"])
+@pytest.mark.parametrize("scale", [1, Fraction(1, 10**12), Fraction(1, 10**40)])
+def test_a_chain_with_hardly_any_friction_advances_as_others_do(
+    solver: str, scale: Fraction
+) -> None:
+    friction = [Fraction(one) * scale for one in ("0.5", "0.6", "0.25")]
+    chain = Chain(2, 1000, *friction[:2], tan_alpha=friction[2])
+    assert fate(chain, Fraction("0.0004") * scale, solver=solver).last_advance == 1
 
 
 def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
