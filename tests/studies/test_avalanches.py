@@ -50,6 +50,7 @@ def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
     part = avalanches.distribution(drawn(values), "size", avalanches.edges_of("size", 1, 100)[:-1])
     full = part.middle < 70
     assert part.width[0] == 1 < part.width[full][-1]
+    assert part.middle[0] == 1
     assert np.ptp(part.density[full]) < 1e-12 * part.density[0]
     assert np.median(part.error) == 0  # all blocks are alike
 
