@@ -60,16 +60,11 @@ def _nothing() -> None:
     """Stand for a command that is not called."""
 
 
-class _Unused(ModuleType):
-    """Stands for a module of which names are imported, and nothing else."""
-
-    def __getattr__(self, name: str) -> type:
-        return object
-
-
 def _prepare_help() -> None:
-    """Import what prints a help, and not what typer imports beside it."""
-    spared = {name: _Unused(name) for name in _UNUSED if name not in sys.modules}
+    """Import what prints a help, and stand-ins for what typer imports beside it."""
+    spared = {name: ModuleType(name) for name in _UNUSED if name not in sys.modules}
+    for module in spared.values():
+        vars(module)["__getattr__"] = lambda name: object
     sys.modules.update(spared)
     import_module("typer.rich_utils")
     for name in spared:
