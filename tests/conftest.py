@@ -139,9 +139,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     kept: list[Figure] = []
     write: Callable[..., None] = style.save_picture
 
-    def save(figure: Figure, path: object) -> None:
+    def save(figure: Figure, path: object, *page: object) -> None:
         if str(path) != "unused.png":
-            write(figure, path)
+            write(figure, path, *page)
         assert_shows_data(figure)
         kept.append(figure)
 

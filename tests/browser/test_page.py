@@ -27,6 +27,10 @@ FLAGS = (
     "--window-size=1280,1150",
 )  # fmt: skip
 PATIENCE = 120
+OUTSIDE = """
+return [...document.querySelectorAll("path")].filter(
+  path => path.getAttribute("d").match(/[-.\\d]+/g)?.some(at => at < -0.01 || at > 100.01)).length;
+"""
 
 selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 pytestmark = [
@@ -126,6 +130,7 @@ def test_the_page_shows_a_run_and_moves_its_rearrangements(
     start = page.seen("chain")
     page.script("now = 0.5 * end(); drawMotion();")
     assert (page.seen("chain") != start).any()
+    assert not page.script(OUTSIDE)
     assert page.text("clock").startswith("t = ")
 
 
@@ -134,7 +139,7 @@ def test_the_cubics_of_the_page_are_the_closed_form(page: Page) -> None:
     page.choose(0.5)
     number = page.script("return motion.number")
     motion = find_avalanche(experiment_of({}), number).rearrangement
-    for share in (0.123, 0.456, 0.999):
+    for share in (0.123, 0.456, 0.789, 0.999):
         t = share * float(motion.duration)
         shown = page.script(
             "const s = at(arguments[0]); return [Array.from(s.place), Array.from(s.drawn)]", t
