@@ -70,7 +70,7 @@ def save_picture(
     drawn = io.BytesIO()
     resize(figure, size, dpi)
     with mpl.rc_context(STYLE):
-        figure.savefig(drawn, format=target.suffix[1:].lower(), dpi="figure")
+        figure.savefig(drawn, format=target.suffix[1:].lower(), dpi=figure.dpi)
     write_file(target, drawn.getbuffer(), "plot")
 
 
