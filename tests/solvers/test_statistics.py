@@ -13,6 +13,7 @@ from exactcreep import Chain, GaussianSteps, creep
 from exactcreep.solvers.statistics import (
     _MOST_GROWTH,
     FEWEST_STEPS,
+    falls_like_inverse_square,
     rests_for_long,
     standard_error,
 )
@@ -93,3 +94,10 @@ def test_rests_without_a_finite_variance_leave_no_known_error() -> None:
 def test_the_growth_that_chance_allows_is_a_quantile_of_fisher_s_ratio() -> None:
     for blocks, most in _MOST_GROWTH.items():
         assert most == pytest.approx(stats.f.ppf(0.99, blocks - 1, FEWEST_STEPS - 1), rel=1e-12)
+
+
+def test_steps_that_fall_as_fast_as_inverse_squares_are_told_from_others() -> None:
+    number = np.arange(1.0, 65.0)
+    for power, told in ((1, False), (1.5, False), (2, True), (3, True)):
+        assert falls_like_inverse_square(number**-power) is told
+    assert not falls_like_inverse_square(np.append(number**-2.0, 0.0))
