@@ -1,26 +1,22 @@
 """The sliding limit: the chain without inertia and without the static excess (mu_s -> mu_d).
 
-Without an excess every slider that reaches its threshold slides on continuously with theta, at
-the friction ``b = mu_d c``, and the equations of motion become a balance of forces. Their solution
-is closed. Adding up ``|F_k| <= b`` from either end of the chain bounds every tension,
-``D_n <= T_n <= C_n`` with
+Every slider that reaches its threshold slides on continuously with theta, at the friction
+``b = mu_d c``. ``|F_k| <= b``, added up from either end, bounds tensions, ``D_n <= T_n <= C_n``:
 
     D_n = -min(n (b + s), (N - n) (b - s)),    C_n = min(n (b - s), (N - n) (b + s)),
 
 and a ramp takes *each spring by itself* to its bound: a dilation by ``u = l0 d(theta)`` to
-``max(T_n - u, D_n)``, a contraction to ``min(T_n + u, C_n)``. (Both keep ``|F_n| <= b``, because
-the maximum and the minimum of two sequences with bounded steps have bounded steps.) The extension
-``e_n = T_n + l0 theta`` is therefore the play operator of ``l0 theta``: pushed up by
-``l0 theta + D_n``, down by ``l0 theta + C_n``, at rest in between; it cannot drift.
+``max(T_n - u, D_n)``, a contraction to ``min(T_n + u, C_n)``. (The maximum and the minimum of two
+sequences with bounded steps have bounded steps.) The extension ``e_n = T_n + l0 theta`` is the play
+operator of ``l0 theta``: pushed up by ``l0 theta + D_n``, down by ``l0 theta + C_n``, at rest in
+between; it cannot drift.
 
-The springs at their bound form two fronts that grow inwards from the ends of the chain. They
-meet at the *pivot*, which no dilation moves: slider i with ``0 < i - z < 1``,
-``z = N (1 - tan_alpha/mu_d)/2``, and slider N + 1 - i for contractions. All displacements follow by
-adding up extensions outwards from it: O(N) per half-cycle, whatever the amplitude. If z is an
-integer, sliders z and z + 1 may both be the pivot and the limit is not unique: the balance of
-forces leaves open how they share the extension of the spring between them. For
-``|tan_alpha| > mu_d`` no balance of forces holds the chain; at equality friction takes exactly what
-gravity gives, and one holds it wherever it is: there is no limit.
+The springs at their bound form two fronts that grow inwards and meet at the *pivot*, which no
+dilation moves: slider i with ``0 < i - z < 1``, ``z = N (1 - tan_alpha/mu_d)/2``, and N + 1 - i
+for contractions. Displacements follow by adding up extensions outwards: O(N) per half-cycle. If z
+is an integer, sliders z and z + 1 may both be the pivot, and the balance of forces leaves open how
+they share the extension of the spring between them. For ``|tan_alpha| > mu_d`` no balance holds the
+chain; at equality one holds it wherever it is: there is no limit.
 """
 
 from __future__ import annotations

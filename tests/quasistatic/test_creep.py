@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from exactcreep import Creep, Cycles, Evidence, InputError, Outcome, State, creep, resume
 from exactcreep import Path as ThetaPath
@@ -106,6 +107,7 @@ def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
     assert loaded != replace(result, slip_count=1)
     assert loaded.dataset.identical(result.dataset)
     assert loaded.summary() == result.summary()
+    assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").identical(result.dataset)
     known = loaded.experiment
     again = creep(known.chain, known.drive, seed=known.seed, start=known.start, solver=known.solver,
                   record=known.record, accuracy=known.accuracy, **known.options)  # fmt: skip
