@@ -22,7 +22,7 @@ from tests.pictures import assert_shows_data
 from tests.processes import PATIENCE, environment
 
 COMPILED = """
-from exactcreep import Cycles, creep, fate, rearrange
+from exactcreep import Cycles, State, creep, fate, rearrange
 from tests.paper import captions
 drive = Cycles("0.001", 1)
 """
@@ -36,11 +36,12 @@ for n in (3, 2):
 for each in ("certified", "verlet", "sliding"):
     creep(captions(3), drive, solver=each)
 fate(captions(3), "0.001", solver="exact")
-rearrange(captions(3)).evidence
+rearrange(captions(3), State.relaxed(captions(3)), direction=1).evidence
 creep(captions(81), drive)
 """,
 )
 """What most tests need compiled, each once, in two processes that take about as long."""
+LONGEST = ("test_notebooks", "test_readme", "test_killed", "test_solid")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -48,7 +49,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if getattr(session.config.option, "numprocesses", None):
         words = [(sys.executable, "-c", COMPILED + part) for part in PARTS]
         for process in [subprocess.Popen(each, env=environment()) for each in words]:
-            process.wait(PATIENCE)
+            assert process.wait(PATIENCE) == 0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -56,7 +57,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("slow") or item.get_closest_marker("benchmark"):
             item.add_marker(pytest.mark.timeout(0))
-    items.sort(key=lambda item: item.path.stem != "test_notebooks")
+    items.sort(key=lambda item: item.path.stem not in LONGEST)
 
 
 @dataclass(frozen=True)
