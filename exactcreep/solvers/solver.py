@@ -428,12 +428,14 @@ class Solver(ABC):
     @abstractmethod
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Do what `rearrange` says."""
+
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:
         yield from self.rearrange_from(start, direction, ONE_REARRANGEMENT).events
 
     @abstractmethod
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Do what `simulation` says."""
+
     def compiles(self, n: int) -> tuple[int, ...]:
         """Return lengths of chains with which all is compiled that one of `n` sliders may need.
 
