@@ -254,17 +254,6 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     assert resume(file) == whole
 
 
-def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Path) -> None:
-    """It is refused even if the first one's file was not there when both were started."""
-    file = tmp_path / "run.ckpt"
-    second = Checkpoint(file)
-    whole = creep(SIX, Cycles("0.005", 20), checkpoint=file)
-    experiment = Experiment.of(SIX, Cycles("0.005", 20))
-    with pytest.raises(InputError, match="exists and is not overwritten without force"):
-        run_members([experiment], checkpoint=second)
-    assert resume(file) == whole
-
-
 @pytest.mark.parametrize("content", [{}, {"experiments": [{}], "note": {}}])
 def test_a_checkpoint_of_something_else_is_refused(tmp_path: Path, content: dict) -> None:
     (tmp_path / "other.ckpt").write_bytes(checkpoints.to_bytes(content))
