@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import flint
+import numpy as np
 import pytest
 
 from exactcreep import (
@@ -142,6 +143,19 @@ def test_a_rearrangement_cannot_be_changed_and_keeps_what_was_made() -> None:
             setattr(result, name, None)
     assert not result.state.tensions.flags.writeable
     assert all(getattr(result, name) is getattr(result, name) for name in ("sol", "events"))
+
+
+def test_the_energy_of_a_rearrangement_is_that_of_its_states_and_friction_only_takes() -> None:
+    for seed in (0, 1, 4):
+        result = moved(seed)
+        times = np.linspace(0, result.duration, 50)
+        energy = result.energy(times)
+        for moment, state in ((0, result.initial), (-1, result.state)):
+            held = (state.tensions**2).sum() / 2
+            assert energy.elastic[moment] == pytest.approx(held, rel=1e-12, abs=0)
+        squares = np.asarray(result.velocities) ** 2
+        assert energy.kinetic[-1] == pytest.approx(squares.sum() / 2, rel=1e-9, abs=1e-20)
+        assert (np.diff(energy.dissipated) > -1e-13).all()
 
 
 # -- equality, copies, pickles ---------------------------------------------------------------------
