@@ -71,9 +71,9 @@ def numbered(log: Sequence[LoggedRearrangement]) -> list[LoggedEvent]:
 
 def first_difference(
     own: Sequence[LoggedEvent], other: Sequence[LoggedEvent]
-) -> tuple[int, LoggedEvent | None, LoggedEvent | None] | None:
-    """Return how many events two runs share, and the first that differ; None if none does."""
+) -> tuple[int, LoggedEvent | None, LoggedEvent | None]:
+    """Return how many events two runs share, and the first that differ; None: no more events."""
     for i, (a, b) in enumerate(zip_longest(own, other)):
         if a is None or b is None or a.signature != b.signature:
             return i, a, b
-    return None
+    return len(own), None, None

@@ -40,7 +40,6 @@ _NO_INERTIA = {
     "law": "a theorem tells the velocity without following any slip",
     "sliding": "sliders slide with theta, and never accelerate",
 }
-_SHOWN = {"solver", "reason", "law", "events", "seconds", "course"}
 
 
 class Need(NamedTuple):
@@ -57,21 +56,16 @@ class Plan(Result):
 
     Attributes
     ----------
-    experiment : Experiment
-    digits : int
-        Significant digits asked for.
-    explicit : str or None
-        The solver that the scene names itself, which a plan never overrides.
-    solver, reason : str
-        ``law`` if a closed form is the answer.
-    needs : tuple of Need
+    experiment, digits, explicit
+        As asked for; the solver that the scene names itself, which a plan never overrides.
+    solver, reason, needs
+        ``law`` if a closed form is the answer; why; what the scene needs.
     law : tuple of float
         The mean velocity by the theorem that decides, or of the paper's law; empty: none.
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
-        Expected of the whole run: events from its first ten half-cycles, times the published time
-        of one; nan: not known.
+        Of the whole run, from its first ten half-cycles and the published time of an event, or nan.
     course, trusted_half_cycles : str, int or None
         How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
 
@@ -96,13 +90,13 @@ class Plan(Result):
     trusted_half_cycles: int | None = None
 
     told = (
-        "solver", "reason", "explicit", "digits", "law", "theorems", "events", "seconds",
-        "course", "trusted_half_cycles",
+        "solver", "reason", "law", "events", "seconds", "course",
+        "explicit", "digits", "theorems", "trusted_half_cycles",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
-        facts = {name: getattr(self, name) for name in self.told if name in _SHOWN}
-        return {k: v for k, v in facts.items() if v == v and v != ()}
+        facts = {name: getattr(self, name) for name in self.told[:6]}
+        return {name: value for name, value in facts.items() if value == value and value != ()}
 
     def _numbers(self) -> dict[str, Any]:
         needs = {n.name: {"needed": n.needed, "reason": n.reason} for n in self.needs}
@@ -158,10 +152,9 @@ def plan_scene(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
-    """Return, for every member of a scene, what it sets and its plan; see `plan`.
+    """Return what every member of a scene sets, and its plan: those planned within `max_seconds`.
 
-    A scene that does not name a `record` asks for the velocity alone. After `max_seconds` the
-    members planned so far are returned.
+    A scene that does not name a `record` asks for the velocity alone.
     """
     plans: list[tuple[Mapping[str, Any], Plan]] = []
     members, run = scene.members(), scene.tables["run"]
@@ -201,10 +194,7 @@ def _planned(
 def _chosen(
     experiment: Experiment, digits: int, explicit: str | None, *, solid: bool
 ) -> tuple[Any, ...]:
-    """Return the solver that the first rule names which holds, why, and a velocity if it has one.
-
-    "law": a theorem tells the velocity, and nothing is run.
-    """
+    """Return the solver that the first rule names which holds, why, and a velocity if known."""
     chain, drive, recorded = experiment.chain, experiment.drive, bool(experiment.record)
     slope, relaxed = abs(chain.tan_alpha), experiment.start is None and chain.sigma_mu == 0
     if explicit is not None:

@@ -129,8 +129,7 @@ def agree(own: Trajectory, known: Trajectory) -> Agreement:
     from a trajectory that has reached the target on whose way it happened, or that ended by itself
     while the other one reached it; what a trajectory that was cut short has not come to, is not.
     """
-    shared = min(len(own.events), len(known.events))
-    agreed, mine, other = first_difference(own.events, known.events) or (shared, None, None)
+    agreed, mine, other = first_difference(own.events, known.events)
     for event, silent, telling in ((mine, known, own), (other, own, known)):
         if event is not None and None in (mine, other):
             last = max(telling.reached * silent.ended, silent.reached)

@@ -85,12 +85,9 @@ def deciding_amplitude(question: Question, one: Log, other: Log, digits: int) ->
 
     Beyond it they may part once more, and the edge lie further on.
     """
-    differs = first_difference(numbered(one), numbered(other))
-    if differs is None:
-        return None
-    shared, *sides = differs
-    event = min((side for side in sides if side is not None), key=lambda side: side[:2])
-    if event.number:
+    shared, *sides = first_difference(numbered(one), numbered(other))
+    event = min(filter(None, sides), key=lambda side: side[:2], default=None)
+    if event is None or event.number:
         return None
     bits = math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4
     ways = -1, 1  # of theta in even half-cycles, and in odd ones
@@ -171,8 +168,8 @@ class EdgeSearch:
             locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
             known["stable_digits"] = self.stable_digits(edge, locked or outcome is Outcome.AT_REST)
         if not doubt:
-            differs = first_difference(*map(numbered, side_by_side(lower, upper)))
-            known["deciding_event"] = differs and Difference(*differs[1:])
+            _, *sides = first_difference(*map(numbered, side_by_side(lower, upper)))
+            known["deciding_event"] = Difference(*sides) if any(sides) else None
 
     def prepared(self, start: State) -> Edge | None:
         other = replace(self, question=replace(self.question, start=start), runs={}, known={})
