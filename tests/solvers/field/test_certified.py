@@ -262,3 +262,13 @@ def test_events_that_nearly_graze_are_left_to_balls_and_no_precision_is_asked_fo
     assert run.event_count == 200
     assert run.report["restarts"] < 5
     assert run.evidence is Evidence.PROVED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [3, 6, 10, 30])
+def test_ten_thousand_consecutive_events_are_certified(n):
+    simulation, _ = followed(paper_chain(n), Cycles("0.005", 1000), 30, max_events=10_000)
+    assert simulation.tally.events >= 10_000
+    assert simulation.evidence is Evidence.PROVED
+    # .02 to .12 bits an event; plain balls lose two
+    assert simulation.report()["bits_lost_per_event"] < 0.12
