@@ -26,6 +26,8 @@ from exactcreep.quasistatic.files import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
+_INFLATED = 1000
+"""Bytes of values for each byte of a file: beyond what compression makes of true numbers."""
 
 
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], None]:
@@ -71,10 +73,13 @@ def _require_seal(name: str) -> None:
 
 def _read(name: str) -> dict[str | None, xr.Dataset]:
     groups: list[str | None] = [None]
+    most = _INFLATED * Path(name).stat().st_size
 
     def look(path: str, item: Any) -> None:
         if isinstance(item, h5py.Group):
             groups.append(path)
+        elif isinstance(item, h5py.Dataset) and item.nbytes > most:
+            raise ValueError(f"it is too short for the {item.size} values of {path}")
 
     # h5netcdf complains, when it is collected, about a file that it could not open
     with h5py.File(name, "r") as file:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,7 +14,7 @@ import numpy as np
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.disorder import static_coefficients
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import nearest_float
+from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.experiment import Experiment
@@ -28,6 +29,7 @@ from exactcreep.solvers.solver import Stretch, require, require_like
 from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run
+_LEAST_BYTES = 500  # of memory for a slider
 _MOST_NUMBERS = 1 << 21  # of a column, recorded at once
 _SAVED = 1.25  # snapshots from which a state is computed again lie so many times further apart
 _FIRST_SAVED = 64  # targets; then at least whenever twice as many are reached
@@ -44,6 +46,7 @@ class ObservedRun:
     kept_up_to_date = False
 
     def __init__(self, experiment: Experiment, memory: int = MEMORY) -> None:
+        _check_memory(experiment.chain.n)
         self.experiment = experiment
         self.total = experiment.drive.half_cycles
         self.done, self.seconds = 0, 0.0
@@ -272,3 +275,13 @@ class ObservedRun:
         rests = bool((abs(state.forces(chain)) <= limits + scale).all())
         begins = tally.events == 0 and theta == experiment.theta  # to be rearranged first
         require(rests or begins, "a slider does not rest")
+
+
+def _check_memory(n: int) -> None:
+    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
+    try:
+        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // _LEAST_BYTES
+    except (AttributeError, ValueError, OSError):  # a system that does not tell
+        return
+    if n > most:
+        raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")

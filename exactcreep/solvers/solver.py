@@ -208,10 +208,16 @@ class Rearrangement(Shown):
         return hash((self.solver, self.seed, self.outcome, self.state))
 
     def _facts(self) -> dict[str, Any]:
-        short = {name: getattr(self, name) for name in ("outcome", "evidence", "solver", "reason")}
-        about = {"n": self.chain.n, "theta": float(f"{float(self.theta):.9g}")}
-        about |= {"events": len(self.events), "duration": float(f"{float(self.duration):.6g}")}
-        return about | short
+        return {
+            "n": self.chain.n,
+            "theta": float(f"{float(self.theta):.9g}"),
+            "events": len(self.events),
+            "outcome": self.outcome,
+            "evidence": self.evidence,
+            "duration": float(f"{float(self.duration):.6g}"),
+            "solver": self.solver,
+            "reason": self.reason,
+        }
 
 
 _USUAL: dict[str, Any] = {
