@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from exactcreep import Chain
 from exactcreep.model import deviates, disorder
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
@@ -106,3 +107,11 @@ def test_without_disorder_a_coefficient_is_the_rational_mu_s():
     assert Contacts(chain, 8).coefficient(2, 77) == Fraction(3, 5)
     assert Contacts(CHAIN, 7).coefficient(100, 77) == disorder.static_coefficient(CHAIN, 7, 100, 77)
     assert State.relaxed(chain).coefficients.tolist() == [0.6, 0.6, 0.6]
+
+
+def test_a_draw_is_low_if_its_exact_value_lies_below_mu_d():
+    for mu_d in ("0.1", "0.3", "1/3"):  # the nearest float lies above, below, below
+        contacts = Contacts(Chain(2, 1, mu_d, 1, "0.1", tan_alpha=0))
+        near = float(Fraction(mu_d))
+        for drawn in (math.nextafter(near, 0), near, math.nextafter(near, 1)):
+            assert contacts.is_low(drawn) == (Fraction(drawn) < Fraction(mu_d))

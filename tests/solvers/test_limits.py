@@ -93,6 +93,11 @@ def test_no_end_is_denied_to_an_avalanche_that_may_still_rest():
     assert not energetic(3 * most, 0.1, Fraction(1, 100), n=3)  # something may move uphill
     assert energetic(3 * most, 0.1, Fraction(0), n=3)  # and cannot with so little energy
     assert not energetic(10 * most, 1.0, Fraction(0), n=3)
+    # ((mu_s + tan) cos)^2, or half of it, is the least energy of a start uphill on the slope mu_d
+    for n, least in ((2, 1.21 * 0.8), (3, 1.21 * 0.8 / 2)):
+        for factor, known in ((0.999, True), (1.001, False)):
+            speed = math.sqrt(factor * least - 0.6**2)
+            assert energetic(0.6, speed, Fraction(0), n) == known
 
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)

@@ -202,6 +202,9 @@ def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
 def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() -> None:
     rows = table(data())
     assert rows.parted["exact"] == rows.bias["exact"] == 0
+    ends = spread(data()).bias
+    width = (ends.sel(interval="upper") - ends.sel(interval="lower")).to_numpy()
+    assert rows.bias_error.to_numpy() == pytest.approx(width / 2, nan_ok=True)
     assert rows.agreed["exact"] == math.inf
     assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01, located"]
     parted = rows.parted[data().dt.values > 0]
