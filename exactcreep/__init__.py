@@ -20,7 +20,7 @@ warns with `PhysicsWarning`, a record whose unit is doubtful with `RecordWarning
 
 import lazy_loader
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 # Where each public name lives stands in __init__.pyi, for type checkers too; it is imported when it
 # is first used, so that a command line that only prints its help does not wait for a compiler.
