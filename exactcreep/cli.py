@@ -17,6 +17,7 @@ from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain
 from exactcreep.commands.options import expanded, help_of
 from exactcreep.commands.run import resume, run
+from exactcreep.gone import successor_of
 
 COMMANDS: dict[str, Callable[..., None]] = {
     "scenes": files.scenes,
@@ -34,8 +35,6 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "audit": studies.audit,
 }
 """The commands by name."""
-REPLACED = {"tradeoff": "compare SCENE", "envelope": "compare SCENE"}
-"""Commands that are no more, and what answers their questions."""
 _UNUSED = "rich.markdown", "rich.traceback"
 """What typer imports to print a help and does not use for it: a third of the time that it takes."""
 
@@ -101,8 +100,8 @@ def status(words: Sequence[str]) -> int:
     end = given.index("--") if "--" in given else len(given)
     debug = "--debug" in given[:end]  # taken anywhere, so that it can be appended to a line
     given = [word for word in given[:end] if word != "--debug"] + given[end:]
-    if given and given[0] in REPLACED:
-        complain(f"{given[0]} is no more: exactcreep {REPLACED[given[0]]} answers its question")
+    if sentence := successor_of(f"exactcreep {given[0]}" if given else ""):
+        complain(sentence)
         return 2
     if not given or {"-h", "--help"} & set(given[:end]):
         _prepare_help()

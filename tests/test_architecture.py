@@ -14,7 +14,7 @@ PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("compiling",),
     ("model",),
-    ("interrupts", "limits", "progress", "display", "disorder"),
+    ("interrupts", "limits", "progress", "display", "disorder", "gone"),
     ("laws",),
     ("motion",),
     ("solvers",),
