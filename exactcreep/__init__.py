@@ -2,10 +2,10 @@
 
 What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `Path` or
 `TemperatureRecord`); all of them with a seed and a solver are an `Experiment`, and a TOML file
-that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose motion is a `Solution`)
-and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
-drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
-until it has settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`),
+that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement` of one `Event` after the other,
+whose motion is a `Solution`) follows one rearrangement, `creep` (a `Creep`) a whole drive, `sweep`
+a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain until it has
+settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`),
 where creep is chaotic `half_life` (a `HalfLife`), and with disorder `intercept` (an `Intercept`)
 look for the amplitude above which a chain creeps. `compare`, `plan` and `audit` answer with a
 dataset over `Method` and seed, a `Plan` and an `Audit`; `physical` turns a solid in SI units into

@@ -28,7 +28,7 @@ from .quasistatic.experiment import Experiment as Experiment
 from .quasistatic.result import Creep as Creep
 from .scene import Scene as Scene, load_scene as load_scene
 from .solid import Descent as Descent, Solid as Solid, physical as physical
-from .solvers.registry import iterate as iterate, rearrange as rearrange
+from .solvers.registry import rearrange as rearrange
 from .solvers.solver import Rearrangement as Rearrangement
 from .studies.audit import Audit as Audit, audit as audit
 from .studies.compare import compare as compare

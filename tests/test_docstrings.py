@@ -19,8 +19,6 @@ from tests.processes import finished
 PACKAGE = Path(exactcreep.__file__).parent
 EXAMPLES = [path for path in sorted(PACKAGE.rglob("*.py")) if ">>>" in path.read_text("utf-8")]
 PUBLIC = sorted(set(exactcreep.__all__) - {"__version__", "disorder", "laws"})
-LIKE = {"iterate": "rearrange"}
-"""Functions whose arguments are those of another."""
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -40,7 +38,7 @@ def test_a_public_name_shows_an_example_and_describes_what_it_takes_and_raises(n
     assert ">>> " in (inspect.getdoc(public) or "")
     if isinstance(public, type) and not dataclasses.is_dataclass(public):
         return  # exceptions and enumerations take none from a user
-    said = NumpyDocString(inspect.getdoc(getattr(exactcreep, LIKE.get(name, name))) or "")
+    said = NumpyDocString(inspect.getdoc(public) or "")
     entries = said["Parameters"] + said["Other Parameters"] + said["Attributes"]
     known = {word.strip(" *") for entry in entries for word in entry.name.split(",")}
     taken = set(inspect.signature(public).parameters)

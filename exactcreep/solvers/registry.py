@@ -1,15 +1,13 @@
-"""The solvers by name, and the two calls that need no drive: `rearrange` and `iterate`."""
+"""The solvers by name, and the call that needs no drive: `rearrange`."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
@@ -114,27 +112,3 @@ def rearrange(
     limits = Limits.of(whole_number(max_events, "max_events", least=1), max_seconds)
     way, key = _valid(chain, state, direction, seed)
     return solver_named(solver, options).rearrange(chain, state, way, key, limits)
-
-
-def iterate(
-    chain: Chain,
-    state: State,
-    *,
-    direction: int,
-    seed: int = 0,
-    solver: str = "exact",
-    **options: Any,
-) -> Iterator[Event]:
-    """Return an iterator over the events of `rearrange`, one by one; same arguments but the limits.
-
-    The caller stops asking when there are enough; an avalanche may be endless. The events are
-    equal to those of `rearrange`, bit for bit; those of ``certified`` unless it had to raise its
-    precision on the way: then the ones before were handed out with wider enclosures.
-
-    >>> from exactcreep import Chain, State
-    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> next(iterate(chain, State.relaxed(chain), direction=+1)).sliders
-    (3,)
-    """
-    way, key = _valid(chain, state, direction, seed)
-    return solver_named(solver, options).iterate(chain, state, way, key)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
@@ -386,7 +386,7 @@ class Start:
 class Solver(ABC):
     """An algorithm: a frozen dataclass, whose fields are its options, that it validates.
 
-    A subclass says by `rearrange_from`, `events_from` and `simulation_from` what it does.
+    A subclass says by `rearrange_from` and `simulation_from` what it does.
     """
 
     name: ClassVar[str]
@@ -410,9 +410,6 @@ class Solver(ABC):
         """
         return self.rearrange_from(self._start(chain, state, seed), direction, limits)
 
-    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        return self.events_from(self._start(chain, state, seed), direction)
-
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
     ) -> Simulation:
@@ -434,9 +431,6 @@ class Solver(ABC):
     @abstractmethod
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Do what `rearrange` says."""
-
-    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        yield from self.rearrange_from(start, direction, ONE_REARRANGEMENT).events
 
     @abstractmethod
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:

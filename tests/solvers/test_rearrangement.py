@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import copy
-import json
 import pickle
 import random
 from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import flint
@@ -22,7 +20,6 @@ from exactcreep import (
     Evidence,
     Outcome,
     State,
-    iterate,
     rearrange,
 )
 from exactcreep.model.enclosure import same, same_numbers
@@ -31,7 +28,6 @@ from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.solver import Rearrangement
 from tests.paper import captions, unstable_chain
 
-HARD = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
 SOLVERS: list[dict[str, Any]] = [
     {"solver": "exact"},
     {"solver": "reference"},
@@ -54,27 +50,6 @@ def moved(seed: int, **options: Any) -> Rearrangement:
     """Return a random rearrangement."""
     chain, state = random_start(seed)
     return rearrange(chain, state, direction=0, seed=3, max_events=200, **options)
-
-
-@every_solver
-def test_events_come_one_by_one_as_from_the_whole(solver: dict[str, Any]) -> None:
-    """Among the hard cases are some for which `certified` has to begin again with more bits."""
-    asked = []
-    slow = solver["solver"] in ("mpmath", "certified")
-    for case in HARD[:: 9 if slow else 2]:
-        known = {"direction": case["direction"], "seed": case["seed"]}
-        chain = Chain(**case["chain"])
-        start = State.prepared(chain, case["start"], seed=case["seed"])
-        asked.append((chain, start, known))
-    asked += [(*random_start(seed), {"direction": 0}) for seed in range(4 if slow else 25)]
-    compared = 0
-    for chain, state, known in asked:
-        whole = rearrange(chain, state, max_events=400, **known, **solver)
-        if whole.outcome is not Outcome.LIMIT and len(whole.events) < 400:
-            assert tuple(iterate(chain, state, **known, **solver)) == whole.events
-            compared += len(whole.events)
-    assert compared > 100
-    assert rearrange(chain, state, max_events=400, **known, **solver) == whole
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,6 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import solver as exact
-from exactcreep.solvers.field.reference import Reference
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.solvers.tables import RECORDS
@@ -49,7 +48,6 @@ REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
     *(("record", "no events", recording("sliding", name)) for name in RECORDS[4:]),
     *(("mu_s", "sliding", recording(name, chain=NO_SLIPS)) for name in EVENTS_HAPPEN),
     *(("mu_s", "sliding", moving(chain=NO_SLIPS, solver=name)) for name in EVENTS_HAPPEN),
-    ("mu_s", "sliding", lambda: Reference().iterate(NO_SLIPS, RELAXED, 1, 0)),
     ("solver", "use 'exact'", moving(solver="sliding")),
     ("solver", "must be one of exact, reference", moving(solver="euler")),
     ("solver", "exactcreep plan names the solver", moving(solver="auto")),

@@ -499,21 +499,12 @@ class Exact(Solver):
         why = result.doubt or f"{result.undecided} comparisons were undecided"
         return replace(certified, report={**certified.report, "escalated": why})
 
-    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        """Yield the events one by one."""
-        self._refuse_to_escalate("events that were handed out cannot be taken back")
-        simulation = ExactSimulation(start.chain, start.state, start.seed, ("events",))
-        for _ in simulation.single(direction, NO_LIMITS.events_left, 1):
-            yield from _events(simulation.drain())
-
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by the compiled loop."""
-        self._refuse_to_escalate('is for one rearrangement; for a run use solver="certified"')
-        return ExactSimulation(start.chain, start.state, start.seed, record)
-
-    def _refuse_to_escalate(self, why: str) -> None:
         if self.escalate:
+            why = 'is for one rearrangement; for a run use solver="certified"'
             raise InputError("escalate", True, why)
+        return ExactSimulation(start.chain, start.state, start.seed, record)
 
 
 def _logging(record: tuple[str, ...]) -> int:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
-from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
@@ -27,7 +26,6 @@ from exactcreep.solvers.field.reference import (
     captured_of,
     completed,
     mechanics_report,
-    one_by_one,
     plain,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
@@ -116,26 +114,6 @@ class Certified(FieldSolver):
                     result = replace(result, state=replace(result.state, past=later))
                 return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
-
-    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        """Yield the events one by one, each as soon as it is certified.
-
-        Where precision has to be raised later on, the enclosures of `rearrange` are narrower
-        than those that were handed out before.
-        """
-        known, past = 0, Past.of(start)
-        for bits, assume in self.precisions(past):
-            arithmetic = balls_of(bits)
-            try:
-                with arithmetic.active():
-                    mechanics = _begun(start, arithmetic, past, assume, NO_LIMITS)
-                for number, event in enumerate(one_by_one(mechanics, direction)):
-                    if number >= known:
-                        known += 1
-                        yield event
-                return
-            except Undecided:
-                continue
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return CertifiedSimulation(start, record, self)

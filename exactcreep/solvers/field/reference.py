@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
@@ -56,27 +56,8 @@ class FieldSolver(Solver):
             mechanics = ChainIntegrator(start, arithmetic, residuals=True)
             return completed(mechanics, direction, self.name, limits)
 
-    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        arithmetic = self.arithmetic()
-        with arithmetic.active():
-            mechanics = ChainIntegrator(start, arithmetic, residuals=True)
-        return one_by_one(mechanics, direction)
-
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return FieldSimulation(start, record, self.arithmetic())
-
-
-def one_by_one(mechanics: ChainIntegrator, direction: int) -> Iterator[Event]:
-    """Yield the events that follow a ramp in `direction`, the arithmetic active only meanwhile."""
-    with mechanics.arithmetic.active():
-        mechanics.ramp(direction, None)
-    events = filter(None, mechanics.rearrangement())
-    while True:
-        with mechanics.arithmetic.active():
-            event = next(events, None)
-        if event is None:
-            return
-        yield event
 
 
 def completed(
