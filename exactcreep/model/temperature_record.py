@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import io
 import itertools
@@ -11,7 +10,7 @@ import warnings
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
@@ -21,7 +20,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.model import readings
 from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import (
     InputError,
@@ -31,30 +29,29 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.reading import content_of, text_of
+from exactcreep.model.reading import content_of
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 MOST_BYTES = 64 * 2**20
-"""Size of a file of records, unpacked; more is another kind of file."""
+"""Size of a file of records; more is another kind of file."""
 MOST_ROWS = 1_000_000
 """A century of hours."""
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
 COLDEST = -90
 """No weather was colder in degrees Celsius; -99.9 marks what is missing in many a file."""
-CHOICES = {
-    "unit": ("C", "K"),
-    "decimal": (".", ","),
-    "date_order": tuple(readings.DATES),
-    "missing": ("refuse", "drop", "interpolate"),
-    "duplicates": ("refuse", "first", "last", "mean"),
-    "gaps": ("refuse", "interpolate"),
-}
+ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
+GAP = 1.5
+"""A step longer than so many usual ones is a gap."""
+_FEWEST_REGULAR = 10  # readings from which on there is a usual step
+_FIRST_YEAR, _LAST_YEAR = 1700, 2200  # nanoseconds count no more
+_CHOICES = {"unit": ("C", "K"), "decimal": (".", ",")}
 _SINGLE = ("time_column", "temperature_column")
 _DAILY = ("time_column", "minimum_column", "maximum_column")
-_TEXTS = {*_SINGLE, *_DAILY, "delimiter", *CHOICES}
+_TEXTS = {*_SINGLE, *_DAILY, *_CHOICES, "delimiter", "date_format", "encoding"}
+_ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
 
 
 class RecordWarning(UserWarning):
@@ -74,11 +71,13 @@ class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
     Between two rows theta ramps monotonically; rows in the middle of a monotone stretch change
-    nothing. A velocity is a displacement per unit of `times` (per second for dates), gaps counted;
-    the chain is taken from T0 to the first row at the time of that row.
+    nothing. A velocity is a displacement per unit of `times` (per second for dates); the chain is
+    taken from T0 to the first row at the time of that row. What a record lacks, or has twice, is
+    refused with the name of the first row that is concerned, and mended with pandas; see `of`.
 
-    Raises `InputError` if a row cannot be what is said of it. The message has every kind of fault
-    with its first lines, their number, and the option that would mend it.
+    Raises `InputError` if an option is not what it must be, a row has no temperature, times do not
+    increase, or there is a gap: a step longer than 1.5 usual ones (at least one step in ten is as
+    long as the usual one, so that uneven hours are no gaps).
 
     Warns with `RecordWarning` if temperatures look like those of the other unit, or one must mark a
     missing reading.
@@ -91,8 +90,8 @@ class TemperatureRecord(Listed):
     Parameters
     ----------
     file : str or path
-        A CSV file in UTF-8 of at most 64 MiB and a million rows, also packed by gzip (.gz). Its
-        first row names the columns. See `of` for arrays and pandas.
+        A CSV file of at most 64 MiB and a million rows, also packed by gzip (.gz). Its first row
+        names the columns. See `of` for arrays and pandas.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
@@ -108,17 +107,10 @@ class TemperatureRecord(Listed):
     unit : {"C", "K"}
     delimiter, decimal : str
         One character between columns, and ``.`` or ``,`` before the decimals.
-    date_order : {"iso", "day first", "month first"}
-        How dates are written: ``2024-01-31T13:00`` (ISO 8601), ``31.01.2024 13:00``, or
-        ``01/31/2024 13:00``. Nothing is guessed.
-    missing : {"refuse", "drop", "interpolate"}
-        What becomes of a row without a temperature: it is left out (which may leave a gap), or
-        linear in time between its neighbours. A row without a time can only be dropped.
-    duplicates : {"refuse", "first", "last", "mean"}
-        What of several rows of the same time counts.
-    gaps : {"refuse", "interpolate"}
-        What becomes of a step longer than 1.5 usual ones (at least one in ten is as long):
-        "interpolate" takes the temperature to be monotone there; `parts` cuts the record there.
+    date_format : str
+        How dates are written, ``%d.%m.%Y %H:%M``; default ISO 8601, ``2024-01-31T13:00``.
+    encoding : str
+        Of the file, ``latin-1``; default UTF-8.
     theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
 
@@ -147,10 +139,8 @@ class TemperatureRecord(Listed):
     T0: Fraction
     delimiter: str
     decimal: str
-    date_order: str
-    missing: str
-    duplicates: str
-    gaps: str
+    date_format: str
+    encoding: str
     sha256: str
     origin: str
     theta: tuple[Fraction, ...]
@@ -174,10 +164,8 @@ class TemperatureRecord(Listed):
         unit: str = "C",
         delimiter: str = ",",
         decimal: str = ".",
-        date_order: str = "iso",
-        missing: str = "refuse",
-        duplicates: str = "refuse",
-        gaps: str = "refuse",
+        date_format: str = "",
+        encoding: str = "utf-8",
         theta: Iterable[Number] | None = None,
         times: Iterable[Number] | None = None,
         sha256: str | None = None,
@@ -196,7 +184,7 @@ class TemperatureRecord(Listed):
             maximum_hour=number_from_zero(maximum_hour, "maximum_hour"),
             scale=positive_number(scale, "scale"),
         )
-        if readings.ABSOLUTE_ZERO[unit] > self.T0:
+        if ABSOLUTE_ZERO[unit] > self.T0:
             raise InputError("T0", T0, "must not be below absolute zero")
         if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
             raise InputError("maximum_hour", maximum_hour, "belongs to minimum_column")
@@ -206,7 +194,7 @@ class TemperatureRecord(Listed):
         if theta is None or times is None or sha256 is None:
             if not theta is times is sha256 is origin is None:
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            self._read(*self._table(), "line")
+            self._keep(*self._table())
             return
         dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
         moments = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
@@ -228,48 +216,50 @@ class TemperatureRecord(Listed):
         T0: Number,
         *,
         times: ArrayLike | None = None,
-        **options: Any,
+        minimum_hour: Number = 5,
+        maximum_hour: Number = 15,
+        scale: Number = 1,
+        unit: str = "C",
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 
-        Raises `InputError`: as for a file; rows count from 1.
+        What a file has in another form, pandas reads (``pandas.read_csv``, ``read_excel``), sorts
+        (``sort_index``), thins (``groupby(level=0).mean()``, ``dropna``) and fills
+        (``interpolate``).
+
+        Raises `InputError`: as for a file.
 
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
-            None and nan are missing. Floats are taken for the binary numbers that they are. Two
-            columns are minimum and maximum of a day.
+            Floats are taken for the binary numbers that they are. Two columns are minimum and
+            maximum of a day.
         kappa, T0 : number
         times : array, shape (rows,), optional
-            Numbers, `datetime.datetime`, `numpy.datetime64` or texts. Default: the index of a
-            Series or DataFrame.
-        **options
-            All that does not say where a file has what.
+            Numbers, `datetime.datetime`, `numpy.datetime64` or ISO 8601 texts. Default: the index
+            of a Series or DataFrame.
+        minimum_hour, maximum_hour, scale, unit : optional
+            As of a file.
         """
         index = getattr(temperatures, "index", None) if times is None else times
         if index is None or callable(index):
             raise InputError("times", None, "must be given, unless temperatures have an index")
-        for name in options:
-            if name in ("decimal", "delimiter") or name.endswith("_column"):
-                raise InputError(name, options[name], "is not an option of arrays")
+        pandas, options = import_module("pandas"), dict[str, str]()
         values, moments = np.asarray(temperatures), np.asarray(index)
         if values.ndim == 2 and values.shape[1] == 2:
-            options |= {"minimum_column": "minimum", "maximum_column": "maximum"}
+            options = {"minimum_column": "minimum", "maximum_column": "maximum"}
         elif values.ndim != 1:
             raise InputError("temperatures", values.shape, "must have one dimension, or (rows, 2)")
         if moments.shape != values.shape[:1]:
             allowed = f"must be as many as temperatures, {len(values)}"
-            raise InputError("times", len(moments), allowed)
-        if moments.dtype.kind == "M":
-            moments = moments.astype("datetime64[us]")
-        record = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
-        columns = [moments.tolist(), *values.reshape(len(values), -1).T.tolist()]
-        text = "\n".join(",".join(map(str, row)) for row in zip(*columns, strict=True))
-        table = import_module("pandas").DataFrame(
-            dict(zip(record.columns.values(), columns, strict=True)),
-            index=range(1, len(values) + 1), dtype=object,
+            raise InputError("times", moments.size, allowed)
+        record = cls(
+            "", kappa, T0, theta=[0], times=[0], sha256="", minimum_hour=minimum_hour,
+            maximum_hour=maximum_hour, scale=scale, unit=unit, **options,
         )  # fmt: skip
-        record._read(table, text.encode(), "row")
+        columns = [moments, *values.reshape(len(values), -1).T.tolist()]
+        table = pandas.DataFrame(dict(zip(record.columns.values(), columns, strict=True)))
+        record._keep(table, table.to_csv(index=False).encode())
         return record
 
     @property
@@ -279,97 +269,81 @@ class TemperatureRecord(Listed):
         return {name: getattr(self, name).strip() for name in names}
 
     def _table(self) -> tuple[DataFrame, bytes]:
-        content = packed = content_of(Path(self.file), "file", MOST_BYTES)
-        if self.file.lower().endswith(".gz"):
-            try:
-                with gzip.open(io.BytesIO(packed)) as stream:
-                    content = stream.read(MOST_BYTES + 1)
-            except (OSError, EOFError, zlib.error):
-                allowed = "must be packed by gzip, as its name says"
-                raise InputError("file", self.file, allowed) from None
-            if len(content) > MOST_BYTES:
-                allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
-                raise InputError("file", self.file, allowed)
-        text = text_of(content, "file", self.file)
+        """Return the columns of the file that are read, all as text, and its content."""
+        pandas, content = import_module("pandas"), content_of(Path(self.file), "file", MOST_BYTES)
+        packed = "gzip" if self.file.lower().endswith(".gz") else None
+        cut_off = pandas.errors.ParserWarning
         try:
-            table = import_module("pandas").read_csv(
-                io.StringIO(text), sep=self.delimiter, header=None, dtype=str,
-                keep_default_na=False, skip_blank_lines=False, skipinitialspace=True,
-            )  # fmt: skip
-        except ValueError as error:
-            empty = type(error).__name__ == "EmptyDataError"
-            why = "it must begin with a row that names the columns" if empty else str(error).strip()
-            raise InputError("file", self.file, f"must be a CSV file: {why}") from None
-        header, rows = table.iloc[0].str.strip().tolist(), table.iloc[1:]
+            with warnings.catch_warnings(action="error", category=cut_off):
+                table = pandas.read_csv(
+                    io.BytesIO(content), sep=self.delimiter, dtype=str, encoding=self.encoding,
+                    index_col=False, skipinitialspace=True, nrows=MOST_ROWS + 1, compression=packed,
+                )  # fmt: skip
+        except (LookupError, UnicodeError) as error:
+            raise InputError("encoding", self.encoding, f"does not read it: {error}") from None
+        except (ValueError, cut_off, OSError, EOFError, zlib.error) as error:
+            allowed = f"must be a CSV file with delimiter = {self.delimiter!r}: {error}".strip()
+            raise InputError("file", self.file, allowed) from None
+        table.columns = table.columns.str.strip()
         for field, name in self.columns.items():
-            if header.count(name) != 1:
-                which = "named once among" if name in header else "one of"
-                allowed = f"must be {which} the columns of {self.file}: {', '.join(header[:12])}"
-                line = self.delimiter.join(header)
-                signs = [s for s in ";,\t|" if name in map(str.strip, line.split(s))]
-                allowed += "".join(f'; delimiter = "{s}" separates them' for s in signs[:1])
+            if name not in table.columns:
+                among = f"one of the columns of {self.file}: {', '.join(table.columns[:12])}"
+                allowed = f"must be {among} (delimiter = {self.delimiter!r} separates them)"
                 raise InputError(field, name, allowed)
-        rows = rows[(rows != "").any(axis="columns")].set_axis(header, axis="columns")
-        return rows[[*self.columns.values()]].set_axis(rows.index + 1), packed
+        return table[[*self.columns.values()]], content
 
-    def _read(self, table: DataFrame, content: bytes, counted: str) -> None:
-        """Keep the readings of a table, whose index numbers the rows, called `counted`."""
-        pandas = import_module("pandas")
-        file, faults = self.file or "(arrays)", readings.Faults()
-        if len(table) > MOST_ROWS:
-            raise InputError("file", file, f"must have at most {MOST_ROWS} rows")
-        time_column, *names = table.columns
-        if self.missing == "drop":
-            table = table[~readings.is_missing(table[time_column])]
-        written = table[time_column]
-        times = readings.times_of(written, self.date_order, self.decimal, faults)
-        dated = times.dtype.kind == "M"
-        if self.minimum_column and not dated:
-            allowed = "must be a date, where a row has the minimum and the maximum of a day"
-            faults.add(written[times.index], allowed)
-        hours = (self.minimum_hour, self.maximum_hour) if self.minimum_column else (Fraction(0),)
-        parts = []
-        how = self.missing, self.unit, self.scale, self.decimal, faults
-        for hour, name in sorted(zip(hours, names, strict=True)):
-            at = times + pandas.Timedelta(hours=float(hour)) if hour and dated else times
-            values = readings.temperatures_of(table[name], *how)
-            parts.append(at.to_frame("at").join(values.rename("value"), how="inner"))
-        taken = pandas.concat(parts).sort_index(kind="stable")
-        last = taken["at"].cummax().shift()
-        again, early = taken["at"] == last, taken["at"] < last
-        faults.add(written[taken.index[early]], "must be later than before")
-        if self.duplicates == "refuse":
-            mend = 'duplicates = "first", "last" or "mean" takes one of several'
-            faults.add(written[taken.index[again]], "must be later than before", mend)
-        taken = taken[~early]
-        if again.any():
-            each = taken.groupby("at")["value"]
-            values = [readings.one_of(group, self.duplicates) for _, group in each]
-            taken = taken.drop_duplicates("at").assign(value=values)
-        if taken.empty:
-            faults.refuse(counted, file)
-            raise InputError("file", file, "must hold at least one row of data")
-        begin, written = taken["at"].iloc[0], written[taken.index]
-        since = (taken["at"] - begin).dt.total_seconds() if dated else taken["at"]
-        seconds = since.tolist()
-        usual, after_gaps = readings.gaps_in(seconds)
-        if self.gaps == "refuse":
-            mend = 'gaps = "interpolate" takes the temperature to be monotone there'
-            steps = f"{readings.GAP} usual steps of {usual:g}"
-            allowed = f"comes more than {steps} after the one before"
-            faults.add(written.iloc[after_gaps], allowed, mend)
-        ends = written[taken["value"].isna() & taken.index.isin(written.index[[0, -1]])]
-        faults.add(ends, "of a missing temperature leaves nothing to interpolate between at an end")
-        faults.refuse(counted, file)
-        temperatures = readings.filled(taken["value"], seconds)
+    def _keep(self, table: DataFrame, content: bytes) -> None:
+        """Keep the readings of a table: its first column has the times, others temperatures."""
+        if not 1 <= len(table) <= MOST_ROWS:
+            allowed = f"must have at least one row of data, and at most {MOST_ROWS}"
+            raise InputError("file", self.file or "(arrays)", allowed)
+        written, names = table.iloc[:, 0], [str(name) for name in table.columns[1:]]
+        moments = _moments(written, self.date_format)
+        dated = moments.dtype.kind == "M"
+        if self.minimum_column:
+            if not dated:
+                allowed = "must be a date, where a row has the minimum and the maximum of a day"
+                raise InputError(str(written.name), str(written.iloc[0]), allowed)
+            hours = dict(zip(names, (self.minimum_hour, self.maximum_hour), strict=True))
+            names.sort(key=lambda name: hours[name])
+            after = [timedelta(hours=float(hours[name])) for name in names]
+            moments = (moments[:, None] + np.array(after, "timedelta64[us]")).ravel()
+        texts = [str(text) for text in written for _ in names]  # the time of every reading
+        temperatures = self._exactly(table[names], texts)
+        seconds = (moments - moments[0]) / np.timedelta64(1, "s") if dated else moments
+        _check_steps(seconds, texts, str(written.name), dated)
         self._doubt(temperatures)
         dilation = {value: self.kappa * (value - self.T0) for value in set(temperatures)}
         vars(self).update(
             theta=tuple(dilation[value] for value in temperatures),
-            times=tuple(seconds),
+            times=tuple(seconds.tolist()),
             sha256=hashlib.sha256(content).hexdigest(),
-            origin=begin.isoformat() if dated else "",
+            origin=moments[0].astype("datetime64[us]").item().isoformat() if dated else "",
         )
+
+    def _exactly(self, table: DataFrame, times: Sequence[str]) -> list[Fraction]:
+        """Return the temperatures of a table, row by row, as the rationals that they denote."""
+        entries = table.to_numpy(dtype=object).ravel().tolist()
+        if (gone := table.isna().to_numpy().ravel()).any():
+            k = int(np.argmax(gone))
+            name = str(table.columns[k % table.shape[1]])
+            allowed = f"is missing at {times[k]}; pandas leaves such rows out (Series.dropna()) or"
+            raise InputError(name, entries[k], f'{allowed} fills them in (interpolate("time"))')
+        exact: dict[Any, Fraction] = {}
+        for k, entry in enumerate(entries):
+            if entry in exact:
+                continue
+            name, point = str(table.columns[k % table.shape[1]]), entry
+            if isinstance(entry, str) and self.decimal == ",":
+                point = entry.replace(".", " ").replace(",", ".")  # no dots between thousands
+            try:
+                exact[entry] = exact_number(point, name) * self.scale
+            except InputError:
+                allowed = f"must be a number with decimal = {self.decimal!r}, at {times[k]}"
+                raise InputError(name, entry, allowed) from None
+            if exact[entry] < ABSOLUTE_ZERO[self.unit]:
+                raise InputError(name, entry, f"must not be below absolute zero, at {times[k]}")
+        return [exact[entry] for entry in entries]
 
     def _doubt(self, temperatures: Sequence[Fraction]) -> None:
         """Warn if temperatures look like those of another unit, or like no temperatures."""
@@ -403,16 +377,6 @@ class TemperatureRecord(Listed):
         """The temperature of each row in `unit`, shape (rows,)."""
         return np.array([nearest_float(theta / self.kappa + self.T0) for theta in self.theta])
 
-    def parts(self) -> tuple[TemperatureRecord, ...]:
-        """Return the stretches between the gaps (see `gaps`), each a record that begins at T0."""
-        about = self.parameters()
-        del about["kind"]
-        ends = [0, *readings.gaps_in(self.times)[1], len(self.times)]
-        return tuple(
-            TemperatureRecord(**about | {"theta": self.theta[a:b], "times": self.times[a:b]})
-            for a, b in itertools.pairwise(ends)
-        )
-
     @cached_property
     def _clock(self) -> NDArray[np.float64]:
         return np.array((self.times[0], *self.times))
@@ -433,7 +397,7 @@ class TemperatureRecord(Listed):
 
 
 def _check_options(options: Mapping[str, Any]) -> None:
-    for name, choices in CHOICES.items():
+    for name, choices in _CHOICES.items():
         if not isinstance(options[name], str) or options[name] not in choices:
             *most, last = (f'"{choice}"' for choice in choices)
             raise InputError(name, options[name], f"must be {', '.join(most)} or {last}")
@@ -455,3 +419,59 @@ def _check_options(options: Mapping[str, Any]) -> None:
         raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
     if options["decimal"] == delimiter:
         raise InputError("decimal", delimiter, "must not be the delimiter as well")
+    written = options["date_format"]
+    if not isinstance(written, str) or (written and "%" not in written):
+        allowed = "must say how dates are written, e.g. %d.%m.%Y %H:%M"
+        raise InputError("date_format", written, allowed)
+    if not isinstance(options["encoding"], str):
+        raise InputError("encoding", options["encoding"], "must be a name, e.g. latin-1")
+
+
+def _moments(entries: Series, date_format: str) -> NDArray[Any]:
+    """Return times as floats, or as dates, in UTC where they name a time zone."""
+    name, texts = str(entries.name), entries.astype(str).str.strip()
+
+    def refuse(wrong: Any, allowed: str) -> None:
+        if np.any(wrong):
+            k = int(np.argmax(wrong))
+            raise InputError(name, texts.iloc[k], f"{allowed} (row {k + 1})")
+
+    refuse(entries.isna(), "is missing; pandas leaves such rows out (Series.dropna())")
+    if not date_format and _is_number(entries.iloc[0]):
+        numbers = np.array([nearest_float(exact_number(entry, name)) for entry in entries])
+        refuse(np.isinf(numbers), "must be below the largest float, 1.8e308")
+        return numbers
+    zoned = texts.str.contains(_ZONE)
+    refuse(not date_format and zoned != zoned.iloc[0], "must name a time zone as others do, or not")
+    to_datetime, written = import_module("pandas").to_datetime, date_format or "ISO8601"
+    dates = to_datetime(texts, format=written, utc=True, errors="coerce").dt.tz_localize(None)
+    like = f"as date_format = {date_format!r} says" if date_format else "such as 2024-01-31T13:00"
+    mend = "" if date_format else ", or date_format must say how it is written"
+    allowed = f"must be a number, or a date of the years {_FIRST_YEAR} to {_LAST_YEAR} {like}{mend}"
+    refuse(~dates.dt.year.between(_FIRST_YEAR, _LAST_YEAR), allowed)
+    return np.asarray(dates.to_numpy("datetime64[us]"))
+
+
+def _is_number(entry: Any) -> bool:
+    try:
+        exact_number(entry, "time")
+    except InputError:
+        return False
+    return True
+
+
+def _check_steps(times: NDArray[np.float64], texts: Sequence[str], name: str, dated: bool) -> None:
+    """Raise `InputError` unless times increase, without a step much longer than the usual one."""
+    steps = np.diff(times)
+    if (wrong := steps <= 0).any():
+        k = int(np.argmax(wrong))
+        allowed = f"must be later than {texts[k]} before it; pandas sorts times (sort_index()), and"
+        raise InputError(name, texts[k + 1], f"{allowed} makes one of several (groupby().mean())")
+    if len(times) < _FEWEST_REGULAR:
+        return
+    usual = float(np.quantile(steps, 0.9, method="lower"))
+    if (wrong := steps > GAP * usual).any():
+        k, day, unit = int(np.argmax(wrong)), 86400 if dated else 1, " days" if dated else ""
+        lengths = f"{steps[k] / day:.4g}{unit} after {texts[k]}, where {usual / day:.4g} is usual"
+        mend = 'resample().interpolate("time") fills it in, or Series[first:last] ends before it'
+        raise InputError(name, texts[k + 1], f"is {lengths}, a gap; pandas: {mend}")

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from fractions import Fraction
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -189,7 +190,9 @@ def _experiment(data: xr.Dataset) -> Experiment:
     options = json.loads(about["options"])
     numbers = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
     parameters: dict[str, Any] = {}
-    for name in about["drive_parameters"].split():
+    make = drive_of_kind(about["drive"])
+    taken = signature(make).parameters  # 0.3.0 had more options by which a record was read
+    for name in filter(taken.__contains__, about["drive_parameters"].split()):
         listed = f"drive_{name}"
         given = data[listed].to_numpy().tolist() if listed in data else about[name]
         if name in _RATIOS:
@@ -202,7 +205,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         start = _state(data, "initial", near if Fraction(near) == theta else theta)
     return Experiment.of(
         Chain(int(about["n"]), **{name: ratio_of(str(about[name])) for name in numbers}),
-        drive_of_kind(about["drive"])(**parameters),
+        make(**parameters),
         seed=int(about["seed"]),
         solver=str(about["solver"]),
         start=start,
