@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 SUCCESSORS = {
+    "exactcreep.iterate": "`rearrange(...).events` are the events, in order",
     "exactcreep tradeoff": "`exactcreep compare SCENE` answers its question",
     "exactcreep envelope": "`exactcreep compare SCENE` answers its question",
 }

@@ -53,8 +53,6 @@ class State(Shown):
         How many coefficients each slider has had, at least 1.
     theta : number
         The dilation.
-    past : object or None
-        What `certified` needs to go on from here as if it had not stopped; not compared.
     """
 
     tensions: NDArray[Any]
@@ -62,7 +60,6 @@ class State(Shown):
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
     theta: Scalar
-    past: Any = None
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients", "draws"):
@@ -88,13 +85,12 @@ class State(Shown):
         coefficients: NDArray[np.float64],
         draws: NDArray[np.int64],
         theta: Scalar,
-        past: Any = None,
     ) -> State:
         """Return the state of a solver's own arrays, which are not copied."""
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
             array.flags.writeable = False
-        vars(made).update(tensions=tensions, displacements=displacements, theta=theta, past=past)
+        vars(made).update(tensions=tensions, displacements=displacements, theta=theta)
         vars(made).update(coefficients=coefficients, draws=draws)
         return made
 

@@ -158,7 +158,7 @@ class Experiment:
             "chain": self.chain.parameters(),
             "drive": self.drive.parameters(),
             "options": dict(self.options),
-            "start": start and {**vars(start), "past": None},
+            "start": start and vars(start),
             "record": list(self.record),
         }
 

@@ -301,7 +301,6 @@ class SlidingSimulation(Simulation):
             tensions=self._chain.extension - self._place(self._theta),
             displacements=self._chain.x + self._chain.carry,
             theta=self._theta,
-            past=None,
         )
 
     @property

@@ -402,7 +402,6 @@ class Estimated(Rearrangement):
             given.coefficients,
             given.draws,
             dilation(self.chain, self.load) if len(self.log) else given.theta,
-            given.past,
         )
 
     @cached_property

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
@@ -46,6 +46,9 @@ GUARD_BITS = 128
 @dataclass(frozen=True)
 class Certified(FieldSolver):
     """The readable solver in balls.
+
+    A start in balls is any of the states that they enclose. Calls of `rearrange`, each from where
+    the one before ended, lose digits so, and end undecided; a run does not.
 
     Parameters
     ----------
@@ -80,9 +83,9 @@ class Certified(FieldSolver):
         assert self.most_digits is not None
         return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
 
-    def precisions(self, past: Past | None = None) -> Iterator[tuple[int, bool]]:
+    def precisions(self) -> Iterator[tuple[int, bool]]:
         """Yield the precisions to try, and whether to settle there what is not decided."""
-        bits = max(self.arithmetic().bits, 0 if past is None else past.bits)
+        bits = self.arithmetic().bits
         while bits < self.most_bits:
             yield bits, False
             bits *= 2
@@ -91,12 +94,11 @@ class Certified(FieldSolver):
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange in balls, again with more bits where something is not decided."""
-        past = Past.of(start)
-        for bits, assume in self.precisions(past):
+        for bits, assume in self.precisions():
             arithmetic = balls_of(bits)
             with arithmetic.active():
                 try:
-                    mechanics = _begun(start, arithmetic, past, assume, limits)
+                    mechanics = SetIntegrator(start, arithmetic, assume=assume, keep=True)
                     result = completed(mechanics, direction, self.name, limits)
                     if not (assume or limits.passed()):
                         require_digits(mechanics, self.digits)
@@ -106,94 +108,11 @@ class Certified(FieldSolver):
                 kinds = {kind.value: mechanics.kinds[kind] for kind in Kind}
                 report = {**result.report, **certificate(mechanics), "crossings": kinds}
                 motion = Solution.of(mechanics.pieces, mechanics.start) if mechanics.start else None
-                if result.outcome is Outcome.AT_REST:
-                    if past is None:
-                        first = replace(start, state=replace(start.state, past=None))
-                        past = Past(first, start.state, None, (), 0, {})
-                    later = past.then(mechanics, direction, result.state)
-                    result = replace(result, state=replace(result.state, past=later))
                 return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return CertifiedSimulation(start, record, self)
-
-
-@dataclass(frozen=True, eq=False)
-class Past:
-    """How a chain came to the state at the end of `rearrange`, so that balls need not be trusted.
-
-    The next call goes on with the set of states that this one ended with, or, where that is too
-    wide, from the beginning with more bits.
-
-    Attributes
-    ----------
-    start : Start
-        From which the first call departed.
-    here : State
-        What the rest leads to.
-    anchor : mapping or None
-        A later state that is known exactly in Q(c), as `SetIntegrator.captured` has it.
-    ways : tuple of int
-        Directions of the rearrangements since then.
-    bits : int
-        Precision of `captured`.
-    captured : mapping
-        `here`, as `SetIntegrator.captured` has it.
-    """
-
-    start: Start
-    here: State
-    anchor: Mapping[str, Any] | None
-    ways: tuple[int, ...]
-    bits: int
-    captured: Mapping[str, Any]
-
-    @classmethod
-    def of(cls, start: Start) -> Past | None:
-        """Return the past of a state, if it is one of this chain and leads to this state."""
-        past = start.state.past
-        if isinstance(past, cls) and past.here == start.state:
-            first = past.start
-            return past if (first.chain, first.seed) == (start.chain, start.seed) else None
-        return None
-
-    def then(self, mechanics: SetIntegrator, way: int, here: State) -> Past:
-        """Return the past of `here`, at which a rearrangement after these has ended."""
-        captured, bits = mechanics.captured(), mechanics.arithmetic.bits
-        anchor, ways = self.anchor, (*self.ways, way)
-        if mechanics.exact is not None:
-            anchor, ways = captured, ()
-        return Past(self.start, here, anchor, ways, bits, captured)
-
-
-def _begun(
-    start: Start, arithmetic: Arithmetic, past: Past | None, assume: bool, limits: Limits
-) -> SetIntegrator:
-    """Return the chain at its start, as well known as this precision allows."""
-    first = start if past is None else past.start
-    mechanics = SetIntegrator(first, arithmetic, assume=assume, keep=True)
-    if past is None:
-        return mechanics
-    if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
-        mechanics.take_over(past.captured)
-    # ties that were assumed on the way here are assumed of all that follows
-    mechanics.tally = Tally(undecided=mechanics.tally.undecided)
-    mechanics.start, mechanics.pieces, mechanics.evaluations = None, [], 0
-    return mechanics
-
-
-def _repeated(mechanics: SetIntegrator, past: Past, limits: Limits) -> bool:
-    """Let a chain go through its past once more; return whether there was time for it."""
-    if past.anchor is not None:
-        mechanics.take_over(past.anchor)
-        mechanics.renew()
-    for way in past.ways:
-        mechanics.ramp(way, None)
-        for event in mechanics.rearrangement():
-            if event is None and limits.passed():
-                return False
-    return True
 
 
 def require_digits(mechanics: ChainIntegrator, digits: int) -> None:

@@ -339,7 +339,7 @@ class Verlet(Solver):
         if now["phase"] == steps.AT_REST and direction != 0:
             steps.ramp(fixed, arrays, float(direction), math.inf)
         begun, rest = simulation.state(), arrays.lanes.copy()
-        initial = replace(start.state, tensions=begun.tensions, theta=begun.theta, past=None)
+        initial = replace(start.state, tensions=begun.tensions, theta=begun.theta)
         events = simulation.new_events()
         pieces = [_SteppedPiece(simulation, rest, 0.0) for _ in events]
         ended = Ending(Stop.DONE)

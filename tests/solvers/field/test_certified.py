@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 from dataclasses import replace
 from fractions import Fraction
 
@@ -14,9 +13,9 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
-from exactcreep.model.enclosure import enclosure
+from exactcreep.model.enclosure import enclosure, enclosures
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
-from exactcreep.solvers.field import certified, set_integrator
+from exactcreep.solvers.field import set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
 from exactcreep.solvers.solver import Start
@@ -194,53 +193,28 @@ def test_a_crossing_is_called_by_the_condition_on_which_it_was_decided():
     assert crossings(level, State.relaxed(level), direction=1)[0] == {"tie"}
 
 
-def chained(chain, calls, digits, state=None):
-    state, found = State.relaxed(chain) if state is None else state, []
-    for _ in range(calls):
-        found.append(rearrange(chain, state, direction=1, solver="certified", digits=digits))
-        state = found[-1].state
-    return found
-
-
-def test_a_hundred_calls_keep_their_digits_and_are_what_one_run_is():
-    chain = paper_chain(3)
-    found = chained(chain, 100, 30)
-    assert all(one.evidence is Evidence.PROVED for one in found)
-    assert found[-1].report["digits_left"] >= 30
-    theta = Fraction(float(found[-1].theta)) + Fraction(1, 10**9)  # the next start is later
-    drive = ThetaPath([theta])
-    simulation = Certified(digits=30).simulation(chain, State.relaxed(chain), 0, ("x", "events"))
-    stretch = simulation.follow(drive, 1, 1)
-    assert simulation.tally.rearrangements == 100
-    assert simulation.tally.events == sum(len(one.events) for one in found)
-    x = stretch.recorded["x"][0]
-    assert_overlap(vars(found[-1].state), {"displacements": x}, "displacements")
-
-
-def test_a_chained_call_that_needs_more_digits_takes_them_from_the_beginning(monkeypatch):
-    chain = paper_chain(3)
-    expected = chained(chain, 25, 60)
-    monkeypatch.setattr(certified, "GUARD_BITS", 8)
-    found = chained(chain, 25, 12)
-    bits = [one.report["precision_bits"] for one in found]
-    assert bits == sorted(bits)
-    assert bits[0] < bits[-1]
-    for one, other in zip(found, expected, strict=True):
-        assert one.itinerary == other.itinerary
-        assert one.report["digits_left"] >= 12
-        assert_overlap(vars(one.state), vars(other.state), "displacements")
-
-
-def test_a_state_keeps_its_past_in_a_pickle_and_loses_it_when_it_is_changed():
-    chain = paper_chain(3)
-    found = chained(chain, 12, 20)
-    state = found[-1].state
-    later = chained(chain, 1, 20, state)[0]
-    assert chained(chain, 1, 20, pickle.loads(pickle.dumps(state)))[0] == later
-    moved = replace(state, displacements=state.displacements + 1)
-    there = chained(chain, 1, 20, moved)[0].state.displacements
-    off = (there - later.state.displacements).astype(float)
-    assert off.min() > 0.9
+def test_calls_one_after_the_other_lose_digits_until_they_are_undecided_and_a_run_does_not():
+    chain, calls = paper_chain(3), []
+    state = State.relaxed(chain)
+    while not calls or calls[-1].evidence is Evidence.PROVED:
+        options = {"solver": "certified", "digits": 20, "most_digits": 40}
+        calls.append(rearrange(chain, state, direction=1, **options))
+        state = calls[-1].state
+    assert len(calls) > 10
+    assert calls[-1].report["ties_assumed"] > 0
+    left = [call.report["digits_left"] for call in calls]
+    assert left[0] >= 20 > left[-2]
+    proved = calls[:-1]
+    later = Fraction(float(proved[-1].theta)) + Fraction(1, 10**9)
+    run = creep(chain, ThetaPath([later]), solver="certified", digits=20)
+    assert run.evidence is Evidence.PROVED
+    assert run.rearrangements == len(proved)
+    assert run.event_count == sum(len(call.events) for call in proved)
+    known, claimed = (enclosures(s.displacements) for s in (run.state, proved[-1].state))
+    for narrow, wide in zip(known.tolist(), claimed.tolist(), strict=True):
+        assert abs(narrow.middle - wide.middle) <= narrow.radius + wide.radius
+        assert narrow.radius < 1e-20
+    assert max(wide.radius for wide in claimed) > 1e-20
 
 
 def test_nothing_is_left_of_the_precision_outside():
