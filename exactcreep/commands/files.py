@@ -20,7 +20,6 @@ from exactcreep.commands.answer import (
     Answer,
     Pictures,
     Printed,
-    complain,
     counted,
     say,
     say_table,
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from exactcreep.figures.paper import Table
 
 ALL = "all"
-_LARGE = 100e6  # bytes of a table that are worth a warning
-_SOME = 1000  # rows that tell how long the others are
 
 
 def scenes(*, show: str | None = None, output: Printed) -> None:
@@ -133,24 +130,25 @@ def export(
     table : NAME
         half_cycles, events, rearrangements or slip_table.
     """
-    from exactcreep.quasistatic.export import check_ending
-    from exactcreep.quasistatic.export import table as recorded
-    from exactcreep.quasistatic.files import check_output
+    from exactcreep.quasistatic.files import check_output, write_file
     from exactcreep.quasistatic.result import load_members
 
-    ending = check_ending(to)
+    if to.suffix not in (".csv", ".parquet"):
+        raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
     check_output(to, "to", force=force)
-    saved = chosen(load_members(run), member)
-    data = recorded(saved, table)
-    size: float = data.nbytes
-    if ending == ".csv" and size > _LARGE / 4:
-        rows_of = max(data.sizes, key=lambda name: data.sizes[name])
-        some = data.isel({rows_of: slice(-_SOME, None)})
-        size = len(some.to_dataframe().to_csv()) * data.sizes[rows_of] / some.sizes[rows_of]
-    if size > _LARGE:
-        complain(f"{to} will have about {size / 1e6:.0f} MB")
-    rows = saved.export(table, to, force=force)
-    typer.echo(f"written: {to} ({rows} rows)")
+    rows = chosen(load_members(run), member).to_pandas(table)
+    if to.suffix == ".csv":
+        units = rows.attrs["units"]
+        header = [f"{name} [{units[name]}]" if units[name] != "1" else name for name in rows]
+        content = rows.to_csv(header=header, lineterminator="\n").encode()
+    else:
+        try:
+            content = rows.to_parquet(engine="pyarrow", compression="zstd", index=True)
+        except ImportError:
+            needed = 'needs pyarrow: pip install "exactcreep[export]"'
+            raise exactcreep.InputError("to", str(to), needed) from None
+    write_file(to, content, "to", force=force)
+    typer.echo(f"written: {to} ({len(rows)} rows)")
 
 
 def animate(

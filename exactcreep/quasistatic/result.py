@@ -329,11 +329,6 @@ class Creep(Result):
         # by name, as pandas loads its backend: what draws stands on a floor below
         return import_module("exactcreep.figures.run").Plots(self)  # type: ignore[no-any-return]
 
-    @property
-    def tree(self) -> xr.DataTree:
-        """The `dataset` as a DataTree: a group for each table of `to_pandas`, and ``states``."""
-        return _frames().tree(self)  # type: ignore[no-any-return]
-
     def to_pandas(self, table: str) -> pd.DataFrame:
         """Return one table as a data frame; whole numbers have 32 bits if they fit.
 
@@ -345,15 +340,7 @@ class Creep(Result):
             What has a number for each slider is one column for each, ``x_1``, ``x_2``, ... Units
             and meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
         """
-        return _frames().frame(self, table)
-
-    def export(self, table: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
-        """Write one table (see `to_pandas`) to a file and return how many rows it has.
-
-        Its name ends in ``.csv``, or in ``.parquet``, for which pyarrow is needed (the extra
-        ``export``). With `force` a file that exists is replaced.
-        """
-        return _frames().export(self, table, path, force=force)  # type: ignore[no-any-return]
+        return import_module("exactcreep.quasistatic.frames").frame(self, table)
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write `dataset` to a NetCDF file, in one piece or not at all.
@@ -406,8 +393,3 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
 def _datasets() -> Any:
     """Return the module that labels results; it waits for xarray."""
     return import_module("exactcreep.quasistatic.dataset")
-
-
-def _frames() -> Any:
-    """Return the module that makes tables for other programs; it waits for pandas."""
-    return import_module("exactcreep.quasistatic.export")

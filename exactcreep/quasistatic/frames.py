@@ -1,0 +1,55 @@
+"""What a run recorded as data frames for pandas, and through it for other programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from exactcreep.model.enclosure import quantity
+from exactcreep.model.numbers import InputError
+from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBER, Schema
+
+if TYPE_CHECKING:
+    from exactcreep.quasistatic.result import Creep
+
+TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
+"""The tables of a run by the names that a user calls them by."""
+
+
+def frame(result: Creep, table: str) -> pd.DataFrame:
+    """Return one table of a run, its columns by their own names, or raise `InputError`."""
+    if table not in TABLES:
+        raise InputError("table", table, "must be one of " + ", ".join(TABLES))
+    schema, dataset = TABLES[table], result.dataset
+    held = list(map(str, dataset.data_vars))
+    names = [name for column in schema.columns for name in held if quantity(name) == column]
+    if not names:
+        needed = table if table in LOGS else "x_G"
+        raise InputError("table", table, f'was not recorded: the run needs record = ["{needed}"]')
+    columns: dict[str, Any] = {}
+    about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
+    for name in names:
+        key, variable = name.removeprefix(schema.prefix), dataset[name]
+        values, unit = _compact(variable.to_numpy()), variable.attrs["units"]
+        parts = {key: values}
+        if key == "kind":
+            parts, unit = {key: pd.Categorical.from_codes(values, EVENT_KINDS)}, NUMBER
+        elif values.ndim > 1:
+            parts = {f"{key}_{k}": column for k, column in enumerate(values.T, 1)}
+        columns |= parts
+        about["units"] |= dict.fromkeys(parts, unit)
+        about["meanings"] |= dict.fromkeys(parts, variable.attrs.get("long_name", ""))
+    first = int(schema is HALF_CYCLE_TABLE)
+    rows = dataset.sizes[schema.dimension]
+    made = pd.DataFrame(columns, pd.RangeIndex(first, first + rows, name=schema.dimension))
+    made.attrs.update(about)
+    return made
+
+
+def _compact(values: NDArray[Any]) -> NDArray[Any]:
+    """Return a column with 32 bits for integers that fit; squares of shorter ones overflow."""
+    fits = values.dtype == np.int64 and (values == values.astype(np.int32)).all()
+    return values.astype(np.int32) if fits else values

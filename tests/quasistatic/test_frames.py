@@ -1,0 +1,76 @@
+"""What a run recorded, as data frames, a tree, and files of other programs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exactcreep import Creep, Cycles, InputError, creep
+from exactcreep.solvers.tables import LOGS
+from tests.paper import paper_chain
+
+CHAIN = paper_chain(4)
+RECORD = ("x_G", "x", "slips", *LOGS)
+TABLES = ("half_cycles", *LOGS)
+
+
+@pytest.fixture(scope="module")
+def run() -> Creep:
+    return creep(CHAIN, Cycles("0.005", 4), seed=3, record=RECORD)
+
+
+def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
+    events, avalanches = run.to_pandas("events"), run.to_pandas("rearrangements")
+    assert len(avalanches) == run.rearrangements
+    assert avalanches["slips"].sum() == run.slip_count == len(run.to_pandas("slip_table"))
+    assert avalanches["displacement"].sum() == pytest.approx(run.x_G, rel=1e-12)
+    alone = events.groupby(["rearrangement", "number"], observed=True).size()
+    assert alone.size == run.event_count == avalanches["events"].sum()
+    assert run.to_pandas("half_cycles").filter(like="slips_").to_numpy().sum() == run.slip_count
+    of_events = events.groupby("rearrangement").last()
+    for name, column in {"theta": "theta", "half_cycle": "half_cycle", "time": "duration"}.items():
+        assert of_events[name].tolist() == pytest.approx(avalanches[column].tolist(), rel=1e-15)
+    assert set(events["kind"]) == {"start", "stop"}
+    assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
+
+
+def test_a_whole_number_that_32_bits_do_not_hold_keeps_64(run: Creep) -> None:
+    numbers = run.recorded["event_half_cycle"].copy()
+    assert run.to_pandas("events")["half_cycle"].dtype == np.int32
+    numbers[-1] = 2**31
+    far = replace(run, recorded={**run.recorded, "event_half_cycle": numbers})
+    column = far.to_pandas("events")["half_cycle"]
+    assert column.dtype == np.int64
+    assert column.iloc[-1] == 2**31
+
+
+def test_digits_of_a_solver_that_has_them_are_columns() -> None:
+    drive = Cycles("0.002", 1)
+    run = creep(CHAIN, drive, solver="mpmath", digits=30, record=("rearrangements",))
+    rows = run.to_pandas("rearrangements")
+    assert len(rows) == run.rearrangements > 0
+    assert all(len(text) >= 30 for text in rows["displacement_decimal"] if float(text))
+
+
+def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> None:
+    still = creep(CHAIN, Cycles("0.00001", 1), record=tuple(LOGS))
+    for table in LOGS:
+        own = still.to_pandas(table)
+        assert len(own) == 0
+        assert own.dtypes.to_dict() == run.to_pandas(table).dtypes.to_dict()
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ("events", "was not recorded: the run needs record = ..events"),
+        ("half_cycles", "was not recorded: the run needs record = ..x_G"),
+        ("avalanches", "must be one of half_cycles"),
+    ],
+)
+def test_a_table_that_is_not_there_is_refused(table: str, sentence: str) -> None:
+    bare = creep(CHAIN, Cycles("0.005", 1), record=())
+    with pytest.raises(InputError, match=sentence):
+        bare.to_pandas(table)
