@@ -21,6 +21,9 @@ extensions = [
     "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx_copybutton",
+    "sphinx_design",
     "matplotlib.sphinxext.plot_directive",
 ]
 exclude_patterns = ["pictures/*.md", "_build"]
@@ -31,7 +34,7 @@ highlight_language = "python"
 nb_execution_mode = "off"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
-myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 nb_render_markdown_format = "myst"  # formulas in what a notebook puts out
 smartquotes = False  # --flags stay flags
@@ -39,6 +42,9 @@ smartquotes = False  # --flags stay flags
 autodoc_typehints = "none"  # numpydoc says the types
 autodoc_member_order = "bysource"
 autodoc_default_options = {"no-value": True}
+autosummary_generate = False  # pages.write_api_pages writes them
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
 numpydoc_show_class_members = False
 plot_html_show_source_link = False
 plot_html_show_formats = False
@@ -50,7 +56,7 @@ html_static_path = ["_static"]
 html_css_files = ["book.css"]
 html_js_files = ["table.js"]
 html_show_sourcelink = False
-html_sidebars = {"contributing": [], "reference/ledger": []}
+html_sidebars = {page: [] for page in ("install", "gallery", "contributing", "changelog", "reference/ledger")}
 html_math_renderer = "mathml"
 html_theme_options = {
     "show_toc_level": 2,
@@ -79,6 +85,7 @@ def _skipped(app, what, name, value, skip, options):
 
 
 def setup(app):
+    pages.write_api_pages()
     app.add_html_math_renderer(
         "mathml", inline_renderers=(_math, None), block_renderers=(_math, None)
     )

@@ -50,10 +50,9 @@ def room_of(name):
 
 
 def _directive(name):
-    value = getattr(exactcreep, name)
-    if inspect.ismodule(value):
-        kind, options = "automodule", ["members"]
-    elif isinstance(value, type):
+    """Return the directive that documents a public name, with its members."""
+    value = _value(name)
+    if isinstance(value, type):
         kind, options = "autoclass", ["members"]
         if issubclass(value, BaseException):
             kind = "autoexception"
@@ -61,15 +60,62 @@ def _directive(name):
             options.append("undoc-members")
     else:
         kind, options = "autofunction", []
-    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}:" for option in options)]
+    lines = [f".. {kind}:: {name}", *(f"   :{option}:" for option in options)]
     return "\n".join(lines)
 
 
+def _value(name):
+    value = exactcreep
+    for part in name.split(".")[1:]:
+        value = getattr(value, part)
+    return value
+
+
+def public_names(room):
+    """Return the full names of what a room offers; of a public module, what it offers itself."""
+    names = []
+    for name in exactcreep.__all__:
+        value = getattr(exactcreep, name)
+        if name.startswith("_") or room_of(name) != room:
+            continue
+        inner = [f"{name}.{one}" for one in value.__all__] if inspect.ismodule(value) else [name]
+        names += [f"exactcreep.{one}" for one in inner if callable(_value(f"exactcreep.{one}"))]
+    return names
+
+
 def public(room):
-    """Return the public names of a room: shapes, units, errors and examples."""
-    names = [name for name in exactcreep.__all__ if not name.startswith("_")]
-    found = [_directive(name) for name in names if room_of(name) == room]
-    return "\n".join(["```{eval-rst}", *(part + "\n" for part in found), "```"])
+    """Return a table of the public names of a room, each with a link to its own page."""
+    names = public_names(room)
+    rows = "\n".join(f"   {name}" for name in names)
+    pages = "\n".join(f"api/{name}" for name in names)
+    return (
+        f"```{{eval-rst}}\n.. autosummary::\n   :nosignatures:\n\n{rows}\n```\n\n"
+        f"```{{toctree}}\n:hidden:\n\n{pages}\n```"
+    )
+
+
+def write_api_pages():
+    """Write the page of every public name: what its docstring says, and its picture if it has one.
+
+    The pictures are drawn by ``drawings/api/NAME.py``.
+    """
+    folder = BOOK / "reference" / "api"
+    folder.mkdir(exist_ok=True)
+    rooms = {room_of(name) for name in exactcreep.__all__ if not name.startswith("_")}
+    names = [name for room in sorted(rooms) for name in public_names(room)]
+    for name in names:
+        short = name.removeprefix("exactcreep.")
+        parts = [short, "=" * len(short), "", _directive(name), ""]
+        if (BOOK / "drawings" / "api" / f"{short}.py").exists():
+            parts += [f".. plot:: drawings/api/{short}.py", "   :include-source:",
+                      f"   :alt: What the code below draws of {short}", ""]  # fmt: skip
+        text = "\n".join(parts)
+        page = folder / f"{name}.rst"
+        if not page.exists() or page.read_text(encoding="utf-8") != text:
+            page.write_text(text, encoding="utf-8")
+    for page in folder.glob("*.rst"):
+        if page.stem not in names:
+            page.unlink()
 
 
 def readable(app, what, name, value, options, lines):

@@ -18,3 +18,17 @@ document.addEventListener("DOMContentLoaded", () => {
     });
   }
 });
+
+// Each cell knows its column's name: on a narrow screen rows are shown as cards (book.css).
+document.addEventListener("DOMContentLoaded", () => {
+  for (const table of document.querySelectorAll(".bd-article table")) {
+    const head = table.tHead && table.tHead.rows[0];
+    if (table.classList.contains("dataframe") || !table.tBodies[0]) continue;
+    table.classList.add("stacked");
+    for (const row of table.tBodies[0].rows) {
+      [...row.cells].forEach((cell, k) => {
+        if (head && head.cells[k]) cell.dataset.column = head.cells[k].textContent.trim();
+      });
+    }
+  }
+});
