@@ -102,8 +102,8 @@ class Arrays(NamedTuple):
 
 
 X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
-# displacement since the last rest; y and b of the module's docstring; F at x = 0 (set when the
-# slider or a neighbour starts); dt**2 (0 at rest); dt**2 mu_d c S; S (0 at rest); S v below the
+# displacement since the last rest; y and b of the module's docstring; F at x = 0 (set when a
+# slider near by starts); dt**2 (0 at rest); dt**2 mu_d c S; S (0 at rest); S v below the
 # floor is a stop; |F| above the ceiling is a start; number of springs
 OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
 AT_REST_ROWS = BASE, PLACE, COEFFICIENT, THRESHOLD = 13, 14, 15, 16
@@ -164,7 +164,8 @@ def _start(fixed, arrays, i, sign, time, residual):
     """Set slider i in motion from velocity zero."""
     now, lanes = arrays.now[0], arrays.lanes
     square = fixed.dt * fixed.dt
-    for k in range(max(i - 1, 1), min(i + 1, fixed.n) + 1):
+    # of all that may share its cluster: those between two movers are looked at, too
+    for k in range(max(i - _GAP, 1), min(i + _GAP, fixed.n) + 1):
         lanes[PULL, k] = _pull(fixed, lanes, k)
     lanes[SIGN, i] = sign
     lanes[MASS, i] = square

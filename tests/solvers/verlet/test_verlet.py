@@ -14,6 +14,7 @@ from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import creep
 from exactcreep.solvers.verlet.solver import Verlet
 from tests.paper import captions, lone_slip, paper_chain
 
@@ -75,6 +76,18 @@ def test_a_slider_that_stops_draws_the_next_keyed_coefficient_and_nobody_else_do
     for n, draws in enumerate(end.draws.tolist()):
         drawn = disorder.static_coefficient(chain, 3, n + 1, draws - 1)
         assert end.coefficients[n] == drawn
+
+
+def test_a_slider_that_rests_between_distant_movers_feels_the_force_of_now():
+    """It slipped before, under another force; now movers at both ends share a cluster with it."""
+    chain = captions(6, tan_alpha=0)
+    start = State.prepared(chain, ["0.3", "-0.2", "0.41", "-0.2", "0.3"])
+    stepped, exact = (
+        creep(chain, Cycles("0.002", 1), start=start, record=("events",), **options).recorded
+        for options in ({"solver": "verlet", "dt": "0.001"}, {"solver": "exact"})
+    )
+    for name in ("event_slider", "event_kind", "event_sign"):
+        assert stepped[name].tolist() == exact[name].tolist()
 
 
 @either
