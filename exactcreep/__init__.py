@@ -7,9 +7,9 @@ whose motion is a `Solution`) follows one rearrangement, `creep` (a `Creep`) a w
 a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain until it has
 settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`),
 where creep is chaotic `half_life` (a `HalfLife`), and with disorder `intercept` (an `Intercept`)
-look for the amplitude above which a chain creeps. `compare`, `plan` and `audit` answer with a
-dataset over `Method` and seed, a `Plan` and an `Audit`; `physical` turns a solid in SI units into
-the chain of a `Solid`, and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
+look for the amplitude above which a chain creeps. `compare` and `plan` answer with a dataset over
+`Method` and seed, and a `Plan`; `physical` turns a solid in SI units into the chain of a `Solid`,
+and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
 `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations

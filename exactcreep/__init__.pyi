@@ -30,7 +30,6 @@ from .scene import Scene as Scene, load_scene as load_scene
 from .solid import Descent as Descent, Solid as Solid, physical as physical
 from .solvers.registry import rearrange as rearrange
 from .solvers.solver import Rearrangement as Rearrangement
-from .studies.audit import Audit as Audit, audit as audit
 from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
 from .studies.fates.result import Fate as Fate

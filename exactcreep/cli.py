@@ -32,7 +32,6 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "plan": studies.plan,
     **{name: studies.question(name) for name in studies.QUESTIONS},
     "compare": studies.compare,
-    "audit": studies.audit,
 }
 """The commands by name."""
 _UNUSED = "rich.markdown", "rich.traceback"

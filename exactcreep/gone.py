@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+_AUDIT = "tests/oracle/obeys.py of its repository judges finished runs by the model"
 SUCCESSORS = {
     "exactcreep.iterate": "`rearrange(...).events` are the events, in order",
+    "exactcreep.audit": _AUDIT,
+    "exactcreep.Audit": _AUDIT,
+    "exactcreep audit": _AUDIT,
     "exactcreep tradeoff": "`exactcreep compare SCENE` answers its question",
     "exactcreep envelope": "`exactcreep compare SCENE` answers its question",
 }

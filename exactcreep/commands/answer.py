@@ -22,8 +22,8 @@ import exactcreep
 from exactcreep.commands.options import GROUPS, whole
 from exactcreep.display import Display
 
-FAILED, LIMIT, STALE, INTERRUPTED = 1, 3, 4, 130
-"""Exit statuses: a promise is broken, a limit was reached, the checkpoint is stale, Ctrl-C."""
+LIMIT, STALE, INTERRUPTED = 3, 4, 130
+"""Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""
 _RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed

@@ -1,4 +1,4 @@
-"""Commands that ask a question: of a chain, of the members of a scene, or of a saved run.
+"""Commands that ask a question: of a chain, or of the members of a scene.
 
 What is a public function of a chain is a command as it stands: its options are the arguments of the
 function, and its help is the docstring.
@@ -19,7 +19,6 @@ import typer
 import exactcreep
 from exactcreep import interrupts
 from exactcreep.commands.answer import (
-    FAILED,
     INTERRUPTED,
     LIMIT,
     Answer,
@@ -31,7 +30,6 @@ from exactcreep.commands.answer import (
     of_members,
     say,
     say_heading,
-    say_summary,
     say_table,
     settings_text,
     shown,
@@ -294,35 +292,3 @@ def _print_plan(plan: Plan) -> None:
         say("cost: not known")
     if plan.course:
         say(f"trust: {plan.course}")
-
-
-def audit(run: Path, *, max_seconds: str | None = None, output: Printed) -> None:
-    """Re-check a finished run from its events: motion, contacts, static conditions, energy.
-
-    Example:
-
-        exactcreep audit run.nc
-
-    Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input, 3 the time
-    was over before everything was looked at.
-
-    Parameters
-    ----------
-    run : RUN.nc
-        A result that recorded its events.
-    """
-    from exactcreep.studies.audit import audit_file
-
-    with shown(quiet=output.json) as display:
-        audits = audit_file(run, max_seconds=max_seconds, progress=display.show)
-    summaries = [each.summary() for each in audits]
-
-    def tell() -> None:
-        for number, summary in enumerate(summaries, 1):
-            if len(summaries) > 1:
-                typer.echo(f"member {number}")
-            say_summary(summary)
-
-    failed, limited = any(each.findings for each in audits), any(each.reason for each in audits)
-    summary = summaries[0] if len(summaries) == 1 else {"members": summaries}
-    output.deliver(Answer(summary, tell, status=FAILED if failed else LIMIT if limited else 0))

@@ -7,7 +7,6 @@ a file holds it as the nearest float, with its decimals and its radius beside it
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -165,22 +164,6 @@ def quantity(name: str) -> str:
     for companion in ("_decimal", "_radius", "_exact"):
         name = name.removesuffix(companion)
     return name
-
-
-def as_claimed(written: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Return what `as_written` wrote; the radii hold the rounding to decimals as well."""
-    claimed = {name: values for name, values in written.items() if quantity(name) == name}
-    for name in claimed:
-        if f"{name}_decimal" in written:
-            decimals, radii = written[f"{name}_decimal"], written[f"{name}_radius"]
-            claimed[name] = np.frompyfunc(_known, 2, 1)(decimals, radii)
-    return claimed
-
-
-def _known(text: str, radius: float) -> Enclosure:
-    middle = Fraction(text)
-    exponent = int(Decimal(text).as_tuple().exponent)
-    return Enclosure(middle, Fraction(radius) + (Fraction(10) ** exponent / 2 if middle else 0))
 
 
 def _float_above(value: Fraction) -> float:

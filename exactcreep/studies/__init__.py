@@ -1,1 +1,1 @@
-"""What people ask: thresholds, fates, comparisons, sweeps, plans and audits."""
+"""What people ask: thresholds, fates, comparisons, sweeps and plans."""

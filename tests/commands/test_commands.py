@@ -40,13 +40,12 @@ EVERY = {
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": ((*SHORT[:1], "--seeds", "2", "--events", "20"), "out plot"),
-    "audit": (("run.nc",), ""),
 }
 ENDINGS = {"out": ".nc", "plot": ".png"}
 BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8", ".csv": b"half_cycle"}
 SILENT = {"sweep", "show", "export", "animate"}
 """Commands that have files alone, and no object of JSON."""
-PATIENT = {"audit", "threshold", "half-life", "intercept"}
+PATIENT = {"threshold", "half-life", "intercept"}
 """Commands that show what is known when their time is over."""
 
 

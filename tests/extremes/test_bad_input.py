@@ -24,7 +24,6 @@ from exactcreep import (
     InputError,
     State,
     TemperatureRecord,
-    audit,
     compare,
     creep,
     disorder,
@@ -132,7 +131,6 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: rearrange(CHAIN, REST, direction=a),
         lambda a, b: rearrange(CHAIN, REST, direction=1, seed=a),
         lambda a, b: Creep.load(a), lambda a, b: resume(a), lambda a, b: load_scene(a),
-        lambda a, b: audit(a),
     ],
     "study": [
         lambda a, b: plan(a, RUN), lambda a, b: plan(CHAIN, a), lambda a, b: compare(a),
@@ -237,7 +235,7 @@ def told(command: Command, tmp_path: Path) -> Callable[..., str]:
 
 
 READERS = {
-    name: [] for name in ("run", "plan", "compare", "sweep", "threshold", "show", "audit", "resume")
+    name: [] for name in ("run", "plan", "compare", "sweep", "threshold", "show", "resume")
 } | {"animate": ["--rearrangement", "0", "--out", "new.gif"]}
 FILES = {
     "latin": b'title = "G\xe9minard"',

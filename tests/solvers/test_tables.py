@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from exactcreep import Chain, Creep, Cycles, Outcome, State, creep
 from exactcreep.model.contacts import Contacts
-from exactcreep.model.enclosure import Enclosure, as_claimed, as_written, floats, quantity
+from exactcreep.model.enclosure import Enclosure, as_written, floats, quantity
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.avalanche_table import Avalanche
@@ -28,6 +28,7 @@ from exactcreep.solvers.tables import (
     RECORDS,
 )
 from exactcreep.studies.event_log import rearrangements
+from tests.oracle.obeys import as_claimed
 from tests.paper import paper_chain
 
 MOVES, STILL = Cycles("0.004", 1), Cycles("0.000001", 1)
