@@ -140,9 +140,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     kept: list[Figure] = []
     write: Callable[..., None] = style.save_picture
 
-    def save(figure: Figure, path: object, *page: object) -> None:
+    def save(figure: Figure, path: object) -> None:
         if str(path) != "unused.png":
-            write(figure, path, *page)
+            write(figure, path)
         assert_shows_data(figure)
         kept.append(figure)
 

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import typer
 
 import exactcreep
-from exactcreep.commands.options import GROUPS, whole
+from exactcreep.commands.options import GROUPS
 from exactcreep.display import Display
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
@@ -27,7 +27,6 @@ LIMIT, STALE, INTERRUPTED = 3, 4, 130
 _RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
-_NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
 _LABELS = {
     "law_seuil": "paper, Eq. (seuil)",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
@@ -283,14 +282,11 @@ class Output:
     plot: Path | None = None
     json: bool = False
     force: bool = False
-    size: str | None = None
-    dpi: str | None = None
 
-    def check(self, drawn: Path | None = None, **others: Path | None) -> None:
+    def check(self, **others: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same.
 
-        Nothing is computed that could not be kept. The size of a picture needs one: `drawn`, or
-        that of ``--plot``; `others` are files of further options.
+        Nothing is computed that could not be kept. `others` are files of further options.
         """
         from exactcreep.quasistatic.files import check_output, check_picture
 
@@ -303,19 +299,6 @@ class Output:
                     raise exactcreep.InputError(name, str(path), allowed)
         if self.plot is not None:
             check_picture(self.plot)
-        picture = self.plot or drawn
-        allowed = "is that of a picture, and needs --plot" if picture is None else ""
-        if picture is not None and picture.suffix.lower() == ".html":
-            allowed = "is that of a picture: a page fits its window"
-        for name, text in (("size", self.size), ("dpi", self.dpi)):
-            if text is not None and allowed:
-                raise exactcreep.InputError(name, text, allowed)
-        self.page()
-
-    def page(self) -> tuple[tuple[float, float] | None, int | None]:
-        """Return the size and the dots per inch that pictures were asked for."""
-        sides = None if self.size is None else _inches(self.size)
-        return sides, whole(self.dpi, "dpi", 10, 2400)
 
     def deliver(self, answer: Answer) -> None:
         """Save, draw and print an answer, and leave with its status.
@@ -326,7 +309,7 @@ class Output:
         def draw(path: Path) -> None:
             from exactcreep.figures.style import save_picture
 
-            save_picture(answer.draw(), path, *self.page())
+            save_picture(answer.draw(), path)
 
         written, failed = list[Path](), None
         for path, write in ((self.out, answer.save), (self.plot, draw)):
@@ -354,8 +337,6 @@ Drawing: TypeAlias = Output
 """Of a command that has no data to save."""
 Printed: TypeAlias = Output
 """Of one that only prints."""
-Pictures: TypeAlias = Output
-"""Of one whose pictures are not an option."""
 
 
 def _only(*names: str) -> Callable[..., Output]:
@@ -371,18 +352,6 @@ def _only(*names: str) -> Callable[..., Output]:
 
 GROUPS |= {
     "Output": Output,
-    "Drawing": _only("plot", "json", "force", "size", "dpi"),
+    "Drawing": _only("plot", "json", "force"),
     "Printed": _only("json"),
-    "Pictures": _only("size", "dpi"),
 }
-
-
-def _inches(text: str) -> tuple[float, float]:
-    try:
-        width, height = map(float, text.split("x"))
-    except ValueError:
-        width = height = math.nan
-    if not all(_NARROWEST <= side <= _WIDEST for side in (width, height)):
-        allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
-        raise exactcreep.InputError("size", text, allowed)
-    return width, height

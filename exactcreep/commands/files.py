@@ -8,7 +8,6 @@ import time
 import webbrowser
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ import typer
 import exactcreep
 from exactcreep.commands.answer import (
     Answer,
-    Pictures,
+    Output,
     Printed,
     counted,
     say,
@@ -74,7 +73,6 @@ def show(
     member: str = "1",
     out: Path | None = None,
     force: bool = False,
-    pictures: Pictures,
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
 
@@ -99,7 +97,7 @@ def show(
     from exactcreep.quasistatic.result import load_members
 
     members = load_members(run)
-    output = replace(pictures, plot=out or run.with_suffix(".png"), force=force)
+    output = Output(plot=out or run.with_suffix(".png"), force=force)
     output.check()
     seen = chosen(members, member)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
@@ -162,7 +160,6 @@ def animate(
     max_seconds: str | None = None,
     out: Path | None = None,
     force: bool = False,
-    pictures: Pictures,
 ) -> None:
     """Draw one avalanche exactly as it moves, from its closed form.
 
@@ -199,20 +196,19 @@ def animate(
     if ending == ".html" and frames is not None:
         allowed = "are those of a GIF file: a page moves without them"
         raise exactcreep.InputError("frames", frames, allowed)
-    pictures.check(out or Path(ending))
     count = whole(frames or "120", "frames", 2, 10_000)
     limits = Limits.of(max_seconds=max_seconds)
     number = whole(rearrangement, "rearrangement", 0)
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
     target = out or Path(f"{wanted.name}-{number}.gif")
-    output = replace(pictures, out=target, force=force)
-    output.check(target)
+    output = Output(out=target, force=force)
+    output.check()
     avalanche = find_avalanche(experiment, number, limits)
 
     def save(path: Path) -> None:
         if ending == ".gif":
-            return draw_avalanche(avalanche, path, *pictures.page(), frames=count or 2)
+            return draw_avalanche(avalanche, path, frames=count or 2)
         from exactcreep.figures import explorer as page
 
         shown = page.page(course=page.course(experiment), avalanche=page.avalanche(avalanche))
@@ -263,7 +259,6 @@ def sweep(
     resume: bool = False,
     plot: Path | None = None,
     force: bool = False,
-    pictures: Pictures,
 ) -> None:
     """Run every member of a scene as a labelled grid, on all cores or on a cluster.
 
@@ -298,7 +293,7 @@ def sweep(
         given["vary.run.seed"] = list(range(count))
     wanted = scene.with_settings(given)
     folder = out or Path(f"{wanted.name}-sweep")
-    output = replace(pictures, plot=plot, force=force)
+    output = Output(plot=plot, force=force)
     output.check()
     if plot is not None and not set(wanted.vary) - {"run.seed"}:
         allowed = "needs something that varies besides the seed"
@@ -347,7 +342,6 @@ def reproduce(
     out: Path = Path("figures"),
     force: bool = False,
     workers: str | None = None,
-    pictures: Pictures,
 ) -> None:
     """Compute and draw the paper's figures.
 
@@ -381,7 +375,6 @@ def reproduce(
     wanted = list(PICTURES.values()) if name == ALL else [PICTURES[name]]
     threads = whole(workers, "workers")
     output_directory(out, "out")
-    pictures.check(out)
     for picture, ending in itertools.product(wanted, ("png", "pdf", "nc", "csv")):
         check_output(out / f"{picture.name}.{ending}", "out", force=force)
     begin = time.perf_counter()
@@ -389,7 +382,7 @@ def reproduce(
         hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
         with shown(picture.name, hint=hint) as display:
             data = picture.data(quick=quick, workers=threads, progress=display.show)
-        for table in picture.write(data, out, *pictures.page()):
+        for table in picture.write(data, out):
             _print_table(table)
         typer.echo(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
     if len(wanted) > 1:

@@ -34,8 +34,6 @@ SHARED = {
     "max_seconds": ("SECONDS", "Come back after so much time."),
     "out": ("path", "Write the data to this NetCDF file."),
     "plot": ("path", "Draw what is found to this PNG, PDF or SVG file."),
-    "size": ("WxH", "Of pictures, in inches, as in 6x4."),
-    "dpi": ("int", "Dots per inch of pictures."),
     "json": ("bool", "Print one JSON object."),
     "force": ("bool", "Overwrite files that exist."),
 }
@@ -119,22 +117,21 @@ def _taken(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
 def expanded(function: Callable[..., None]) -> Callable[..., None]:
     """Return a command as typer takes it, all parameters by name, groups as their options."""
     about, taken = described(function), dict[str, inspect.Parameter]()
-    groups: dict[str, dict[str, str]] = {}
+    groups: dict[str, list[str]] = {}
     signature = inspect.signature(function).parameters
     for name, one in signature.items():
         asked = str(one.annotation).strip("'\"")
         if asked not in GROUPS:
             taken[name] = _taken(one, about.get(name, ("", "")))
             continue
-        known, groups[name] = described(GROUPS[asked]), {}
+        known, groups[name] = described(GROUPS[asked]), []
         for own, inner in inspect.signature(GROUPS[asked]).parameters.items():
-            flag = f"picture_{own}" if own in signature else own
-            groups[name][own] = flag
-            taken[flag] = _taken(inner.replace(name=flag), known.get(own, ("", "")))
+            groups[name].append(own)
+            taken[own] = _taken(inner, known.get(own, ("", "")))
 
     def called(**given: Any) -> None:
         for name, members in groups.items():
-            words = {own: given.pop(flag) for own, flag in members.items()}
+            words = {own: given.pop(own) for own in members}
             given[name] = GROUPS[str(signature[name].annotation).strip("'\"")](**words)
         function(**given)
 

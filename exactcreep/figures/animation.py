@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from exactcreep.figures.run import Floats, draw_forces
-from exactcreep.figures.style import INKS, LENGTH, new_figure, resize, styled
+from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
@@ -185,12 +185,11 @@ class _Writer(PillowWriter):
 
 @styled
 def draw_avalanche(
-    found: RunAvalanche, path: str | os.PathLike[str], *page: Any, frames: int = 120
+    found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120
 ) -> None:
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
-    The pictures are equally spaced in time, and the last one stays. The `page`: size in inches and
-    dots per inch, if not 6.6 x 5.6 and 100.
+    The pictures are equally spaced in time, and the last one stays.
 
     Raises
     ------
@@ -202,7 +201,6 @@ def draw_avalanche(
     fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))
     shown, curves = moments_of(motion, times), moments_of(motion, fine).moved
     figure = new_figure(6.6, 5.6, dpi=100)
-    resize(figure, *page)
     above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
     moves = (
         _draw_chain(above, shown, float(np.abs(curves).max())),

@@ -219,15 +219,12 @@ class Picture:
             _mark_outside(axes)
         return figure
 
-    def write(self, data: Data, out: Path, *page: Any) -> list[Table]:
-        """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables.
-
-        The `page`: size in inches and dots per inch of the pictures, if not their own.
-        """
+    def write(self, data: Data, out: Path) -> list[Table]:
+        """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables."""
         tables = self.tables(data)
         figure = self.draw(data, tables)
         for ending in ("png", "pdf"):
-            save_picture(figure, out / f"{self.name}.{ending}", *page)
+            save_picture(figure, out / f"{self.name}.{ending}")
         groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
         write_file(out / f"{self.name}.nc", netcdf(groups), "out")
         write_file(out / f"{self.name}.csv", to_csv(tables).encode(), "out")

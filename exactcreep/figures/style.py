@@ -42,22 +42,7 @@ def new_figure(width: float, height: float, title: str = "", dpi: int | None = N
     return figure
 
 
-def resize(
-    figure: Figure, size: tuple[float, float] | None = None, dpi: int | None = None
-) -> None:
-    """Give a figure the size in inches and the dots per inch that are asked for, if any."""
-    if size is not None:
-        figure.set_size_inches(size)
-    if dpi is not None:
-        figure.set_dpi(dpi)
-
-
-def save_picture(
-    figure: Figure,
-    path: Path | str,
-    size: tuple[float, float] | None = None,
-    dpi: int | None = None,
-) -> None:
+def save_picture(figure: Figure, path: Path | str) -> None:
     """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
 
     Raises
@@ -68,7 +53,6 @@ def save_picture(
     target = Path(path)
     check_picture(target)
     drawn = io.BytesIO()
-    resize(figure, size, dpi)
     with mpl.rc_context(STYLE):
         figure.savefig(drawn, format=target.suffix[1:].lower(), dpi=figure.dpi)
     write_file(target, drawn.getbuffer(), "plot")

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 import typer
 from matplotlib.figure import Figure
-from PIL import Image
 
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands.answer import say_summary
@@ -98,13 +97,6 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
         assert f"exactcreep {name}" in told.partition("Options")[0].partition("Example")[2]
 
 
-def test_a_picture_has_the_size_and_the_dots_that_were_asked_for(command: Command) -> None:
-    size = ("--size", "5x2.5", "--dpi", "40")
-    assert command(*QUICK.split(), "--plot", "a.png", *size).code == 0
-    with Image.open("a.png") as image:
-        assert image.size == (200, 100)
-
-
 # --- what is said --------------------------------------------------------------------------------
 
 
@@ -167,16 +159,12 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{QUICK} --out a.png --plot a.png", "must not be the file of --out"),
         (f"{QUICK} --plot run.txt", "plot = 'run.txt': must end in .png"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among what is recorded"),
-        (f"{QUICK} --plot a.png --size 3x99", "size = "),
-        (f"{QUICK} --plot a.png --dpi 3", "dpi = "),
-        (f"{QUICK} --size 5x5", "needs --plot"),
         (f"{QUICK} --checkpoint a.ckpt --every -1", "every = '-1': must not be negative"),
         ("resume none.ckpt", "checkpoint = 'none.ckpt': must be a file"),
         ("sweep chain-size --workers 2 --scheduler tcp://a", "with a scheduler"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         ("tradeoff chain-size", "tradeoff is no more: `exactcreep compare SCENE` answers its"),
-        ("animate two-sliders-cycles --out page.html --dpi 50", "a page fits its window"),
         ("explore --port 70000", "port = "),
     ],
 )
