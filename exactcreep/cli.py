@@ -126,8 +126,6 @@ def status(words: Sequence[str]) -> int:
             complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
         elif isinstance(error, OSError):
             name = f"{error.filename}: " if error.filename else ""
-            if isinstance(error, FileNotFoundError) and not _somewhere():
-                name = "the working directory is gone: "
             complain(f"{name}{error.strerror or error}")
         elif isinstance(error, MemoryError):
             complain("the memory of this machine does not hold so much")
@@ -137,14 +135,6 @@ def status(words: Sequence[str]) -> int:
             return 1
         return 2
     return returned if isinstance(returned, int) else 0
-
-
-def _somewhere() -> bool:
-    """Return whether there is a working directory."""
-    try:
-        return bool(os.getcwd())
-    except FileNotFoundError:
-        return False
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
