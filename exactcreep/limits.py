@@ -1,19 +1,25 @@
-"""Limits of a computation, as one value: the events, the memory and the time it may use."""
+"""Limits of a computation: events and time as one value, and the memory that is free."""
 
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 from exactcreep.interrupts import waiting
 from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
 
-MEMORY = 2**30
-"""Bytes of what is recorded that are kept in memory, unless another number is asked for."""
+_CONTAINERS = (
+    ("/sys/fs/cgroup/", "memory.max", "memory.current", "file"),
+    ("/sys/fs/cgroup/memory/", "memory.limit_in_bytes", "memory.usage_in_bytes", "cache"),
+)
+"""Where Linux tells what a container may take and takes, and of that what files are cached."""
 _ANY_NUMBER = 2**60  # of events: compiled loops add to it, in integers of 64 bits
 
 
@@ -27,7 +33,7 @@ class Stop(Enum):
     DONE = "done"
     """Every target was reached."""
     BUDGET = "budget"
-    """The events or the memory that were allowed are used up, or there is a pause."""
+    """The events that were allowed are used up, or there is a pause."""
     DEADLINE = "deadline"
     """The time is over, or the user interrupted."""
     RUNAWAY = "runaway"
@@ -44,38 +50,27 @@ class Stop(Enum):
 class Limits:
     """What a computation may use, from the call that is given it.
 
-    `events` are start and stop events, `used` of them before the call; `bytes` those of what is
-    recorded, beyond `memory` in files. On the clock of `time.perf_counter` it has to end `at`, and
-    to hand over what it has at `pause`; `seconds` is how long it may take in all.
+    `events` are start and stop events, `used` of them before the call. On the clock of
+    `time.perf_counter` it has to end `at`, and to hand over what it has at `pause`; `seconds` is
+    how long it may take in all.
     """
 
     events: int | None = None
-    bytes: int | None = None
     at: float = math.inf
     seconds: float = math.inf
     pause: float = math.inf
     interrupted: Callable[[], bool] = bool
     used: int = 0
-    memory: int = MEMORY
 
     @classmethod
-    def of(
-        cls,
-        max_events: Any = None,
-        max_seconds: Any = None,
-        max_bytes: Any = None,
-        memory: Any = MEMORY,
-    ) -> Limits:
-        """Return the limits that a user asks for; the time begins now."""  # fmt: skip
-        events, size = (
-            None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
-            for name, value in (("max_events", max_events), ("max_bytes", max_bytes))
-        )
-        seconds = math.inf
+    def of(cls, max_events: Any = None, max_seconds: Any = None) -> Limits:
+        """Return the limits that a user asks for; the time begins now."""
+        events, seconds = None, math.inf
+        if max_events is not None:
+            events = min(whole_number(max_events, "max_events", least=0), _ANY_NUMBER)
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
-        kept = whole_number(memory, "memory", least=0)
-        return cls(events, size, seconds=seconds, interrupted=waiting, memory=kept).begun()
+        return cls(events, seconds=seconds, interrupted=waiting).begun()
 
     def begun(self) -> Limits:
         return replace(self, at=time.perf_counter() + self.seconds)
@@ -124,3 +119,17 @@ class Limits:
 
 NO_LIMITS = Limits()
 """As much as it takes."""
+
+
+def free_memory() -> float:
+    """Return how many bytes may still be taken here, or in this container; inf if none tells."""
+    free = [math.inf]
+    with suppress(OSError):
+        told = re.search(r"MemAvailable: *(\d+) kB", Path("/proc/meminfo").read_text())
+        free += [1024.0 * int(told[1])] if told else []
+    for folder, most, taken, cached in _CONTAINERS:
+        with suppress(OSError, ValueError):  # ValueError: the most is no number, but "max"
+            parts = dict(map(str.split, Path(folder, "memory.stat").read_text().splitlines()))
+            bound, held = (int(Path(folder, name).read_text()) for name in (most, taken))
+            free.append(bound - held + int(parts.get(cached, 0)))
+    return max(min(free), 0.0)

@@ -51,14 +51,11 @@ class Session(Output):
         Give up a member after K events.
     max_seconds : SECONDS
         Give up after so much time.
-    max_bytes : BYTES
-        Give up a member that records more.
     """
 
     every: str = "60"
     max_events: str | None = None
     max_seconds: str | None = None
-    max_bytes: str | None = None
 
     def run(
         self, members: Sequence[Member], note: Mapping[str, Any], kept: Checkpoint | None
@@ -71,7 +68,7 @@ class Session(Output):
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
 
-        limits = Limits.of(self.max_events, self.max_seconds, self.max_bytes)
+        limits = Limits.of(self.max_events, self.max_seconds)
         self.check(checkpoint=None if kept is None else Path(kept.path))
         if self.plot and not any("x_G" in member.experiment.record for member in members):
             allowed = "needs x_G among what is recorded"

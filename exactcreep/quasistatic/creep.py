@@ -19,7 +19,7 @@ from typing import Any
 
 from exactcreep import interrupts
 from exactcreep.display import shows_progress
-from exactcreep.limits import MEMORY, NO_LIMITS, Limits
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import as_float
@@ -99,8 +99,6 @@ def creep(
     progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
-    max_bytes: int | None = None,
-    memory: int = MEMORY,
     checkpoint: str | os.PathLike[str] | None = None,
     every: float = 60.0,
     force: bool = False,
@@ -146,12 +144,9 @@ def creep(
     progress : bool or callable, optional
         A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
         and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
-    max_events, max_seconds, max_bytes : number, optional
-        Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
-        wall time (noticed within about a tenth of a second), or so much recorded data.
-    memory : int
-        Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
-        goes to files without names in the directory for temporary files (TMPDIR).
+    max_events, max_seconds : number, optional
+        Give up, with the partial result and the outcome `LIMIT`, after so many events, or so much
+        wall time (noticed within about a tenth of a second).
     checkpoint : path, optional
         A file from which `resume` goes on, bit for bit.
     every : number
@@ -169,7 +164,8 @@ def creep(
         - ``RUNAWAY``: it was proved that no slider ever stops again, or that the chain never comes
           to rest; `reason` says which;
         - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which (without
-          `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
+          `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one;
+          so is half of the memory that is free, once all runs of the process have recorded it);
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
         - ``CREEPING``: every slider has moved, all of them the same way: between two ends of cycles
@@ -193,7 +189,7 @@ def creep(
         chain, drive, seed=seed, solver=solver, start=start, record=record, burn_in=burn_in,
         twin=twin, accuracy=accuracy, options=options,
     )  # fmt: skip
-    limits = Limits.of(max_events, max_seconds, max_bytes, memory)
+    limits = Limits.of(max_events, max_seconds)
     kept = None if checkpoint is None else Checkpoint(checkpoint, every, force=force)
     return run_members([experiment], progress=progress, limits=limits, checkpoint=kept)[0]
 
@@ -205,8 +201,6 @@ def resume(
     progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
-    max_bytes: int | None = None,
-    memory: int = MEMORY,
     every: float = 60.0,
 ) -> Creep:
     """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
@@ -225,14 +219,14 @@ def resume(
     ----------
     path : path
         What `creep` or ``exactcreep run --checkpoint`` kept.
-    progress, max_events, max_seconds, max_bytes, memory, every
+    progress, max_events, max_seconds, every
         As for `creep`.
     """
     saved = Checkpoint.read(path, every)
     if len(saved.experiments) != 1:
         allowed = f"holds {len(saved.experiments)} runs; the command exactcreep resume goes on"
         raise InputError("checkpoint", saved.path, allowed)
-    limits = Limits.of(max_events, max_seconds, max_bytes, memory)
+    limits = Limits.of(max_events, max_seconds)
     return run_members(saved.experiments, progress=progress, limits=limits, checkpoint=saved)[0]
 
 
@@ -266,7 +260,7 @@ def run_members(
             if index and not begun and limits.passed():
                 break
             begin = time.perf_counter()
-            run = ObservedRun(experiment, limits.memory)
+            run = ObservedRun(experiment)
             if checkpoint is not None:
                 checkpoint.restore(index, run)
             if not run.ended:

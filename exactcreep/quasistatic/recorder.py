@@ -1,43 +1,36 @@
-"""What a run records: in memory up to a bound, beyond it in files until the run is over.
-
-The files have no names: the system takes them away with the process, however that ends.
-"""
+"""What a run records, in columns that grow in memory, and how much of it all runs may take."""
 
 from __future__ import annotations
 
-import math
-import os
-import tempfile
 import weakref
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import MEMORY
+from exactcreep.limits import free_memory
 from exactcreep.model.enclosure import as_written, quantity
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Stretch, require
 from exactcreep.solvers.tables import COLUMNS, record_arrays
 
 Columns = Mapping[str, NDArray[Any]]
+_WORTH_A_LOOK = 2**20  # bytes recorded between two looks at the free memory
 
 
 class Recorder:
     """Keeps the columns that an experiment records.
 
-    At most `memory` bytes are kept in memory, but for texts: decimals have no fixed size. `failed`
-    says why there is no room left; `begun` are rows since the last target, which the next one
-    brings once more.
+    `full` says why a run should end, "" while there is memory; `begun` are rows since the last
+    target, which the next one brings once more.
     """
 
-    def __init__(self, experiment: Experiment, memory: int = MEMORY) -> None:
+    def __init__(self, experiment: Experiment) -> None:
         self.needs = experiment.record
-        self.bytes = 0
-        self.failed = ""
+        self.full = ""
         self.begun: Columns = {}
-        self._digits, self._memory = experiment.digits, memory
+        self._digits = experiment.digits
         self._nothing = record_arrays(dict.fromkeys(experiment.record, ()), experiment.chain.n)
         self._columns = {name: _Column(values) for name, values in self._nothing.items()}
 
@@ -58,15 +51,8 @@ class Recorder:
 
     def _extend(self, written: Columns) -> None:
         for name, rows in written.items():
-            column = self._columns.setdefault(name, _Column(rows[:0]))
-            held = sum(one.data.nbytes for one in self._columns.values() if one.file is None)
-            self.bytes += rows.nbytes
-            try:
-                column.append(rows, self._memory - held)
-            except OSError as error:
-                column.append(rows, math.inf)
-                folder = tempfile.gettempdir()
-                self.failed = f"what is recorded cannot be kept in {folder}: {error.strerror}"
+            if not self._columns.setdefault(name, _Column(rows[:0])).append(rows):
+                self.full = "what this process has recorded takes half of the free memory"
 
     def counts(self) -> dict[str, int]:
         """Return how many rows each column has, without those since the last target."""
@@ -102,32 +88,32 @@ class Recorder:
 
 
 class _Column:
-    """Rows of one column, in memory or in a file, with room for as many again."""
+    """Rows of one column, with room for some more."""
+
+    held: ClassVar[int] = 0
+    """Bytes that the columns of all runs of this process take, also in results."""
+    seen: ClassVar[int] = 0
+    """The same when the free memory was last looked at, which takes as long as a short run."""
 
     def __init__(self, nothing: NDArray[Any]) -> None:
         self.data, self.rows = nothing, 0
-        self.file: Any = None
 
-    def append(self, rows: NDArray[Any], memory: float) -> None:
-        """Add rows at the end; in a file, if they need more than so many bytes of memory."""
-        end, kind = self.rows + len(rows), self.data.dtype
-        if rows.dtype != kind:
-            kind = np.result_type(self.data, rows)
+    def append(self, rows: NDArray[Any]) -> bool:
+        """Add rows at the end; return whether all columns take less than half of the memory."""
+        end, kind, enough = self.rows + len(rows), np.result_type(self.data, rows), True
         if end > len(self.data) or kind != self.data.dtype:
-            before, shape = self.data[: self.rows], (end + end // 4, *rows.shape[1:])
-            size, moved = math.prod(shape) * kind.itemsize, True
-            if memory == math.inf or kind.kind == "U" or (self.file is None and size <= memory):
-                self.data, self.file = np.empty(shape, kind), None
-            else:
-                moved = self.file is None
-                if self.file is None:
-                    self.file = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long
-                    weakref.finalize(self, self.file.close)
-                if allocate := getattr(os, "posix_fallocate", None):
-                    # on a full disk it fails, where writing to a map would end the process
-                    allocate(self.file.fileno(), 0, size)
-                self.data = np.memmap(self.file, kind, "r+", shape=shape)
-            if moved:
-                self.data[: self.rows] = before
+            grown = np.empty((end + end // 4, *rows.shape[1:]), kind)
+            grown[: self.rows] = self.data[: self.rows]
+            self.data = grown
+            # results hold on to the rows, and let them go when the user does
+            weakref.finalize(grown, _let_go, grown.nbytes).atexit = False
+            _Column.held += grown.nbytes
+            if abs(self.held - self.seen) >= _WORTH_A_LOOK:
+                _Column.seen, enough = self.held, self.held <= free_memory()
         self.data[self.rows : end] = rows
         self.rows = end
+        return enough
+
+
+def _let_go(size: int) -> None:
+    _Column.held -= size

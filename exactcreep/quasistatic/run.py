@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.disorder import static_coefficients
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, nearest_float
@@ -45,7 +45,7 @@ class ObservedRun:
 
     kept_up_to_date = False
 
-    def __init__(self, experiment: Experiment, memory: int = MEMORY) -> None:
+    def __init__(self, experiment: Experiment) -> None:
         _check_memory(experiment.chain.n)
         self.experiment = experiment
         self.total = experiment.drive.half_cycles
@@ -53,7 +53,7 @@ class ObservedRun:
         self.outcome: Outcome | None = None
         self.reason = ""
         self.saved: dict[int, Mapping[str, Any]] = {}
-        self.recorder = Recorder(experiment, memory)
+        self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
         self.recurrence = RecurrenceObserver(experiment) if experiment.drive.cyclic else None
@@ -107,12 +107,10 @@ class ObservedRun:
                 self.outcome, self.reason = Outcome.LIMIT, why
                 break
             left = replace(left, pause=watched + pause)
-            # what may be full at any time is looked at often
-            most = longest if limits.bytes is None else min(2 + self.done, longest)
             ahead = min(observer.next(self.done) for observer in self.observers.values())
             save = 2 * max(self.saved, default=_FIRST_SAVED // 2)
             ahead = min(ahead, save) if save > self.done else ahead
-            count = min(ahead - self.done, self.total - self.done, most)
+            count = min(ahead - self.done, self.total - self.done, longest)
             stretch = simulation.follow(drive, self.done + 1, count, left)
             self.take(stretch)
             events = simulation.tally.events
@@ -138,10 +136,8 @@ class ObservedRun:
 
     def _given_up(self, limits: Limits, events: int) -> str:
         """Return which limit is reached, `events` after the last target; "" if none is."""
-        if self.recorder.failed:
-            return self.recorder.failed
-        if limits.bytes is not None and self.recorder.bytes > limits.bytes:
-            return f"max_bytes = {limits.bytes} was reached by what is recorded"
+        if self.recorder.full:
+            return self.recorder.full
         early = limits.stop(0)
         if early is Stop.DEADLINE:
             self._rest(NO_LIMITS)

@@ -159,7 +159,7 @@ def test_a_wild_solid_is_a_solid_or_a_sentence(name: str, value: Any) -> None:
 
 
 ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
-             "max_bytes", "dt", "digits", "locate", "accuracy", "question", "checkpoint",
+             "dt", "digits", "locate", "accuracy", "question", "checkpoint",
              "every", "nonsense"]  # fmt: skip
 
 

@@ -130,7 +130,7 @@ def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> No
         Creep.load(target)
 
 
-@pytest.mark.parametrize("limit", [{"max_events": 500}, {"max_bytes": 4000}, {"max_seconds": 0}])
+@pytest.mark.parametrize("limit", [{"max_events": 500}, {"max_seconds": 0}])
 def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict) -> None:
     result = creep(TWO, Cycles("0.01", 10**9), **limit)
     assert result.outcome is Outcome.LIMIT
@@ -172,7 +172,7 @@ def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_p
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"max_bytes": 1.5}, "max_bytes"),
+        ({"max_events": 1.5}, "max_events"),
         ({"start": State.relaxed(SIX)}, "start"),
         ({"burn_in": 11}, r"burn_in = 11: .* at most 10"),
         ({"twin": "yes"}, "twin = 'yes': must be true or false"),

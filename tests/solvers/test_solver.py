@@ -63,7 +63,6 @@ REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
     ("seed", "at least 0", moving(seed=-1)),
     ("pivot", "must be one of mean", lambda: SOLVERS["sliding"](pivot="left")),
     ("exact", "true or false", lambda: SOLVERS["sliding"](exact="yes")),
-    ("max_bytes", "at least", lambda: Limits.of(max_bytes=-1)),
     ("max_events", "at least 1", moving(max_events=0)),
     ("max_events", "whole number", moving(max_events=2.5)),
     ("max_seconds", "max_seconds = -1", moving(max_seconds=-1)),

@@ -1,0 +1,70 @@
+"""What runs record: columns that grow, and how much memory those of all runs may take."""
+
+from __future__ import annotations
+
+import gc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep import Cycles, Outcome, creep, limits, resume
+from exactcreep.quasistatic import recorder as recorders
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.recorder import Recorder
+from tests.paper import paper_chain
+
+CHAIN = paper_chain(3)
+RECORDED = ("x", "rearrangements")
+
+
+def test_columns_that_were_handed_out_stay_as_they_are_while_a_run_goes_on() -> None:
+    recorder = Recorder(Experiment.of(CHAIN, Cycles("0.01", 20), record=("x_G", "slips")))
+    block = np.arange(100.0)
+    for k in range(200):
+        recorder.add({"x_G": block + k, "slips": np.full((100, 3), k)})
+        if k == 150:
+            columns = recorder.columns()
+    assert np.array_equal(columns["x_G"], np.concatenate([block + k for k in range(151)]))
+    assert np.array_equal(columns["slips"][::100, 1], np.arange(151))
+    assert len(recorder.columns()["x_G"]) == 20_000
+
+
+def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    drive, file, gone = Cycles("0.01", 400), tmp_path / "run.ckpt", recorders._Column
+    plain = creep(CHAIN, drive, record=RECORDED)
+    gc.collect()
+    before = gone.held
+    assert before >= sum(values.nbytes for values in plain.recorded.values())
+    # the memory of this machine, of which everything that is recorded takes some
+    monkeypatch.setattr(recorders, "_WORTH_A_LOOK", 1000)
+    monkeypatch.setattr(recorders, "free_memory", lambda: 2 * before + 100_000 - gone.held)
+    part = creep(CHAIN, drive, record=RECORDED, checkpoint=file)
+    assert part.outcome is Outcome.LIMIT
+    assert part.reason == "what this process has recorded takes half of the free memory"
+    assert 0 < part.half_cycles < plain.half_cycles
+    for name, values in part.recorded.items():
+        assert np.array_equal(values, plain.recorded[name][: len(values)])
+    assert len(part.recorded["rearrangement_theta"]) == part.rearrangements
+    del plain, values
+    assert resume(file).outcome is Outcome.CREEPING
+    del part
+    assert gone.held < before
+
+
+def test_the_free_memory_is_that_of_a_container_if_that_is_smaller(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(limits, "_CONTAINERS", ())
+    free = limits.free_memory()
+    assert free > 2**20
+    folder = (f"{tmp_path}/", "memory.max", "memory.current", "file")
+    monkeypatch.setattr(limits, "_CONTAINERS", (folder,))
+    (tmp_path / "memory.current").write_text("5000\n")
+    (tmp_path / "memory.stat").write_text("anon 2000\nfile 3000\n")
+    for most, left in (("max", None), ("9000", 7000), ("1000", 0), (str(2**60), None)):
+        (tmp_path / "memory.max").write_text(f"{most}\n")
+        known = limits.free_memory()
+        assert known == left if left is not None else known > 2**20
