@@ -205,6 +205,8 @@ class Search:
         flow, out = self.flow, []
         for run in runs:
             slack = flow.velocity_slack + self._rounding(run)
+            # a force that is off by its slack takes a velocity so far in every unit of time
+            slack = slack + 4 * flow.force_slack
             for i, n in enumerate(run.sliders):
                 sign = int(flow.signs[n])
                 bound = self.arithmetic.upper(run.bound(i, 2))
@@ -314,14 +316,18 @@ class Search:
             function.last = self.arithmetic.upper(t + 2 * reach / -slope)
             function.steepness = slope
             return
+        if sign < 0 and function.grazes:  # it has turned out to be no graze
+            function.safe = function.last = t
+            return
         if sign <= 0:
             self._graze(function, t)
             return
         if bool(function.bound == 0):
             function.safe = math.inf  # the slope is constant, and not negative
             return
-        root = self.arithmetic.sqrt(slope * slope + 2 * value * function.bound)
-        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / function.bound
+        sure = value - function.slack  # the function itself is not below
+        root = self.arithmetic.sqrt(slope * slope + 2 * sure * function.bound)
+        step = 2 * sure / (root - slope) if slope < 0 else (slope + root) / function.bound
         function.safe = self.arithmetic.lower(t + step)
 
     def _graze(self, function: EventFunction, t: Any) -> None:

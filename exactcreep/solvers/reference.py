@@ -111,6 +111,8 @@ class ChainIntegrator(ChainAtRest):
         if found.shifts is None:
             flow.advance(self.runs, found.time)
         for first, displacements, velocities in found.shifts or ():
+            if not found.exact and self.arithmetic.roundoff:
+                self._blurred(flow, first, displacements[0], velocities[0])
             flow.shift(first, self.arithmetic.vector(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
         arrived = flow.velocities.copy()
@@ -122,6 +124,14 @@ class ChainIntegrator(ChainAtRest):
             flow.forces = self.arithmetic.vector([f.ball() for f in self.exact.forces])
         self.time = later
         return arrived
+
+    def _blurred(self, flow: Flow, n: int, way: Any, velocity: Any) -> None:
+        """Take the slack of the velocities through what the energy of a lone slider tells of it."""
+        if velocity == 0:
+            return
+        before, force = abs(flow.velocities[n]), abs(flow.forces[n]) + flow.friction
+        gained = before * flow.velocity_slack + 2 * flow.force_slack * (force + 2 * abs(way))
+        flow.velocity_slack = gained / abs(velocity)
 
     def resolve(self, flow: Flow, found: FirstEvent, speeds: NDArray[Any]) -> Iterator[Event]:
         """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""

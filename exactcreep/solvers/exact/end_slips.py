@@ -229,7 +229,9 @@ def end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
             low = cell[cells.FORCE_LOW, neighbour] + way * theta_low
             pull, _ = plus(cell[cells.FORCE, neighbour], low, way * theta)
         room = friction + cell[cells.EXCESS, neighbour] - side * pull
-        bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
+        bound = (
+            8.0 * ULP * (2.0 * friction + drive + length + drive + cell[cells.EXCESS, neighbour])
+        )
         if room <= length + bound or drive >= _PLAIN * friction:
             return
         now.theta = theta

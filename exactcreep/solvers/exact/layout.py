@@ -116,9 +116,11 @@ LADDER = (ORDERS + 9) // 8
     GUESS,  # when it might; once found what it misses the end of its range by
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
+    BLUR,  # how far from ROOT it may leave its range
+    _,
     MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
-) = range(KNOWN + 2, KNOWN + 9)
-CLOCKS = KNOWN + 11
+) = range(KNOWN + 2, KNOWN + 11)
+CLOCKS = KNOWN + 13
 """An odd number; after all strips follow rows with the first key of each strip."""
 
 CHAIN = np.dtype(

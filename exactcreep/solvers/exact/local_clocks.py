@@ -34,7 +34,7 @@ import math
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import margins
 from exactcreep.solvers.exact.layout import CLOCKS, EPOCH, KNOWN, NEVER, ULP, compiled, inlined
-from exactcreep.solvers.exact.margins import is_clear
+from exactcreep.solvers.exact.margins import falls, is_clear
 from exactcreep.solvers.exact.simd import (
     across,
     choose,
@@ -362,7 +362,9 @@ def _look(cell, clock, now, i):
             outward = margins.outwards(side, slope_b)
             off = at_b - outward * limit
             steep = outward * slope_b
+            curve = margins.curved(clock, row, lane, bend, b)
             plain = abs(off) <= bound + 2.0 * ULP * steep and steep * _GAP > 8.0 * bound
+            plain = plain and falls(-steep, bound, curve)
             room = limit - outward * at_a
             plain = plain and (fresh or room > bound)
             plain = plain and is_clear(
@@ -377,6 +379,7 @@ def _look(cell, clock, now, i):
                 clock[row + cells.KEY, lane] = base + b
                 clock[row + cells.ROOT, lane] = base + b
                 clock[row + cells.GUESS, lane] = off
+                clock[row + cells.BLUR, lane] = margins.blur(steep, bound)
                 _mark(cell, clock, i // 8)
                 return True
         else:
@@ -414,7 +417,7 @@ def advance(cell, count, clock, now):
 
     Returns
     -------
-    t, events, residual
+    t, events, residual, blur
         As `taylor.step`; `events` is -1 if it must do it.
     """
     now.counts.steps += 1
@@ -423,17 +426,17 @@ def advance(cell, count, clock, now):
         at_once(cell, clock, now)
     if now.epoch.on == 0:
         if not _begin_epoch(cell, clock, now):
-            return 0.0, -1, 0.0
+            return 0.0, -1, 0.0, 0.0
     elif now.epoch.centre != 0 and not _renew(cell, clock, now):
         at_once(cell, clock, now)
-        return 0.0, -1, 0.0
+        return 0.0, -1, 0.0, 0.0
     before = now.epoch.time
     while True:
         i = _soonest(cell, clock, now)
         if i < 0:
             now.epoch.time = EPOCH
             at_once(cell, clock, now)
-            return now.epoch.time - before, 0, 0.0
+            return now.epoch.time - before, 0, 0.0, 0.0
         row = CLOCKS * (i // 8)
         time = element(clock, row + cells.ROOT, i % 8)
         if time < NEVER:
@@ -441,11 +444,12 @@ def advance(cell, count, clock, now):
                 break
             if _alone(cell, clock, now, time + _GAP):
                 residual = abs(element(clock, row + cells.GUESS, i % 8))
+                blur = element(clock, row + cells.BLUR, i % 8)
                 _arrive(cell, clock, i, time)
                 now.epoch.time = time
                 now.epoch.centre = i
                 count[cells.EVENT, 0] = i
-                return time - before, 1, residual
+                return time - before, 1, residual, blur
             clock[row + cells.KEY, i % 8] = NEVER
             _mark(cell, clock, i // 8)
             j = _soonest(cell, clock, now)
@@ -457,4 +461,4 @@ def advance(cell, count, clock, now):
         if not _look(cell, clock, now, i):
             break
     at_once(cell, clock, now)
-    return 0.0, -1, 0.0
+    return 0.0, -1, 0.0, 0.0

@@ -244,15 +244,18 @@ def _lone(cell, count, deviate, now, log):
         length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)
     room_left = np.inf
     room_right = np.inf
+    scale = 2.0 * friction + cell[cells.EXCESS, i] + length + abs(drive)
     if stiff > 0.0:
         if i > PAD:
+            scale += cell[cells.EXCESS, i - 1]
             threshold = friction + cell[cells.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
         if i < PAD + now.chain.n - 1:
+            scale += cell[cells.EXCESS, i + 1]
             threshold = friction + cell[cells.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
-    bound = 8.0 * ULP * (2.0 * friction + cell[cells.EXCESS, i] + length + abs(drive))
+    bound = 8.0 * ULP * scale
     cell[cells.FRESH, i] = 0.0
     if room >= length - bound:
         if room <= length + bound:
@@ -384,7 +387,10 @@ def _runs_away(cell, series, now):
 
 @inlined
 def _to_first_event(cell, count, clock, series, now):
-    """Advance several movers to their first event; return of how many sliders, and the residual."""
+    """Advance several movers to their first event.
+
+    Returns of how many sliders it is, the residual, and how far its time may be off.
+    """
     now.counts.calm += 1
     now.counts.work += STEP_WORK
     events = np.int64(-1)
@@ -396,16 +402,16 @@ def _to_first_event(cell, count, clock, series, now):
             and now.counts.retry == 0
         )
         if now.epoch.on == 1 or long:
-            t, events, residual = advance(cell, count, clock, now)
+            t, events, residual, blur = advance(cell, count, clock, now)
             if events < 0:
                 now.time += t
                 now.counts.retry = 1
     if events < 0:
         now.counts.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
         now.counts.retry -= now.counts.retry > 0
-        t, events, residual = step(cell, count, series, now, now.first - 1, now.last + 1)
+        t, events, residual, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
     now.time += t
-    return events, residual
+    return events, residual, blur
 
 
 @inlined
@@ -420,10 +426,11 @@ def _in_order(count, events):
 
 
 @inlined
-def _resolve(cell, count, deviate, now, log, events, residual):
+def _resolve(cell, count, deviate, now, log, events, residual, blur):
     """Let the sliders of an event stop and start by the contact law.
 
-    All that stop are frozen and draw, then all are tested with the same forces.
+    All that stop are frozen and draw, then all are tested with the same forces. The time of the
+    event is known to `blur`; in that time movers beside a slider change the force on it.
     """
     now.counts.calm = 0
     _in_order(count, events)
@@ -443,7 +450,8 @@ def _resolve(cell, count, deviate, now, log, events, residual):
         turn = 1.0 if pull > 0.0 else -1.0
         drive, missed = cell[cells.EXCESS, i], residual
         if count[cells.EVENT, k] < 0:
-            turn, close = _exceeds(cell, now, i, pull, 0.0)
+            beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
+            turn, close = _exceeds(cell, now, i, pull, blur * beside)
             now.counts.undecided += close
             drive, missed = abs(pull) - now.chain.friction, 0.0
         if turn != 0.0:
@@ -461,9 +469,9 @@ def _cluster(cell, count, deviate, clock, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if _runs_away(cell, series, now):
         return True
-    events, residual = _to_first_event(cell, count, clock, series, now)
+    events, residual, blur = _to_first_event(cell, count, clock, series, now)
     if events > 0:
-        _resolve(cell, count, deviate, now, log, events, residual)
+        _resolve(cell, count, deviate, now, log, events, residual, blur)
         if clock is not None:
             short = now.last - now.first < cells.LEAST_LONG // 2
             if now.epoch.on == 1 and (short or now.stage != cells.CLUSTER):

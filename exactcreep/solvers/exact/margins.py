@@ -2,6 +2,18 @@
 
 A *margin* must stay in its range until a slider's event: the velocity of a mover, the force on a
 slider at rest; see `taylor`. Tables hold the derivatives of eight margins in a row.
+
+**When a margin that lies within its rounding bound is sure to leave its range.** Let g be the
+distance of the true margin from the end of its range, and let the computed one, off by at most e,
+lie within e of zero at the time t: ``|g(t)| <= 2 e``. Let s be the rate at which it falls, and let
+c bound ``|g''|`` around t. Then the parabolas ``-2 e + s u - c u**2 / 2 <= g(t - u)`` and
+``g(t + u) <= 2 e - s u + c u**2 / 2`` pass through zero if and only if ``s**2 >= 4 c e``, at
+``u = 4 e / (s + sqrt(s**2 - 4 c e))``. A slope that is steep beside e does not suffice: near a
+double root the margin turns within its bound (its least value is that of a velocity that all but
+vanishes, or of a force that all but reaches its threshold), however fast it falls before. `falls`
+asks for ``s >= 64 e`` and ``s**2 >= 8 c e``: twice of what is needed, which leaves room for the
+rounding of s and for what c grows by on the way. The root lies less than ``3 e / s`` from t; so far
+the time of the event is known, which is its `blur`.
 """
 
 from __future__ import annotations
@@ -231,22 +243,66 @@ def at_time(series, row, lane, orders, t):
 def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
     """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
 
-    `begins`: it is known to leave zero upwards at 0; `ends`: it is known to vanish at t.
+    It is off by at most `bound`. `begins`: it is known to leave zero upwards at 0; `ends`: it is
+    known to vanish at t. Then it may be within its bound from ``8 bound / |slope_1|`` before t on:
+    that is the same crossing, if it `falls`.
     """
     b1 = at_0 + t * slope_0 / 3.0
     b2 = at_1 - t * slope_1 / 3.0
     q1 = 0.25 * (at_0 + 3.0 * b1)
     q2 = 0.5 * (b1 + b2) - bend * (t * t) * (t * t) / 144.0
     q3 = 0.25 * (3.0 * b2 + at_1)
-    if ends:
-        # a dip within the bound just before t would be the same crossing
+    if ends and -t * slope_1 <= 8.0 * bound:
         return q1 >= 0.0 and q2 >= 0.0 and q3 >= 0.0 and at_0 >= -bound
     if begins:
-        if q1 < 0.0 or q2 < 0.0:
+        if q1 < 0.0 or q2 <= bound:
             return False
     elif at_0 <= bound or q1 <= bound or q2 <= bound:
         return False
-    return q3 > bound and at_1 > bound
+    return q3 > bound and (ends or at_1 > bound)
+
+
+@inlined
+def curved(table, row, lane, bend, t):
+    """Return a bound of the second derivative of one margin on [0, t].
+
+    `bend` bounds the fourth.
+    """
+    third = abs(element(table, row + 3, lane)) + 0.5 * t * bend
+    return fused(t, third, abs(element(table, row + 2, lane)))
+
+
+@inlined
+def falls(slope, bound, curve):
+    """Return whether a margin within `bound` of the end of its range is sure to leave it there.
+
+    `curve` bounds its second derivative. If not, it is a graze: undecided. Derived above.
+    """
+    return -slope >= 64.0 * bound and slope * slope >= 8.0 * curve * bound
+
+
+@inlined
+def blur(slope, bound):
+    """Return how far from its time the event of a margin that `falls` may be."""
+    return 3.0 * bound / abs(slope)
+
+
+@inlined
+def soon_after(cell, table, row, friction, i, late, t):
+    """Return the mask of the lanes that leave their range within `late` after t, as it seems.
+
+    Their order and that of an event that may be so late is not decided.
+    """
+    side = load(cell, cells.SIDE, i)
+    resting = abs(side) <= 0.0
+    at = take(table, row + cells.AT_END)
+    slope = take(table, row + cells.SLOPE_AT_END)
+    way = choose(resting, choose(slope < 0.0, spread(-1.0), 1.0), 0.0 - side)
+    edge = choose(resting, load(cell, cells.EXCESS, i) + friction, 0.0)
+    out = way * slope
+    room = edge - way * at
+    bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction))
+    return (room <= fused(out, late, bound)) & (out > 0.0)
 
 
 @inlined

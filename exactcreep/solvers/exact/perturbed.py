@@ -48,7 +48,8 @@ class RoundingError(NamedTuple):
         start of the rearrangement (unit ``g tau_dyn**2``) at the last event; inf if the order of
         events itself is in doubt.
     doubt : str
-        For inf: the first event that differs in a copy; else empty.
+        For inf: the first event that differs in a copy, or how many comparisons were undecided;
+        else empty.
     """
 
     error: float
@@ -66,6 +67,12 @@ class RoundingError(NamedTuple):
         if self.doubt:
             return f"rounding may have changed the order of events: {self.doubt}"
         return f"rounding may have grown to {self.error:.2g}, beyond {TENSION_TOLERANCE:g}"
+
+
+def undecided_by(comparisons: int) -> RoundingError:
+    """Return the error where so many comparisons were settled by the rules: any may be wrong."""
+    count = "1 comparison lies" if comparisons == 1 else f"{comparisons} comparisons lie"
+    return RoundingError(np.inf, f"{count} within the rounding bound")
 
 
 def rounding_error(

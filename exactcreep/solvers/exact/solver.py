@@ -32,7 +32,7 @@ from exactcreep.solvers.exact.pack import (
     placed,
     roomier,
 )
-from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
+from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
 from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
@@ -407,6 +407,8 @@ class Estimated(Rearrangement):
     @cached_property
     def condition(self) -> RoundingError:
         """What rounding does to the rearrangement, as far as it can be estimated."""
+        if self.undecided:
+            return undecided_by(self.undecided)
         return rounding_error(self.chain, self.begun, self.seed, self.direction, self.log)
 
     @property
@@ -495,8 +497,7 @@ class Exact(Solver):
         if not self.escalate or limited or result.evidence is not Evidence.UNDECIDED:
             return result
         certified = Certified().rearrange_from(start, direction, limits)
-        why = result.doubt or f"{result.undecided} comparisons were undecided"
-        return replace(certified, report={**certified.report, "escalated": why})
+        return replace(certified, report={**certified.report, "escalated": result.doubt})
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by the compiled loop."""

@@ -25,7 +25,7 @@ import numpy as np
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import margins
 from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP, compiled, inlined
-from exactcreep.solvers.exact.margins import is_clear
+from exactcreep.solvers.exact.margins import falls, is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     across,
@@ -170,16 +170,6 @@ def _at_both_ends(series, row, lane):
     )
 
 
-@inlined
-def _falls(slope, bound):
-    """Return whether a margin at the end of its range is sure to leave it there.
-
-    Its slope must take it through its rounding bound within 1/64 tau_dyn. If value and slope both
-    vanish it is a graze.
-    """
-    return -slope >= 64.0 * bound
-
-
 @compiled
 def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
@@ -201,6 +191,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     threshold = margins.end_of_range(cell, now, i)
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + cells.BENT, lane]
+    curve = margins.curved(series, row, lane, bend, t)
     bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
@@ -241,9 +232,12 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
             if not (b > a and b < far):
                 b = middle
         elif at_b <= bound and (
-            (crossed and slope_b < 0.0) or _falls(slope_b, bound)
+            (crossed and slope_b < 0.0) or falls(slope_b, bound, curve)
         ) and is_clear(at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True):  # fmt: skip
-            return min(max(b - at_b / slope_b, a), far) if _falls(slope_b, bound) else b
+            if falls(slope_b, bound, curve):
+                return min(max(b - at_b / slope_b, a), far)
+            _doubt(cell, now, i)  # it is beyond at `far`, but may have turned back before
+            return b
         else:
             clear = at_b > bound and is_clear(
                 at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False
@@ -377,11 +371,13 @@ def _tangential(cell, count, series, first, last):
 def _together(cell, count, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
-    Returns how many, and how far their margins are from the end of their ranges. All contenders
-    are looked at again, once t is known: which slider was found first must not matter.
+    Returns how many, how far their margins are from the end of their ranges, and the blur of t.
+    All contenders are looked at again, once t is known: which slider was found first must not
+    matter.
     """
     missed = 0.0  # by how much the margins that give t its value miss the end of their range
     residual = 0.0
+    blur = 0.0
     for turn in range(2):
         events = 0
         for k in range(contenders):
@@ -394,13 +390,15 @@ def _together(cell, count, series, now, first, contenders, t):
             if cell[cells.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
             found = series[row + cells.CROSSING, lane] == t
+            bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             if turn == 0:
                 if found:
                     missed = max(missed, off)
+                    blur = max(blur, margins.blur(slope_1, bound))
                 continue
-            bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
+            curve = margins.curved(series, row, lane, series[row + cells.BENT, lane], t)
             near = off <= max(missed, bound)
-            known = not (found or _falls(-outward, bound))
+            known = not (found or falls(-outward, bound, curve))
             for earlier in range(events):
                 known = known or count[cells.EVENT, earlier] == i
             if near and not known:
@@ -408,7 +406,7 @@ def _together(cell, count, series, now, first, contenders, t):
                 events += 1
                 residual = max(residual, off)
     now.counts.undecided += max(events - 1, 0)
-    return events, residual
+    return events, residual, blur
 
 
 @inlined
@@ -417,7 +415,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 
     Returns
     -------
-    t, residual : float
+    t, residual, blur : float
     outward : float
         +1 if the margin leaves its range upwards, -1 downwards.
     holds : bool
@@ -441,14 +439,15 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
     fresh = cell[cells.FRESH, i] != 0.0
     room = limit - outward * at_0
-    holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
     bend = series[row + cells.BENT, j]
+    curve = margins.curved(series, row, j, bend, t)
+    holds = abs(off) <= bound and falls(-outward * slope_1, bound, curve)
     proved = (
         holds
         and (fresh or room > bound)
-        and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
+        and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, bound, fresh, True)
     )
-    return t, abs(off), outward, holds, proved
+    return t, abs(off), margins.blur(slope_1, bound), outward, holds, proved
 
 
 @inlined
@@ -525,6 +524,21 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
 
 
 @inlined
+def _look_after(cell, count, series, now, first, strips, events, blur, t):
+    """Count the sliders whose event may come before those at t, which are known to `blur`."""
+    for s in range(strips):
+        i = first + WIDTH * s
+        mask = margins.soon_after(cell, series, SERIES * s, now.chain.friction, i, blur, t)
+        for k in range(events):
+            lane = count[cells.EVENT, k] - i
+            if 0 <= lane < WIDTH:
+                mask &= ~(np.int64(1) << lane)
+        while mask != 0:
+            _doubt(cell, now, i + lowest_bit(mask))
+            mask &= mask - 1
+
+
+@inlined
 def step(cell, count, series, now, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
@@ -537,6 +551,8 @@ def step(cell, count, series, now, first, last):
         within the horizon.
     residual : float
         How far the margins are from the end of their ranges.
+    blur : float
+        How far from t the event may be.
     """
     strips = (last - first + WIDTH) // WIDTH
     now.counts.steps += 1
@@ -546,16 +562,17 @@ def step(cell, count, series, now, first, last):
     if forceless:
         events = _tangential(cell, count, series, first, last)
         if events > 0:
-            return 0.0, events, 0.0
+            return 0.0, events, 0.0, 0.0
     lane, t, orders = _located(cell, series, now, first, strips, orders)
     even_tail, odd_tail = _largest_late(series, strips)
     _evaluate(series, strips, orders, even_tail, odd_tail, t)
     events = 0
     residual = 0.0
+    blur = 0.0
     spared = -1
     outward = 1.0
     if lane >= 0:
-        t, residual, outward, holds, proved = _own_root(
+        t, residual, blur, outward, holds, proved = _own_root(
             cell, series, now, first + lane, lane, strips, orders, even_tail, odd_tail, t
         )
         if holds:
@@ -575,7 +592,9 @@ def step(cell, count, series, now, first, last):
     if looked > 0:
         events, residual = 0, 0.0
         if found or soonest <= t:
-            events, residual = _together(cell, count, series, now, first, contenders, t)
+            events, residual, blur = _together(cell, count, series, now, first, contenders, t)
+    if events > 0:
+        _look_after(cell, count, series, now, first, strips, events, blur, t)
     for s in range(strips):
         i = first + WIDTH * s
         row = SERIES * s
@@ -584,4 +603,4 @@ def step(cell, count, series, now, first, last):
         store(cell, cells.SPEED, i, max(side * take(series, row + cells.AT_END), 0.0))
         if t > 0.0:
             store(cell, cells.FRESH, i, 0.0)
-    return t, events, residual
+    return t, events, residual, blur

@@ -1,0 +1,96 @@
+"""Margins that come within their rounding bound and turn: noticed, however steeply they fall."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+
+from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
+from exactcreep.solvers.exact import margins
+
+GRAZING = Chain(3, 1000, "0.5", "0.5100", "0", tan_alpha="0.473")
+"""The speed of slider 3 has a minimum of a few 1e-17 while slider 2 moves; then both stop."""
+TENSIONS = [-0.0038935232465282786, 0.015485941569594042]
+SHIFTS = [0.0, *(-(10.0**-k) for k in range(18, 12, -1))]
+ELSEWHERE = [
+    (4, "0.5100", "0.387", [-0.09797908730571969, -0.1437237953022194, -0.03244114934483819], 1),
+    (3, "0.5020", "0.260", [-0.10940149938972067, 0.12179929780962939], 1),
+    (
+        8, "0.5020", "0.4850",
+        [
+            -0.007714123945909906, 0.003982763633974318, 0.005285501659782643, 0.007771670072986625,
+            0.004277598977719288, 0.001135376550640943, 0.0022741975199433995,
+        ],
+        -1,
+    ),
+]  # fmt: skip
+
+
+def require_true(chain: Chain, tensions: list[float], direction: int, solver: str) -> Evidence:
+    """Require that what is said to be computed is what is proved; return what is said."""
+    state = State.prepared(chain, tensions)
+    result, truth = (
+        rearrange(chain, state, direction=direction, solver=name) for name in (solver, "certified")
+    )
+    assert truth.evidence is Evidence.PROVED
+    off = abs(result.state.tensions.astype(float) - truth.state.tensions.astype(float)).max()
+    if result.evidence is Evidence.COMPUTED:
+        assert result.itinerary == truth.itinerary
+        assert off < (result.error if solver == "exact" else 1e-12)
+    elif solver == "exact":
+        assert off < result.error
+    return result.evidence
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference"])
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_a_speed_that_turns_just_above_zero_is_no_stop(shift: float, solver: str) -> None:
+    said = require_true(GRAZING, [TENSIONS[0] + shift, TENSIONS[1]], 1, solver)
+    if solver == "exact":  # not all is in doubt
+        assert (said is Evidence.COMPUTED) == (shift <= -1e-14)
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference"])
+@pytest.mark.parametrize(("n", "mu_s", "tan_alpha", "tensions", "direction"), ELSEWHERE)
+def test_other_grazes_are_undecided_or_right(
+    n: int, mu_s: str, tan_alpha: str, tensions: list[float], direction: int, solver: str
+) -> None:
+    chain = Chain(n, 1000, "0.5", mu_s, "0", tan_alpha=tan_alpha)
+    assert require_true(chain, tensions, direction, solver) is Evidence.UNDECIDED
+
+
+def test_a_run_that_begins_with_a_graze_is_undecided() -> None:
+    start = State.prepared(GRAZING, TENSIONS)
+
+    def run(start: State, **options: Any) -> Any:
+        return creep(GRAZING, Cycles("0.0005", 1), start=start, burn_in=0, **options)
+
+    truth = run(start, solver="certified")
+    assert truth.evidence is Evidence.PROVED
+    assert float(truth.x_G) == pytest.approx(1.3847790433, abs=1e-10)
+    for solver in ("exact", "reference"):
+        assert run(start, solver=solver).evidence is Evidence.UNDECIDED
+    aside = State.prepared(GRAZING, [TENSIONS[0] - 1e-12, TENSIONS[1]])
+    far = run(aside)
+    assert far.evidence is Evidence.COMPUTED
+    assert float(far.x_G) == pytest.approx(1.3847790433, abs=1e-9)
+
+
+def test_a_margin_that_falls_reaches_zero_however_it_is_bent() -> None:
+    """And a margin that is as steep, but bent back more, need not."""
+    rng = random.Random(3)
+    for _ in range(2000):
+        bound, curve = 10 ** rng.uniform(-17, -12), 10 ** rng.uniform(-6, 2)
+        steep = max(64 * bound, math.sqrt(8 * curve * bound)) * 10 ** rng.uniform(-0.5, 0.5)
+        falls = margins.falls.py_func(-steep, bound, curve)
+        least = 2 * bound - steep**2 / (2 * curve)  # of the true margin, at worst
+        if falls:
+            root = (steep - math.sqrt(steep**2 - 4 * curve * bound)) / curve
+            assert least < 0
+            assert root <= margins.blur.py_func(-steep, bound) * (1 + 1e-9)
+        elif steep >= 64 * bound:
+            assert least > -3 * 2 * bound  # nothing is in doubt that is far from a graze
+        assert not margins.falls.py_func(steep, bound, curve)
