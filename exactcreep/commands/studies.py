@@ -50,7 +50,7 @@ QUESTIONS: dict[str, tuple[str, ...]] = {
         "threshold:draw_threshold",
         "Output",
         "--n 3 --digits 40",
-        "--n 5 --after 20 --windows --refine 3 --json",
+        "--n 5 --after 20 --windows --json",
     ),
     "half-life": ("threshold:draw_threshold", "Output", "--n 6 --plot survival.png"),
     "intercept": ("threshold:draw_threshold", "Output", "--n 30 --sigma-mu 0.01 --fit 1.3 2"),

@@ -179,8 +179,8 @@ def test_a_wild_argument_of_a_run_is_used_or_refused(
     refusal(lambda: creep(CHAIN, RUN, **call))
 
 
-AMPLITUDES = ("low", "high", "start_tension", "bracket")
-OTHERS = ("after", "digits", "points", "refine", "seeds", "solver", "windows")
+AMPLITUDES = ("low", "high", "bracket")
+OTHERS = ("after", "digits", "points", "solver", "windows")
 
 
 @settings(FUZZ, max_examples=24)

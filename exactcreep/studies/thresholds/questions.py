@@ -58,7 +58,6 @@ class Observation(NamedTuple):
     outcome: Outcome | None  # of the last cycle, or for ever; None: it goes on to change
     outcome_evidence: Evidence
     direction: str = "none"  # which way it creeps
-    change: float = 0.0  # of a tension in the last cycle, the largest
     fate: Fate | None = None
     between: Bracket | None = None  # amplitudes at which it does the same
 
@@ -100,9 +99,8 @@ class Question:
         last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
         returned = all(abs(one.middle) <= one.radius + room for one in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
-        change = nearest_float(max(abs(one.middle) for one in changes))
         direction = direction_of(tangent * creeps, tangent)
-        return Observation(creeps, evidence, log, *outcome, direction, change)
+        return Observation(creeps, evidence, log, *outcome, direction)
 
     def _followed(
         self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]

@@ -19,10 +19,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from exactcreep.model.enclosure import exact_value, magnitude
+from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.solvers.field.known_itinerary import KnownItinerary
 from exactcreep.solvers.solver import Start
@@ -37,7 +36,7 @@ from exactcreep.studies.thresholds.questions import (
     weaker,
 )
 
-MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
+MOST_DIGITS = {"certified": 5_000, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""
 SPARE = 2
 """Digits of a bracket beyond those asked for."""
@@ -124,7 +123,7 @@ class EdgeSearch:
     """The search for an edge: in so many `points` of a scan, to so many `digits` of a solver.
 
     `known` are the fields of a `Threshold` that have been found so far, `runs` those of the
-    deciding solver by cycles and amplitude; they are `decided` when they have told the threshold.
+    deciding solver by amplitude; they are `decided` when they have told the threshold.
     """
 
     question: Question
@@ -134,11 +133,10 @@ class EdgeSearch:
     digits: int
     say: Callable[..., None]
     known: dict[str, Any] = field(default_factory=dict)
-    runs: dict[tuple[int, Fraction], Observation] = field(default_factory=dict)
+    runs: dict[Fraction, Observation] = field(default_factory=dict)
     decided: bool = False
-    transient: dict[str, Any] = field(default_factory=dict)
 
-    def search(self, *, windows: bool, refine: int) -> None:
+    def search(self, *, windows: bool) -> None:
         """Find the threshold, and what was asked for beside it; `known` grows on the way."""
         question, known, lowest = self.question, self.known, self.span.scans[0][0]
         if self.span.free and question.creeps(lowest):
@@ -156,30 +154,18 @@ class EdgeSearch:
         known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
         known["direction"] = upper.direction
         if windows:
-            told = [edge, *(self.refined(*other).edge for other in edges[1:refine])]
-            told = told[:refine] + [self.rough(*other) for other in edges[refine:]]
-            known["windows"] = tuple(told)
+            known["windows"] = (edge, *(self.rough(*other) for other in edges[1:]))
         if isinstance(question, Lasting):
             known["sensitive"] = tuple(sorted(map(nearest_float, question.sensitive)))
             known |= {"fates": (lower.fate, upper.fate), "reason": doubt}
-        else:
-            if outcome is None:
-                self._settle(Fraction(edge.lower))
-            locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
-            known["stable_digits"] = self.stable_digits(edge, locked or outcome is Outcome.AT_REST)
+        elif outcome is None:
+            self._settle(Fraction(edge.lower))
         if not doubt:
             _, *sides = first_difference(*map(numbered, side_by_side(lower, upper)))
             known["deciding_event"] = Difference(*sides) if any(sides) else None
 
-    def prepared(self, start: State) -> Edge | None:
-        other = replace(self, question=replace(self.question, start=start), runs={}, known={})
-        try:
-            return other.refined(*other.first_bracket()).edge
-        except InputError:
-            return None
-
     def report(self) -> dict[str, Any]:
-        report = {"deciding_runs": len(self.runs), **self.transient}
+        report = {"deciding_runs": len(self.runs)}
         if isinstance(self.question, Lasting):
             report["certified_points"] = len(self.question.certified)
         return report
@@ -281,8 +267,7 @@ class EdgeSearch:
         """Return whether a run that was not followed to its end comes to what was taken for it."""
         trial = self._tried(amplitude)
         if trial.fate is not None and trial.fate.outcome is Outcome.LIMIT:
-            key = self.question.cycles, amplitude
-            self.runs[key] = self.question.tried(amplitude, self.solver, {})
+            self.runs[amplitude] = self.question.tried(amplitude, self.solver, {})
         return self._tried(amplitude).creeps == trial.creeps
 
     def _beyond(self, k: int, unit: Fraction, begins: bool) -> bool:
@@ -322,18 +307,16 @@ class EdgeSearch:
         found = Edge(text_of(ends[0], unit), text_of(ends[1], unit), begins, evidence)
         return Refined(found, lower, upper)
 
-    def _tried(self, amplitude: Fraction, question: Question | None = None) -> Observation:
-        question = question or self.question
-        key = question.cycles, amplitude
-        if key not in self.runs:
+    def _tried(self, amplitude: Fraction) -> Observation:
+        if amplitude not in self.runs:
             self.say("deciding", len(self.runs) + 1, 0, "runs")
             digits = self.digits + SPARE
             options = {} if self.solver == "exact" else {"digits": digits}
             if self.solver == "certified":
                 # an exact tie outside Q(c) is undecided at any precision: do not try very many
                 options["most_digits"] = 4 * digits + 1000
-            self.runs[key] = question.tried(amplitude, self.solver, options)
-        return self.runs[key]
+            self.runs[amplitude] = self.question.tried(amplitude, self.solver, options)
+        return self.runs[amplitude]
 
     def _deciding(self, one: Observation, other: Observation) -> Fraction | None:
         digits = self.digits + SPARE + 3
@@ -350,26 +333,3 @@ class EdgeSearch:
             if trial.outcome is not None and not trial.creeps:
                 self.known["outcome_at_lower"] = trial.outcome
                 return
-        self.transient = {"transient": {"cycles": later.cycles, "change": trial.change}}
-
-    def stable_digits(self, edge: Edge, lasts: bool) -> int:
-        """Return how many digits of an edge survive when `cycles` is doubled.
-
-        `lasts`: what the chain does at its lower end, it does for ever.
-        """
-        lower, upper = Fraction(edge.lower), Fraction(edge.upper)
-        shown = min(self.digits, magnitude(edge.middle / (upper - lower)))
-        doubled = replace(self.question, cycles=2 * self.question.cycles)
-        if self._tried(upper, doubled).creeps and (lasts or not self._tried(lower, doubled).creeps):
-            return shown
-        again = replace(self, question=doubled, runs={}, known={})
-        try:
-            low, high = again.first_bracket()
-        except InputError:
-            return 0
-        low, high = again.narrowed(low, high, begins=True)
-        close = abs((low + high) / 2 - edge.middle) <= 100 * _NARROW * high
-        other = again.refined(low, high).edge.middle if close else (low + high) / 2
-        if other == edge.middle:
-            return shown
-        return max(0, min(shown, magnitude(edge.middle / abs(edge.middle - other))))

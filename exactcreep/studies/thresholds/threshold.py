@@ -15,7 +15,7 @@ from exactcreep.limits import Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import magnitude
-from exactcreep.model.numbers import InputError, Number, exact_number, whole_number
+from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
@@ -27,7 +27,6 @@ from exactcreep.studies.thresholds.answer import Answer, laws_beside
 from exactcreep.studies.thresholds.questions import MOST_CYCLES, Lasting, Question
 from exactcreep.studies.thresholds.search import MOST_DIGITS, SPARE, Difference, Edge, EdgeSearch
 
-_SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
 
 
@@ -56,8 +55,6 @@ class Threshold(Answer):
         `AT_REST` (no event in a whole cycle), `CYCLING` (slips that return the chain to the same
         state), within `cycles` or 64 times as many in float64; else None. `PROVED` if the run is
         and the cycle has lone slips alone; otherwise seen to return, to within rounding.
-    stable_digits : int or None
-        Of ``horizon``: how many of the digits survive when `cycles` is doubled.
     deciding_event : Difference or None
         None if no event differs: the advance itself passes 1e-6 there.
     fates : pair of Fate or None
@@ -65,11 +62,10 @@ class Threshold(Answer):
     sensitive : tuple of float
         Amplitudes at which starts 1e-13 apart part in float64, and no certified run has told the
         fate either: there the answer is that of float64, and may be wrong.
-    windows, preparations : tuple of Edge, mapping of int to Edge
-        If asked for: every edge of the scan; the one from each seeded start (None: not found).
+    windows : tuple of Edge or None
+        If asked for: every edge of the scan; all but the first in float64.
     report : mapping
-        How many runs it took; where `outcome_at_lower` is None, by how much a tension changes after
-        the cycles of the ``transient`` that were followed.
+        How many runs it took.
     reason : str
         Which limit ended the search, or that creep does not settle; "" if it was completed.
 
@@ -92,12 +88,10 @@ class Threshold(Answer):
     direction: str = "none"
     outcome_at_lower: Outcome | None = None
     outcome_evidence: Evidence = Evidence.COMPUTED
-    stable_digits: int | None = None
     deciding_event: Difference | None = None
     fates: tuple[Fate | None, Fate | None] | None = None
     sensitive: tuple[float, ...] = ()
     windows: tuple[Edge, ...] | None = None
-    preparations: Mapping[int, Edge | None] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
 
@@ -122,7 +116,7 @@ class Threshold(Answer):
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
     told = (
-        "lower", "upper", "cycles", "digits", "stable_digits", "solver", "criterion",
+        "lower", "upper", "cycles", "digits", "solver", "criterion",
         "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
     )  # fmt: skip
 
@@ -141,11 +135,6 @@ class Threshold(Answer):
             out[name] = known and {part: known[part] for part in _OF_A_SIDE}
         if self.windows is not None:
             out["windows"] = [edge.summary(what) for edge in self.windows]
-        if self.preparations is not None:
-            out["preparations"] = [
-                {"seed": seed, "lower": None, "upper": None, **(e.summary(what) if e else {})}
-                for seed, e in self.preparations.items()
-            ]
         return out | ({"reason": self.reason} if self.reason else {})
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -164,9 +153,6 @@ def threshold(
     points: Number = 1000,
     bracket: tuple[Number, Number] | None = None,
     windows: bool = False,
-    refine: Number = 0,
-    start_tension: Number = 0,
-    seeds: Number = 0,
     solver: str = "certified",
     progress: Hearer = None,
     max_seconds: Number | None = None,
@@ -189,23 +175,16 @@ def threshold(
     low, high : number, optional
         Ends of the scan; default 1/2 and 2 times Eq. (seuil). If nothing creeps up to there (or the
         law is not positive), the default scan goes on to N (mu_s c - s)/l0; if the chain creeps at
-        its lower end, as it may from a start with tensions, it begins at 0.
+        its lower end, as it may in an early cycle, it begins at 0.
     points : int
         Equal steps of the scan.
     bracket : pair of numbers, optional
         Instead of a scan: the chain does not creep at the first, and creeps at the second.
     windows : bool
-        Whether to list all edges of the scan.
-    refine : int
-        How many windows to give to all digits; the others have float accuracy.
-    start_tension : number
-        Of every spring, at theta = 0; default none, the relaxed chain.
-    seeds : int
-        With `after`: also find the threshold from so many starts with seeded tensions, uniform in
-        (-size, size) with size ``|start_tension|``, or 1e-6.
+        Whether to list all edges of the scan: the first to all digits, the others in float64.
     solver : str
-        Which decides about the bracket: ``certified``, ``exact`` (float64: at most 12 digits, and a
-        wider bracket where rounding does not tell so many), or, with `after`, ``mpmath``.
+        Which decides about the bracket: ``certified``, or ``exact`` (float64: at most 12 digits,
+        and a wider bracket where rounding does not tell so many).
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
@@ -239,12 +218,10 @@ def threshold(
     require_sense(chain, "threshold" if lasting else "threshold after")
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket)
-    solvers = [name for name in MOST_DIGITS if name != "mpmath" or not lasting]
-    if solver not in solvers:
-        raise InputError("solver", solver, "must be " + " or ".join(solvers))
+    if solver not in MOST_DIGITS:
+        raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
-    size = exact_number(start_tension, "start_tension")
     most = MOST_CYCLES if after is None else whole_number(after, "after", least=1, most=10**7)
     asked: dict[str, Any] = {
         "chain": chain,
@@ -252,57 +229,43 @@ def threshold(
         "cycles": most,
         "digits": whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
         "solver": solver,
-        "compare": _compared(chain, after, relaxed=size == 0),
+        "compare": _compared(chain, after),
     }
     steps = whole_number(points, "points", least=1, most=10**7)
-    count = whole_number(refine, "refine", least=0)
-    number = whole_number(seeds, "seeds", least=0, most=10**6)
-    one_edge = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
-    for name, value, wrong, allowed in (
-        ("refine", count, not windows, "needs windows"),
-        ("seeds", number, lasting, "needs after: from some start creep lasts longest"),
-        ("windows", windows, span.bracket is not None, "needs a scan, and a bracket skips it"),
-        ("windows", windows, chain.n > 1 and chain.slides, one_edge),
-        ("seeds", number, chain.n > 1 and chain.slides, one_edge),
-    ):
-        if value and wrong:
-            raise InputError(name, value, allowed)
+    if windows and span.bracket is not None:
+        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
+    if windows and chain.n > 1 and chain.slides:
+        raise InputError("windows", windows, "has no meaning with mu_s = mu_d: there is one edge")
     if chain.n == 1:
         rest, proved = Outcome.AT_REST, Evidence.PROVED
         asked |= {"outcome_at_lower": rest, "outcome_evidence": proved, "evidence": proved}
         return Threshold(**asked)
     if chain.slides:
-        return Threshold(**asked | _sliding(chain, most, asked["digits"], lasting=lasting))
-    question = Question(chain, most, State.prepared(chain, [size] * (chain.n - 1)), limits)
+        return Threshold(**asked | _sliding(chain, most, asked["digits"]))
+    question = Question(chain, most, State.relaxed(chain), limits)
     if lasting:
         question = Lasting(chain, most, question.start, limits, solver)
     search = EdgeSearch(question, span, steps, solver, asked["digits"], say)
-    preparations: dict[int, Edge | None] = {}
     try:
-        search.search(windows=windows, refine=count)
-        for seed in range(1, number + 1):
-            start = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
-            preparations[seed] = search.prepared(start)
-            say("preparations", seed, number, "starts")
+        search.search(windows=windows)
     except OutOfTime as limit:
         search.known["reason"] = str(limit)
-    known = search.known | {"report": search.report(), "preparations": preparations or None}
-    return Threshold(**asked | known)
+    return Threshold(**asked | search.known | {"report": search.report()})
 
 
-def _compared(chain: Chain, after: int | None, *, relaxed: bool) -> str:
+def _compared(chain: Chain, after: int | None) -> str:
     if chain.n == 1:
         return "no law: one slider has no spring"
     if chain.slides:
         return "Eq. (seuil), which is exact without slips"
-    if chain.n == 2 and relaxed:
+    if chain.n == 2:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
     return "no law: Eq. (seuil) is about long chains, and about the intercept of v(A)"
 
 
-def _sliding(chain: Chain, cycles: int, digits: int, *, lasting: bool) -> dict[str, Any]:
+def _sliding(chain: Chain, cycles: int, digits: int) -> dict[str, Any]:
     """Return what is known of N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
     tangent = abs(chain.tan_alpha)
     # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
@@ -321,6 +284,5 @@ def _sliding(chain: Chain, cycles: int, digits: int, *, lasting: bool) -> dict[s
         "outcome_at_lower": Outcome.CYCLING if moves else Outcome.AT_REST,
         "evidence": Evidence.PROVED,
         "direction": "downhill",
-        "stable_digits": None if lasting else digits,
         "report": {"exact": (below * unit) ** 2 == square},
     }
