@@ -8,7 +8,6 @@ cycle in which x_G advanced; one that is not arrested when the horizon is reache
 
 from __future__ import annotations
 
-import math
 import time
 import warnings
 from concurrent.futures import Executor, Future
@@ -19,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy import stats
 
 from exactcreep.display import shows_progress
@@ -33,19 +32,14 @@ from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import SettlingChain
-from exactcreep.studies.comparison import rate_of
+from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
-CONFIDENCE = 0.95
-"""Of every interval."""
 MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
 """Of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
-_FEWEST_ARRESTS = 5  # of which a distribution is tested
-_MOST_CUTS = 2
-_DOUBTED = 0.05  # less probable lifetimes are not exponential
 
 
 class Share(NamedTuple):
@@ -55,23 +49,6 @@ class Share(NamedTuple):
     share: float
     low: float
     high: float
-
-
-class Rate(NamedTuple):
-    """The escape rate: arrests per cycle of the starts that outlive the transient.
-
-    `low` and `high` are its exact interval; nan, and `reason` says why, where lifetimes are not
-    exponential even after the `cut`, in cycles. `before` starts were arrested up to it;
-    `exponential` is the probability of later lifetimes at least as far from exponential.
-    """
-
-    rate: float
-    low: float
-    high: float
-    cut: int = 0
-    before: int = 0
-    exponential: float = math.nan
-    reason: str = ""
 
 
 class Curve(NamedTuple):
@@ -112,67 +89,6 @@ _COLUMNS = {
     "marginal": "whether it is locked in the limit: tensions approach a cycle like 1/k",
     "dormant_after": "cycles after which no inner slider slipped for long, -1: never",
 }
-
-
-def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
-    """Return at which rate starts are arrested once a transient is over.
-
-    Parameters
-    ----------
-    lifetimes : array_like, shape (arrested,)
-        Cycles.
-    censored : array_like, shape (others,)
-        Cycles that the others have been seen to move.
-
-    Notes
-    -----
-    The transient ends when half of the arrests have happened. If the later ones are not exponential
-    (Kolmogorov and Smirnov: at a constant rate they are spread evenly over the total time on test;
-    probability below 0.05) it lasts until half of these have, too; if the rest is not exponential
-    either, no interval is given. A cut at an arrest leaves the distribution of later exponential
-    lifetimes as it is, so that the interval (chi-squared, of all cycles lived after the cut) covers
-    the rate as often as it says; but where most starts are censored, early arrests may reach beyond
-    the cut: at a horizon of 0.4 mean lifetimes, with 20 or 38 % of early ones, it covered 83 %.
-
-    Examples
-    --------
-    >>> late = [-1000 * math.log(1 - k / 70) for k in range(70)]
-    >>> found = escape_rate([1] * 30 + late)
-    >>> found.cut, found.before, found.low < 1 / 1000 < found.high
-    (316, 50, True)
-    """
-    ends = np.sort(np.asarray(lifetimes, dtype=np.float64))
-    every = np.concatenate([ends, np.asarray(censored, dtype=np.float64)])
-    cut, probability, reason, late, seen = 0.0, math.nan, "", ends, every
-    for _ in range(_MOST_CUTS):
-        if not late.size:
-            break
-        cut += late[(late.size - 1) // 2]
-        late, seen = ends[ends > cut] - cut, every[every > cut] - cut
-        probability = _exponential(late, seen)
-        if not probability < _DOUBTED:
-            break
-    lived = float(seen.sum())
-    rate, low, high = rate_of(late.size, lived)
-    if not lived:
-        reason = f"no rate: every start was arrested up to cycle {cut:.0f}"
-    elif probability < _DOUBTED:
-        low = high = math.nan
-        reason = (
-            f"no rate: after cycle {cut:.0f}, too, arrests do not come at a constant rate"
-            f" (probability {probability:.1g})"
-        )
-    return Rate(rate, low, high, int(cut), ends.size - late.size, probability, reason)
-
-
-def _exponential(lifetimes: NDArray[np.float64], every: NDArray[np.float64]) -> float:
-    """Return the probability of lifetimes at least as far from exponential; see `escape_rate`."""
-    tested = np.array([np.minimum(every, end).sum() for end in lifetimes])
-    if lifetimes.size == every.size:  # the last arrest ends the test
-        tested = tested[:-1]
-    if tested.size < _FEWEST_ARRESTS:
-        return math.nan
-    return float(stats.kstest(tested / every.sum(), "uniform").pvalue)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -238,7 +154,7 @@ class Survival(Result):
 
     @cached_property
     def rate(self) -> Rate:
-        """Arrests per cycle of the starts that outlive a transient; see `escape_rate`."""
+        """Arrests per cycle of the starts that outlive the early phase; see `escape_rate`."""
         return escape_rate(self.lifetimes, self.censored)
 
     @cached_property
