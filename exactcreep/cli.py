@@ -6,20 +6,19 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from importlib import import_module
-from types import ModuleType
+from difflib import get_close_matches
 from typing import Any
 
-import typer
+from cyclopts import App, CycloptsError, Group, Parameter
 
 from exactcreep import __version__, interrupts
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain
-from exactcreep.commands.options import expanded, help_of
 from exactcreep.commands.run import resume, run
+from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
 
-COMMANDS: dict[str, Callable[..., None]] = {
+COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
     "resume": resume,
@@ -30,67 +29,47 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "animate": files.animate,
     "explore": files.explore,
     "plan": studies.plan,
-    **{name: studies.question(name) for name in studies.QUESTIONS},
+    **dict.fromkeys(studies.QUESTIONS),
     "compare": studies.compare,
 }
-"""The commands by name."""
-_UNUSED = "rich.markdown", "rich.traceback"
-"""What typer imports to print a help and does not use for it: a third of the time that it takes."""
+"""The commands by name; None: a public function, which is imported when its command is called."""
+_HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
+
+Start with exactcreep scenes, then exactcreep run two-sliders-cycles.
+
+Not in the model: sliders, springs or contacts that differ, ageing, a temperature that varies \
+along the chain, |theta| >= 1, sliders that cross. The book says where to begin to extend it.
+
+Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is older \
+than the result, 130 Ctrl-C, 143 SIGTERM. With --debug, anywhere in the line, an error shows its \
+traceback."""
 
 
-def program(wanted: Collection[str]) -> typer.Typer:
-    """Return the program with the options of the commands that are wanted; of others the help."""
-    app = typer.Typer(
-        add_completion=False,
-        no_args_is_help=True,
-        rich_markup_mode="rich",
-        pretty_exceptions_enable=False,
-        context_settings={"help_option_names": ["-h", "--help"]},
+def program(wanted: Collection[str]) -> App:
+    """Return the program; of public functions that are not wanted it knows the summary alone."""
+    app = App(
+        name="exactcreep",
+        help=_HELP,
+        help_format="plaintext",
+        version=f"exactcreep {__version__}",
+        group_parameters=Group("Options"),
+        suppress_keyboard_interrupt=False,
+        default_parameter=Parameter(
+            allow_repeating=True, negative_iterable=(), negative_none=(), show_choices=False
+        ),
     )
-    app.callback()(_exactcreep)
-    for name, command in COMMANDS.items():
-        called = expanded(command) if name in wanted else _nothing
-        app.command(name, help=help_of(command))(called)
+    for place, (name, function) in enumerate(COMMANDS.items()):
+        if function is None and name not in wanted:
+            function, said = _not_called, studies.QUESTIONS[name].summary
+        else:
+            function = function or studies.question(name)
+            said = help_of(function)
+        app.command(function, name=name, help=said, sort_key=place)
     return app
 
 
-def _nothing() -> None:
-    """Stand for a command that is not called."""
-
-
-def _prepare_help() -> None:
-    """Import what prints a help, and stand-ins for what typer imports beside it."""
-    spared = {name: ModuleType(name) for name in _UNUSED if name not in sys.modules}
-    for module in spared.values():
-        vars(module)["__getattr__"] = lambda name: object
-    sys.modules.update(spared)
-    import_module("typer.rich_utils")
-    for name in spared:
-        del sys.modules[name]
-
-
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"exactcreep {__version__}")
-        raise typer.Exit
-
-
-def _exactcreep(
-    version: bool = typer.Option(
-        False, "--version", callback=_show_version, is_eager=True, help="Print the version."
-    ),
-    debug: bool = typer.Option(False, "--debug", help="Show the traceback of an error."),
-) -> None:
-    """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
-
-    Start with [bold]exactcreep scenes[/bold], then [bold]exactcreep run two-sliders-cycles[/bold].
-
-    Not in the model: sliders, springs or contacts that differ, ageing, a temperature that varies
-    along the chain, |theta| >= 1, sliders that cross. The book says where to begin to extend it.
-
-    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
-    older than the result, 130 Ctrl-C, 143 SIGTERM.
-    """
+def _not_called() -> None:
+    """Stand for a public function that is not imported."""
 
 
 def status(words: Sequence[str]) -> int:
@@ -102,12 +81,20 @@ def status(words: Sequence[str]) -> int:
     if sentence := successor_of(f"exactcreep {given[0]}" if given else ""):
         complain(sentence)
         return 2
-    if not given or {"-h", "--help"} & set(given[:end]):
-        _prepare_help()
-    usage_error: Any = typer.BadParameter.__mro__[1]
+    if given and not given[0].startswith("-") and given[0] not in COMMANDS:
+        near = get_close_matches(given[0], COMMANDS, 1)
+        complain(f"No such command {given[0]!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+        return 2
+    code = 0 if given else 2
     try:
-        returned = program(given)(given, prog_name="exactcreep", standalone_mode=False)
-    except (KeyboardInterrupt, typer.Abort):
+        try:
+            program(given[:1])(
+                given, exit_on_error=False, print_error=False, result_action="return_value"
+            )
+        except SystemExit as leaving:
+            code = int(leaving.code or 0)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
         complain("interrupted")
         return 130
     except BrokenPipeError:  # the reader, e.g. `head`, has seen enough
@@ -118,9 +105,7 @@ def status(words: Sequence[str]) -> int:
             raise
         from exactcreep.model.numbers import InputError
 
-        if isinstance(error, usage_error):
-            complain(error.format_message())
-        elif isinstance(error, InputError):
+        if isinstance(error, (CycloptsError, InputError)):
             complain(str(error))
         elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
             complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
@@ -134,7 +119,7 @@ def status(words: Sequence[str]) -> int:
             complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
             return 1
         return 2
-    return returned if isinstance(returned, int) else 0
+    return code
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:

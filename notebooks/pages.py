@@ -13,8 +13,6 @@ from pathlib import Path
 
 import sympy as sp
 from numpydoc.docscrape import NumpyDocString
-from typer.cli import get_docs_for_click
-from typer.main import get_command
 
 import exactcreep
 from derivations.ledger import CHAPTERS, entries, premises, proof_of, value
@@ -197,17 +195,9 @@ def scenes(_):
 
 def commands(_):
     """Return every command with its arguments and options, as ``--help`` has them."""
-    command = get_command(program(COMMANDS))
-    text = get_docs_for_click(
-        obj=command, ctx=command.make_context("exactcreep", [], resilient_parsing=True),
-        name="exactcreep",
-    )  # fmt: skip
-    text = text.replace("[bold]", "`").replace("[/bold]", "`")
-    return re.sub(r"^(#+) `exactcreep ?(.*)`$", _command_heading, text, flags=re.MULTILINE)
-
-
-def _command_heading(found):
-    return f"## exactcreep {found[2]}".rstrip() if found[2] else "## The program itself"
+    text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
+    about, _, rest = text.partition("\n## Table of Contents")
+    return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
 
 
 def rooms(_):

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import decimal
-import inspect
 import itertools
 import json
 import math
 import re
+import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Annotated, Any
 
-import typer
+from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.options import GROUPS
+from exactcreep.commands.values import File, Flag
 from exactcreep.display import Display
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
@@ -80,7 +80,7 @@ def of_members(
 def complain(sentence: str) -> None:
     """Print a sentence on standard error."""
     with suppress(OSError):  # a full device: the status says it all the same
-        typer.echo(f"exactcreep: {' '.join(sentence.split())}", err=True)
+        print(f"exactcreep: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
 
 
 def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
@@ -243,7 +243,7 @@ def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Di
         except KeyboardInterrupt:
             display.stop()
             complain(f"interrupted{display.reached}{hint}")
-            raise typer.Exit(INTERRUPTED) from None
+            raise SystemExit(INTERRUPTED) from None
 
 
 @dataclass(frozen=True)
@@ -274,14 +274,21 @@ class Answer:
     remark: str = ""
 
 
+@Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class Output:
-    """Where the answer of a command goes."""
+class Printed:
+    """Where the answer of a command goes: it is printed, and written where the command has options.
 
-    out: Path | None = None
-    plot: Path | None = None
-    json: bool = False
-    force: bool = False
+    Parameters
+    ----------
+    json
+        Print one JSON object.
+    """
+
+    json: Flag = False
+    plot: Annotated[Path | None, Parameter(parse=False)] = None
+    out: Annotated[Path | None, Parameter(parse=False)] = None
+    force: Annotated[bool, Parameter(parse=False)] = False
 
     def check(self, **others: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same.
@@ -320,38 +327,45 @@ class Output:
                 except exactcreep.InputError as error:
                     failed = failed or error
         if self.json:
-            typer.echo(as_json(answer.summary))
+            print(as_json(answer.summary))
         else:
             answer.say() if answer.say else say_summary(answer.summary)
             for path in written:
-                typer.echo(f"written: {path}")
+                print(f"written: {path}")
         if failed is not None:
             raise failed
         if answer.remark:
             complain(answer.remark)
         if answer.status:
-            raise typer.Exit(answer.status)
+            raise SystemExit(answer.status)
 
 
-Drawing: TypeAlias = Output
-"""Of a command that has no data to save."""
-Printed: TypeAlias = Output
-"""Of one that only prints."""
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Drawing(Printed):
+    """Of a command that has no data to save.
+
+    Parameters
+    ----------
+    plot
+        Draw what is found to this PNG, PDF or SVG file.
+    force
+        Overwrite files that exist.
+    """
+
+    plot: File | None = None
+    force: Flag = False
 
 
-def _only(*names: str) -> Callable[..., Output]:
-    """Return what makes an `Output` of some of its options."""
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Output(Drawing):
+    """Of a command that saves and draws.
 
-    def made(**given: Any) -> Output:
-        return Output(**given)
+    Parameters
+    ----------
+    out
+        Write the data to this NetCDF file.
+    """
 
-    taken = inspect.signature(Output).parameters
-    made.__signature__ = inspect.Signature([taken[name] for name in names])  # type: ignore[attr-defined]
-    return made
-
-
-GROUPS |= {
-    "Output": Output,
-    "Drawing": _only("plot", "json", "force"),
-    "Printed": _only("json"),
-}
+    out: File | None = None

@@ -10,9 +10,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import typer
+from typing import TYPE_CHECKING, Annotated, Any
 
 import exactcreep
 from exactcreep.commands.answer import (
@@ -24,28 +22,47 @@ from exactcreep.commands.answer import (
     say_table,
     shown,
 )
-from exactcreep.commands.options import chosen, one_of, run_settings, whole
+from exactcreep.commands.values import (
+    File,
+    Flag,
+    Folder,
+    Force,
+    Member,
+    Name,
+    Number,
+    Run,
+    SceneName,
+    Seed,
+    Settings,
+    Solver,
+    Whole,
+    Workers,
+    chosen,
+    one_of,
+    scene_of,
+    taken,
+    whole,
+)
 
 if TYPE_CHECKING:
-    from exactcreep import Scene
     from exactcreep.figures.paper import Table
 
-ALL = "all"
+ALL, DEFAULT = "all", Printed()
 
 
-def scenes(*, show: str | None = None, output: Printed) -> None:
+def scenes(*, show: Name | None = None, output: Printed = DEFAULT) -> None:
     """List the built-in scenes, or print one as a start for your own.
 
     A scene is a TOML file: a chain, its drive, what is recorded, and what varies.
-
-    Example:
-
-        exactcreep scenes --show chain-jumps > my-scene.toml
 
     Parameters
     ----------
     show : NAME
         Print the TOML text of this scene.
+
+    Examples
+    --------
+    exactcreep scenes --show chain-jumps > my-scene.toml
     """
     from exactcreep.scene import builtin_scenes
 
@@ -54,7 +71,7 @@ def scenes(*, show: str | None = None, output: Printed) -> None:
         if show not in texts:
             raise exactcreep.InputError("show", show, one_of(show, texts))
         about = {"name": show, "toml": texts[show]}
-        return output.deliver(Answer(about, lambda: typer.echo(texts[show], nl=False)))
+        return output.deliver(Answer(about, lambda: print(texts[show], end="")))
     loaded = [exactcreep.load_scene(name) for name in texts]
     listed = [
         {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
@@ -62,27 +79,22 @@ def scenes(*, show: str | None = None, output: Printed) -> None:
     ]
     width = max(len(scene.name) for scene in loaded)
     lines = "\n".join(f"{scene.name:<{width}}  {scene.title}" for scene in loaded)
-    output.deliver(Answer({"scenes": listed}, lambda: typer.echo(lines)))
+    output.deliver(Answer({"scenes": listed}, lambda: print(lines)))
 
 
 def show(
-    run: Path,
+    run: Run,
+    /,
     *,
-    half_cycle: str | None = None,
-    window: str = "200",
-    member: str = "1",
-    out: Path | None = None,
-    force: bool = False,
+    half_cycle: Whole | None = None,
+    window: Whole = "200",
+    member: Member = "1",
+    out: File | None = None,
+    force: Force = False,
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
 
     What the run did not record is computed again from its parameters, bit for bit.
-
-    Examples:
-
-        exactcreep show run.nc
-
-        exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
 
     Parameters
     ----------
@@ -92,6 +104,11 @@ def show(
         Half-cycles in the space-time diagram, at most.
     out : path
         PNG, PDF or SVG file; default RUN.png.
+
+    Examples
+    --------
+    exactcreep show run.nc
+    exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
     """
     from exactcreep.figures.run import draw_portrait, portrait
     from exactcreep.quasistatic.result import load_members
@@ -103,23 +120,23 @@ def show(
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
     view = portrait(seen, wanted, wide or 1)
     said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
-    say_all = partial(typer.echo, said, nl=False)
+    say_all = partial(print, said, end="")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 
 
 def export(
-    run: Path, *, to: Path, table: str = "half_cycles", member: str = "1", force: bool = False
+    run: Run,
+    /,
+    *,
+    to: File,
+    table: Name = "half_cycles",
+    member: Member = "1",
+    force: Force = False,
 ) -> None:
     """Write one table of a saved run as CSV or Parquet.
 
     What was recorded (run.record of the scene) is there: one row for each half-cycle, event and
     slider, rearrangement, or slip. Parquet needs pyarrow: the extra "export".
-
-    Examples:
-
-        exactcreep export run.nc --table events --to events.parquet
-
-        exactcreep export run.nc --table rearrangements --to avalanches.csv
 
     Parameters
     ----------
@@ -127,6 +144,11 @@ def export(
         CSV or Parquet file.
     table : NAME
         half_cycles, events, rearrangements or slip_table.
+
+    Examples
+    --------
+    exactcreep export run.nc --table events --to events.parquet
+    exactcreep export run.nc --table rearrangements --to avalanches.csv
     """
     from exactcreep.quasistatic.files import check_output, write_file
     from exactcreep.quasistatic.result import load_members
@@ -146,32 +168,28 @@ def export(
             needed = 'needs pyarrow: pip install "exactcreep[export]"'
             raise exactcreep.InputError("to", str(to), needed) from None
     write_file(to, content, "to", force=force)
-    typer.echo(f"written: {to} ({len(rows)} rows)")
+    print(f"written: {to} ({len(rows)} rows)")
 
 
 def animate(
-    scene: Scene,
+    scene: SceneName,
+    /,
     *,
-    rearrangement: str | None = None,
-    solver: str | None = None,
-    seed: str | None = None,
-    member: str = "1",
-    frames: str | None = None,
-    max_seconds: str | None = None,
-    out: Path | None = None,
-    force: bool = False,
+    settings: Settings = None,
+    rearrangement: Whole | None = None,
+    solver: Solver = None,
+    seed: Seed = None,
+    member: Member = "1",
+    frames: Whole | None = None,
+    max_seconds: Number | None = None,
+    out: File | None = None,
+    force: Force = False,
 ) -> None:
     """Draw one avalanche exactly as it moves, from its closed form.
 
     A page shows the run around it, too, and plays the avalanche at any speed; it needs no network.
 
     Rearrangements are numbered from 0 along the drive, as in a run that records its events.
-
-    Examples:
-
-        exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
-
-        exactcreep animate thirty-sliders-cycles --out avalanche.html
 
     Parameters
     ----------
@@ -183,12 +201,17 @@ def animate(
         Give up looking for the rearrangement after so much time.
     out : path
         GIF file, or .html: a page; default SCENE-K.gif.
+
+    Examples
+    --------
+    exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
+    exactcreep animate thirty-sliders-cycles --out avalanche.html
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.limits import Limits
     from exactcreep.quasistatic.files import write_file
 
-    wanted = scene.with_settings(run_settings(solver=solver, seed=seed))
+    wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = chosen(wanted.members(), member).experiment
     ending = out.suffix.lower() if out is not None else ".gif"
     if ending not in (".gif", ".html"):
@@ -219,17 +242,13 @@ def animate(
         f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
-    output.deliver(Answer({}, partial(typer.echo, said), save))
+    output.deliver(Answer({}, partial(print, said), save))
 
 
-def explore(*, port: str = "0", browser: bool = True) -> None:
+def explore(*, port: Annotated[str, taken("PORT")] = "0", browser: bool = True) -> None:
     """Play with a chain in the browser: sliders for its parameters, avalanches that move.
 
     The page is served to this machine alone, until Ctrl-C.
-
-    Example:
-
-        exactcreep explore --port 8000 --no-browser
 
     Parameters
     ----------
@@ -237,41 +256,39 @@ def explore(*, port: str = "0", browser: bool = True) -> None:
         Where the page is; 0: any port that is free.
     browser : bool
         Whether to open the page.
+
+    Examples
+    --------
+    exactcreep explore --port 8000 --no-browser
     """
     from exactcreep.figures.explorer import page_server
 
     with page_server(whole(port, "port", 0, 65_535) or 0) as server:
         url = f"http://127.0.0.1:{server.server_address[1]}/"
-        typer.echo(f"{url} (Ctrl-C ends it)")
+        print(f"{url} (Ctrl-C ends it)")
         if browser:
             webbrowser.open(url)
         server.serve_forever()
 
 
 def sweep(
-    scene: Scene,
+    scene: SceneName,
+    /,
     *,
-    solver: str | None = None,
-    seeds: str | None = None,
-    workers: str | None = None,
-    scheduler: str | None = None,
-    out: Path | None = None,
-    resume: bool = False,
-    plot: Path | None = None,
-    force: bool = False,
+    settings: Settings = None,
+    solver: Solver = None,
+    seeds: Whole | None = None,
+    workers: Workers = None,
+    scheduler: Annotated[str | None, taken("ADDRESS")] = None,
+    out: Folder | None = None,
+    resume: Flag = False,
+    plot: File | None = None,
+    force: Force = False,
 ) -> None:
     """Run every member of a scene as a labelled grid, on all cores or on a cluster.
 
     Every cell is saved when it has finished; a sweep that was stopped goes on with --resume and
     gives the same bits. The grid is written to DIRECTORY/sweep.nc.
-
-    Examples:
-
-        exactcreep sweep chain-plateaus --workers 8 --plot plateaus.png
-
-        exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
-
-        exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
 
     Parameters
     ----------
@@ -285,13 +302,18 @@ def sweep(
         Go on with the cells that the directory holds.
     plot : path
         Draw the velocities to this PNG, PDF or SVG file.
+
+    Examples
+    --------
+    exactcreep sweep chain-plateaus --workers 8 --plot plateaus.png
+    exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
+    exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
     from exactcreep.model.outcome import behaviour
 
-    given = run_settings(solver=solver)
+    wanted = scene_of(scene, settings, solver=solver)
     if (count := whole(seeds, "seeds", most=10**6)) is not None:
-        given["vary.run.seed"] = list(range(count))
-    wanted = scene.with_settings(given)
+        wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
     folder = out or Path(f"{wanted.name}-sweep")
     output = Output(plot=plot, force=force)
     output.check()
@@ -323,7 +345,7 @@ def sweep(
 
         return draw_sweep(grid, wanted.title or wanted.name)
 
-    output.deliver(Answer({}, partial(typer.echo, said), draw=draw))
+    output.deliver(Answer({}, partial(print, said), draw=draw))
 
 
 def _cluster(scheduler: str) -> Any:
@@ -337,22 +359,17 @@ def _cluster(scheduler: str) -> Any:
 
 def reproduce(
     name: str = "",
+    /,
     *,
-    quick: bool = False,
-    out: Path = Path("figures"),
-    force: bool = False,
-    workers: str | None = None,
+    quick: Flag = False,
+    out: Folder = Path("figures"),
+    force: Force = False,
+    workers: Workers = None,
 ) -> None:
     """Compute and draw the paper's figures.
 
     Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
     law, the exact one, deviations in standard errors), and prints the table.
-
-    Examples:
-
-        exactcreep reproduce all --quick
-
-        exactcreep reproduce chain-plateaus --out pictures
 
     Parameters
     ----------
@@ -362,13 +379,18 @@ def reproduce(
         Fewer points and shorter runs: minutes in all.
     out : DIR
         Directory of the files.
+
+    Examples
+    --------
+    exactcreep reproduce all --quick
+    exactcreep reproduce chain-plateaus --out pictures
     """
     from exactcreep.figures.paper import PICTURES
     from exactcreep.quasistatic.files import check_output, output_directory
 
     if not name:
         for picture in PICTURES.values():
-            typer.echo(f"{picture.name:24}Fig. {picture.figure}")
+            print(f"{picture.name:24}Fig. {picture.figure}")
         return
     if name not in (ALL, *PICTURES):
         raise exactcreep.InputError("picture", name, one_of(name, [ALL, *PICTURES]))
@@ -384,9 +406,9 @@ def reproduce(
             data = picture.data(quick=quick, workers=threads, progress=display.show)
         for table in picture.write(data, out):
             _print_table(table)
-        typer.echo(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
+        print(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
     if len(wanted) > 1:
-        typer.echo(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
+        print(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
 
 
 def _print_table(table: Table) -> None:

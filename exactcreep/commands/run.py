@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
 
 import exactcreep
 from exactcreep.commands.answer import (
@@ -29,14 +31,27 @@ from exactcreep.commands.answer import (
     say_table,
     shown,
 )
-from exactcreep.commands.options import GROUPS, run_settings
+from exactcreep.commands.values import (
+    File,
+    Flag,
+    Name,
+    Number,
+    SceneName,
+    Seconds,
+    Seed,
+    Settings,
+    Whole,
+    scene_of,
+    taken,
+)
 
 if TYPE_CHECKING:
-    from exactcreep import Creep, Descent, Scene
+    from exactcreep import Creep, Descent
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
 
 
+@Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Session(Output):
     """Where a run goes, and how far.
@@ -53,9 +68,9 @@ class Session(Output):
         Give up after so much time.
     """
 
-    every: str = "60"
-    max_events: str | None = None
-    max_seconds: str | None = None
+    every: Seconds = "60"
+    max_events: Whole | None = None
+    max_seconds: Seconds | None = None
 
     def run(
         self, members: Sequence[Member], note: Mapping[str, Any], kept: Checkpoint | None
@@ -113,7 +128,7 @@ class Session(Output):
         self.deliver(replace(answer, remark=remark))
 
 
-GROUPS["Session"] = Session
+DEFAULT = Session()
 
 
 def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | None:
@@ -142,30 +157,22 @@ def _save(results: Sequence[Creep], out: Path, force: bool) -> None:
 
 
 def run(
-    scene: Scene,
+    scene: SceneName,
+    /,
     *,
-    solver: str | None = None,
-    dt: str | None = None,
+    settings: Settings = None,
+    solver: Name | None = None,
+    dt: Annotated[str | None, taken("DT")] = None,
     locate: bool | None = None,
-    digits: str | None = None,
-    seed: str | None = None,
-    accuracy: str | None = None,
-    record: list[str] | None = None,
-    checkpoint: Path | None = None,
-    session: Session,
-    twin: bool = False,
+    digits: Whole | None = None,
+    seed: Seed = None,
+    accuracy: Number | None = None,
+    record: Annotated[list[str] | None, taken("NAMES")] = None,
+    checkpoint: File | None = None,
+    session: Session = DEFAULT,
+    twin: Flag = False,
 ) -> None:
     """Drive the chain of a scene, or of every member of it.
-
-    Examples:
-
-        exactcreep run two-sliders-cycles
-
-        exactcreep run six-sliders-cycles --set chain.tan_alpha=1/5 --plot run.png
-
-        exactcreep run chain-jumps --out jumps.nc --checkpoint jumps.ckpt
-
-        exactcreep run bristol-roof --plot roof.png
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.
@@ -187,19 +194,26 @@ def run(
     record : NAMES
         x_G, x, tension, slips, events; repeatable or with commas; or none.
     checkpoint : path
-        Keep a file from which `exactcreep resume` goes on.
+        Keep a file from which exactcreep resume goes on.
     twin : bool
         Follow a twin a few roundings off until it parts, however late.
+
+    Examples
+    --------
+    exactcreep run two-sliders-cycles
+    exactcreep run six-sliders-cycles --set chain.tan_alpha=1/5 --plot run.png
+    exactcreep run chain-jumps --out jumps.nc --checkpoint jumps.ckpt
+    exactcreep run bristol-roof --plot roof.png
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
-    given = run_settings(
-        solver=solver, dt=dt, locate=locate, digits=digits, seed=seed, accuracy=accuracy
-    )
+    names = None
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
-        given["run.record"] = [] if names == ["none"] else names
-    wanted = scene.with_settings(given)
+    wanted = scene_of(
+        scene, settings, solver=solver, dt=dt, locate=locate, digits=digits, seed=seed,
+        accuracy=accuracy, record=[] if names == ["none"] else names,
+    )  # fmt: skip
     members = [replace(each, experiment=replace(each.experiment, twin=twin))
                for each in wanted.members()]  # fmt: skip
     varied = as_json([member.settings for member in members])
@@ -210,19 +224,19 @@ def run(
     session.run(members, note, kept)
 
 
-def resume(checkpoint: Path, *, session: Session) -> None:
+def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
     """Go on from a checkpoint, bit for bit as if the run had never stopped.
 
     The file is kept up to date. Limits count anew, except that of the events.
-
-    Example:
-
-        exactcreep resume jumps.ckpt --out jumps.nc
 
     Parameters
     ----------
     checkpoint : FILE
         What `exactcreep run --checkpoint` kept.
+
+    Examples
+    --------
+    exactcreep resume jumps.ckpt --out jumps.nc
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Literal, Member

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
+from cyclopts import Parameter
 
 import exactcreep
 from exactcreep import interrupts
@@ -22,6 +22,7 @@ from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
     Answer,
+    Drawing,
     Output,
     Printed,
     complain,
@@ -34,41 +35,91 @@ from exactcreep.commands.answer import (
     settings_text,
     shown,
 )
-from exactcreep.commands.options import public, whole
+from exactcreep.commands.values import (
+    ChainOptions,
+    Patience,
+    SceneName,
+    Settings,
+    Whole,
+    described,
+    scene_of,
+    taken,
+    whole,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from exactcreep import Plan, Scene
+    from exactcreep import Plan
 
 _FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
 _UNSEEN = ("Hearer", "Executor")
 """Annotations of what a command line cannot give."""
+_KEYWORD = inspect.Parameter.KEYWORD_ONLY
 _MOST_IN_FULL = 8  # planned members; of more one line each is printed
-QUESTIONS: dict[str, tuple[str, ...]] = {
-    "threshold": (
+_FLAGS = {"low": "--from", "high": "--to", "after": ("--after", "--cycles")}
+_START = "Tension of every spring at the start; default the relaxed chain."
+
+
+class Question(NamedTuple):
+    """A public function that is a command.
+
+    Attributes
+    ----------
+    summary : str
+        The first sentence of its docstring, for a list of commands that does not import it.
+    draw : str
+        What draws its answer.
+    group : type
+        The options that say where the answer goes.
+    examples : tuple of str
+    """
+
+    summary: str
+    draw: str
+    group: type[Printed]
+    examples: tuple[str, ...]
+
+
+QUESTIONS = {
+    "threshold": Question(
+        "Return the amplitude of temperature cycles above which a chain creeps for ever.",
         "threshold:draw_threshold",
-        "Output",
-        "--n 3 --digits 40",
-        "--n 5 --after 20 --windows --json",
+        Output,
+        ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),
-    "half-life": ("threshold:draw_threshold", "Output", "--n 6 --plot survival.png"),
-    "intercept": ("threshold:draw_threshold", "Output", "--n 30 --sigma-mu 0.01 --fit 1.3 2"),
-    "fate": (
+    "half-life": Question(
+        "Return the amplitude at which half of many starts still creep after `cycles` cycles.",
+        "threshold:draw_threshold",
+        Output,
+        ("--n 6 --plot survival.png",),
+    ),
+    "intercept": Question(
+        "Return the amplitude at which the straight part of v(A) meets zero.",
+        "threshold:draw_threshold",
+        Output,
+        ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
+    ),
+    "fate": Question(
+        "Follow a chain without disorder under temperature cycles until it has settled for ever.",
         "fate:draw_fate",
-        "Drawing",
-        "--n 5 --amplitude 0.000765",
-        "--n 6 --amplitude 0.000969 --solver exact --plot fate.png",
+        Drawing,
+        (
+            "--n 5 --amplitude 0.000765",
+            "--n 6 --amplitude 0.000969 --solver exact --plot fate.png",
+        ),
     ),
-    "survival": (
+    "survival": Question(
+        "Follow many starts under temperature cycles and return how long creep lasted in each.",
         "fate:draw_survival",
-        "Output",
-        "--n 6 --amplitude 0.000969",
-        "--n 6 --amplitude 0.000984 --cycles 50000 --plot lives.png",
+        Output,
+        (
+            "--n 6 --amplitude 0.000969",
+            "--n 6 --amplitude 0.000984 --cycles 50000 --plot lives.png",
+        ),
     ),
 }
-"""The public functions that are commands: what draws their answers, the group of options that says
-where these go, and examples of options."""
+_PRINTED, _WRITTEN = Printed(), Output()
 
 
 def write_dataset(data: xr.Dataset, path: Path) -> None:
@@ -84,10 +135,12 @@ def question(command: str) -> Callable[..., None]:
 
     Its exit status is 3 where the function gives up, or has a reason to come back early.
     """
-    draw, group, *examples = QUESTIONS[command]
-    name = command.replace("-", "_")
+    about, name = QUESTIONS[command], command.replace("-", "_")
+    public = getattr(exactcreep, name)
 
-    def ask(*, chain: Any, output: Output, start: str | None = None, **given: Any) -> None:
+    def ask(**given: Any) -> None:
+        chain = exactcreep.Chain(**vars(given.pop("chain")))
+        output, start = given.pop("output", about.group()), given.pop("start", None)
         words = {key: value for key, value in given.items() if value is not None}
         words.setdefault("max_seconds", _FOR_EVER)
         if start is not None:
@@ -96,44 +149,69 @@ def question(command: str) -> Callable[..., None]:
         # after Ctrl-C it comes back with what is known, as at the end of its time
         with shown(quiet=output.json) as display, interrupts.deferred():
             try:
-                result = getattr(exactcreep, name)(chain, **words, progress=display.show)
+                result = public(chain, **words, progress=display.show)
             except exactcreep.GivenUp as given_up:
                 complain(str(given_up))
-                raise typer.Exit(LIMIT) from None
+                raise SystemExit(LIMIT) from None
             interrupted = interrupts.waiting()
         limit = exactcreep.Outcome.LIMIT
         limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
         output.deliver(Answer(
             result.summary(),
             save=lambda path: write_dataset(result.dataset, path),
-            draw=lambda: resolve_name(f"exactcreep.figures.{draw}")(result),
+            draw=lambda: resolve_name(f"exactcreep.figures.{about.draw}")(result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is what is known" if interrupted else "",
         ))  # fmt: skip
 
-    told = public(name)
-    taken = [
-        one.replace(kind=one.KEYWORD_ONLY)
-        for one in inspect.signature(told).parameters.values()
-        if not any(word in str(one.annotation) for word in _UNSEEN)
-    ]
-    taken.append(inspect.Parameter("output", inspect.Parameter.KEYWORD_ONLY, annotation=group))
-    ask.__signature__ = inspect.Signature(taken)  # type: ignore[attr-defined]
-    lines = "\n\n".join(f"    exactcreep {command} {line}" for line in examples)
+    said, options = described(public), list[inspect.Parameter]()
+    for own in inspect.signature(public).parameters.values():
+        if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
+            default, kind = _as_text(own.default), _kind(own, said.get(own.name, ""))
+            options.append(inspect.Parameter(own.name, _KEYWORD, default=default, annotation=kind))
+    chain = inspect.Parameter("chain", _KEYWORD, annotation=ChainOptions)
+    output = inspect.Parameter("output", _KEYWORD, default=about.group(), annotation=about.group)
+    ask.__signature__ = inspect.Signature([chain, *options, output])  # type: ignore[attr-defined]
+    lines = "\n".join(f"exactcreep {command} {line}" for line in about.examples)
     status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
-    said, parameters, rest = (inspect.getdoc(told) or "").partition("\n\nParameters\n")
-    ask.__doc__ = f"{said}\n\nExamples:\n\n{lines}\n\n{status}{parameters}{rest}"
+    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
+    ask.__doc__ = f"{text}\n\n{status}\n\nExamples\n--------\n{lines}"
     return ask
 
 
+def _kind(own: inspect.Parameter, about: str) -> Any:
+    """Return how the command line takes an argument of a public function."""
+    annotation, named = str(own.annotation), dict[str, Any](help=about)
+    if own.name in _FLAGS:
+        named["name"] = _FLAGS[own.name]
+    if "State" in annotation:
+        named = {"name": "--start-tension", "help": _START}
+    if annotation == "bool":
+        return Annotated[bool, Parameter(negative="", show_default=False, **named)]
+    if "tuple[" in annotation:
+        return Annotated[tuple[str, str] | None, taken("LO HI", **named)]
+    metavar = "K" if "int" in annotation else "NAME" if annotation == "str" else "X"
+    return Annotated[str if own.default is own.empty else str | None, taken(metavar, **named)]
+
+
+def _as_text(default: Any) -> Any:
+    """Return a default as the command line would give it: numbers as text, one by one."""
+    if isinstance(default, tuple):
+        return tuple(map(_as_text, default))
+    is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
+    return str(default) if is_number else default
+
+
 def compare(
-    scene: Scene,
+    scene: SceneName,
+    /,
     *,
-    dts: str = "0.1,0.03,0.01",
-    digits: str = "30",
-    events: str | None = None,
-    seeds: str | None = None,
-    output: Output,
+    settings: Settings = None,
+    dts: Annotated[str, taken("LIST")] = "0.1,0.03,0.01",
+    digits: Whole = "30",
+    events: Whole | None = None,
+    seeds: Annotated[str | None, taken("SEEDS")] = None,
+    output: Output = _WRITTEN,
 ) -> None:
     """Show what each solver is worth beside the certified one, with the same disorder.
 
@@ -142,14 +220,6 @@ def compare(
     with an interval of 95 % over the seeds, time per half-cycle and memory.
 
     Of a scene with several members the first is compared; --set chooses another.
-
-    Examples:
-
-        exactcreep compare six-sliders-cycles
-
-        exactcreep compare thirty-sliders-cycles --events 300 --json
-
-        exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot compared.png
 
     Parameters
     ----------
@@ -161,12 +231,19 @@ def compare(
         Certified events to compare, of each seed; default by the number of sliders.
     seeds : SEEDS
         Compare over K seeds, or over those listed: 1,2,3; default by the number of sliders.
+
+    Examples
+    --------
+    exactcreep compare six-sliders-cycles
+    exactcreep compare thirty-sliders-cycles --events 300 --json
+    exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot compared.png
     """
     from exactcreep.studies import comparison
     from exactcreep.studies.compare import ladder
 
-    first = scene.settings()[0]
-    experiment = scene.experiment(first)
+    compared = scene_of(scene, settings)
+    first = compared.settings()[0]
+    experiment = compared.experiment(first)
     best = exactcreep.Method("certified", digits=whole(digits, "digits"))
     methods = ladder(experiment.chain, [part.strip() for part in dts.split(",")], best)
     wanted: Any = whole(seeds, "seeds") if seeds is None or "," not in seeds else [
@@ -178,7 +255,7 @@ def compare(
         data = exactcreep.compare(
             experiment, methods, truth=truth, events=count, seeds=wanted, progress=display.show
         )
-    about, title = {"scene": scene.name, "set": first}, scene.title or scene.name
+    about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
     def draw() -> Any:
         from exactcreep.figures.compare import draw_compared
@@ -186,7 +263,7 @@ def compare(
         return draw_compared(data, title)
 
     def tell() -> None:
-        say_heading(scene.name, scene.title)
+        say_heading(compared.name, compared.title)
         _print_compared(data)
 
     save = partial(write_dataset, data)
@@ -229,18 +306,18 @@ def _print_compared(data: xr.Dataset) -> None:
 
 
 def plan(
-    scene: Scene, *, digits: str = "15", max_seconds: str | None = None, output: Printed
+    scene: SceneName,
+    /,
+    *,
+    settings: Settings = None,
+    digits: Whole = "15",
+    max_seconds: Patience = None,
+    output: Printed = _PRINTED,
 ) -> None:
     """Say what a scene needs, which solver answers it and why, what it costs, how far to trust it.
 
     A solver that the scene names itself is never overridden. Of more than 8 members one line each
     is printed; --json has all of all.
-
-    Examples:
-
-        exactcreep plan six-sliders-cycles
-
-        exactcreep plan two-sliders-cycles --digits 40 --json
 
     Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
 
@@ -248,30 +325,36 @@ def plan(
     ----------
     digits : int
         Significant digits that are wanted of the trajectory.
+
+    Examples
+    --------
+    exactcreep plan six-sliders-cycles
+    exactcreep plan two-sliders-cycles --digits 40 --json
     """
     from exactcreep.studies.plan import plan_scene
 
+    planned = scene_of(scene, settings)
     with shown(quiet=output.json) as display:
-        plans = plan_scene(scene, digits=digits, max_seconds=max_seconds, progress=display.show)
-    settings, left = scene.settings(), ""
-    if len(plans) < len(settings):
-        left = f"max_seconds was reached: {len(plans)} of {len(settings)} members are planned"
+        plans = plan_scene(planned, digits=digits, max_seconds=max_seconds, progress=display.show)
+    members, left = planned.settings(), ""
+    if len(plans) < len(members):
+        left = f"max_seconds was reached: {len(plans)} of {len(members)} members are planned"
 
     def tell() -> None:
-        say_heading(scene.name, scene.title)
-        if len(settings) <= _MOST_IN_FULL:
+        say_heading(planned.name, planned.title)
+        if len(members) <= _MOST_IN_FULL:
             for setting, one in plans:
                 if setting:
                     say(settings_text(setting))
                 _print_plan(one)
             return
         words = [f"{one.solver}: {one.reason}" for _, one in plans]
-        for texts, members in grouped([setting for setting, _ in plans], words):
-            many = f" ({len(members)} members)" if len(members) > 1 else ""
-            which = settings_text(dict(zip(settings[0], texts, strict=True)))
-            say(f"{which}{many}: {words[members[0]]}")
+        for texts, alike in grouped([setting for setting, _ in plans], words):
+            many = f" ({len(alike)} members)" if len(alike) > 1 else ""
+            which = settings_text(dict(zip(members[0], texts, strict=True)))
+            say(f"{which}{many}: {words[alike[0]]}")
 
-    summary = of_members(scene.name, settings, [one.summary() for _, one in plans])
+    summary = of_members(planned.name, members, [one.summary() for _, one in plans])
     output.deliver(Answer(summary, tell, status=LIMIT if left else 0, remark=left))
 
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 import re
 import signal
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
-import typer
 from matplotlib.figure import Figure
 
+import exactcreep
+from exactcreep import Chain
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands.answer import say_summary
-from exactcreep.commands.options import expanded
+from exactcreep.commands.studies import QUESTIONS
 from exactcreep.figures import animation
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, environment, finished
@@ -148,7 +152,8 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("run", "Missing argument 'SCENE'"),
+        ("run", "parameter SCENE requires an argument"),
+        ("compare chain-size --dts 0.1,fast", "dt = 'fast'"),
         ("walk", "No such command 'walk'"),
         ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
@@ -281,7 +286,7 @@ IMPORTING = """
 import os, signal, sys
 class Press:
     def find_spec(self, name, path=None, target=None):
-        if name == "typer":
+        if name == "cyclopts":
             os.kill(os.getpid(), int(sys.argv[1]))
 sys.meta_path.insert(0, Press())
 from exactcreep.__main__ import main
@@ -301,33 +306,78 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
 
 
 @pytest.mark.parametrize(
-    ("line", "heavy"),
+    ("line", "left", "heavy"),
     [
-        ("--help", "numpy numba scipy sympy mpmath xarray matplotlib flint pygments markdown_it"),
-        ("run two-sliders-cycles --set drive.cycles=1",
+        *((line, 2 * (line == "walk"),
+           "numpy numba scipy sympy mpmath xarray matplotlib flint pygments markdown_it")
+          for line in ("--help", "--version", "walk")),
+        ("run two-sliders-cycles --set drive.cycles=1", 0,
          "scipy.special xarray pandas h5py h5netcdf sympy matplotlib rich.progress"),
     ],
 )  # fmt: skip
-def test_a_command_loads_only_what_it_needs(line: str, heavy: str) -> None:
+def test_a_command_loads_only_what_it_needs(line: str, left: int, heavy: str) -> None:
     script = "import sys; from exactcreep.cli import status; code = status(sys.argv[1:])\n"
     script += "print(*sys.modules); sys.exit(code)"
     told = finished(sys.executable, "-c", script, *line.split())
-    assert told.returncode == 0
+    assert told.returncode == left
     *_, loaded = told.stdout.splitlines()
     assert not {*heavy.split()} & {*loaded.split()}
 
 
-def test_a_pair_has_a_default_of_two_texts() -> None:
-    def fitted(*, fit: tuple[float, float] = (1.2, 2)) -> None:
-        """Fit a line."""
-        asked.append(fit)
+# --- how a line is read ---------------------------------------------------------------------------
 
-    asked: list[object] = []
-    app = typer.Typer()
-    app.command()(expanded(fitted))
-    for line in ([], ["--fit", "1/3", "3"]):
-        app(line, standalone_mode=False)
-    assert asked == [("1.2", "2"), ("1/3", "3")]
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Chain, dict[str, object]]]:
+    """Return the list of what `threshold` is asked; it answers nothing."""
+    heard = []
+
+    @functools.wraps(exactcreep.threshold)
+    def hear(chain: Chain, **given: object) -> None:
+        heard.append((chain, given))
+        raise exactcreep.GivenUp("it was not followed")
+
+    monkeypatch.setattr(exactcreep, "threshold", hear)
+    return heard
+
+
+def test_negative_numbers_are_values_and_the_last_of_several_counts(
+    command: Command, asked: list[tuple[Chain, dict[str, object]]]
+) -> None:
+    line = "threshold --n 3 --n=4 --tan-alpha -5/12 --bracket -1 -2/3 --from -1e-3 --after 9"
+    assert command(*line.split(), "--cycles", "5", "--windows").code == 3
+    ((chain, given),) = asked
+    assert (chain.n, chain.tan_alpha, chain.mu_s) == (4, Fraction(-5, 12), Fraction(3, 5))
+    expected = {"bracket": ("-1", "-2/3"), "low": "-1e-3", "after": "5", "windows": True}
+    assert {name: given[name] for name in expected} == expected
+
+
+def test_a_setting_may_be_negative_and_a_scene_stand_behind_two_hyphens(command: Command) -> None:
+    options = ("--set", "chain.tan_alpha=-1/4", "--set", "drive.cycles=5", "--json")
+    told = command("run", *options, "--record", "x_G,slips", "--record", "x", "--", SHORT[0]).json
+    mirrored = command("run", SHORT[0], *options[2:]).json
+    assert told["x_G"] < 0 < mirrored["x_G"]
+
+
+def test_a_short_h_asks_for_help_too(command: Command) -> None:
+    for line in ((), ("sweep",), ("fate",)):
+        assert command(*line, "-h") == command(*line, "--help")
+    assert (command().code, command().out) == (2, command("--help").out)
+
+
+def test_no_option_is_switched_off_or_emptied_but_two(command: Command) -> None:
+    negative = set()
+    for name in COMMANDS:
+        negative |= {*re.findall(r"--(?:no|empty)-[a-z-]+", command(name, "--help").out)}
+    assert negative == {"--no-locate", "--no-browser"}
+    for option in ("--empty-set", "--no-json", "--sett"):
+        assert f"Unknown option: {option}" in command(*QUICK.split(), option).sentence
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_a_summary_is_the_first_sentence_of_the_function(name: str) -> None:
+    said = inspect.getdoc(getattr(exactcreep, name.replace("-", "_")))
+    assert QUESTIONS[name].summary == said.partition("\n\n")[0].replace("\n", " ")
 
 
 def test_the_version_is_printed(command: Command) -> None:
