@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
+from fractions import Fraction
 from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
@@ -35,6 +36,7 @@ _BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
 _DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
+_SPAN = {"from", "to", "step"}
 _ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
@@ -95,7 +97,8 @@ class Scene:
         ``chain`` or ``physical`` (a solid in SI units instead), ``drive`` and ``run`` by name, as
         written.
     vary : mapping of str to list
-        Dotted keys and the values that the members take, all combinations of them.
+        Dotted keys and the values that the members take, all combinations of them. In a file also
+        ``{ from = 0, to = 0.5, step = 0.1 }``, both ends included.
     folder : Path
         Where files named by the scene are looked for.
     """
@@ -129,8 +132,11 @@ class Scene:
         vary = dict(_flattened(tables.pop("vary")))
         _known(vary, _SETTABLE, "vary.")
         for key, values in vary.items():
-            if not isinstance(values, list) or not values:
-                raise InputError(f"vary.{key}", values, "must be a list of at least one value")
+            if isinstance(values, Mapping) and _SPAN & {*values}:
+                vary[key] = _equal_steps(f"vary.{key}", values)
+            elif not isinstance(values, list) or not values:
+                allowed = "must be a list of at least one value, or { from, to, step }"
+                raise InputError(f"vary.{key}", values, allowed)
         known = dict(_KEYS)
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
@@ -282,10 +288,44 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
     for key, value in table.items():
-        if isinstance(value, Mapping) and value and depth < _DEEPEST:
+        deeper = isinstance(value, Mapping) and value and not _SPAN & {*value}
+        if deeper and depth < _DEEPEST:
             yield from _flattened(value, f"{prefix}{key}.", depth + 1)
         else:
             yield f"{prefix}{key}", value
+
+
+def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
+    """Return the numbers of ``{ from, to, step }``, both ends included, as they are written."""
+    if {*span} != _SPAN:
+        raise InputError(key, dict(span), "must have from, to and step, and nothing else")
+    numbers = {}
+    for name, value in span.items():
+        if isinstance(value, bool) or not isinstance(value, (int, Literal)):
+            raise InputError(f"{key}.{name}", value, "must be a decimal number")
+        numbers[name] = exact_number(value, f"{key}.{name}")
+    first, last, step = (numbers[name] for name in ("from", "to", "step"))
+    written = f"from {span['from']} to {span['to']}"
+    if step == 0 or (last - first) / step < 0:
+        raise InputError(f"{key}.step", span["step"], f"must lead {written}")
+    steps = (last - first) / step
+    if steps.denominator != 1:
+        allowed = f"must divide the way {written} into equal steps, not {float(steps):.6g}"
+        raise InputError(f"{key}.step", span["step"], allowed)
+    if steps >= MOST_MEMBERS:
+        raise InputError(f"{key}.step", span["step"], f"must make at most {MOST_MEMBERS} members")
+    return [_as_written(first + k * step) for k in range(int(steps) + 1)]
+
+
+def _as_written(value: Fraction) -> Any:
+    """Return a decimal number as TOML gives it: an integer, or the text of its digits."""
+    if value.denominator == 1:
+        return int(value)
+    places = 0
+    while (value * 10**places).denominator != 1:
+        places += 1
+    digits = f"{abs(int(value * 10**places)):0{places + 1}}"
+    return Literal(f"{'-' * (value < 0)}{digits[:-places]}.{digits[-places:]}")
 
 
 def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:

@@ -159,3 +159,50 @@ def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
         scene.write_bytes(b"\xe9" + bytes(size))
         with pytest.raises(InputError, match=told):
             load_scene(scene)
+
+
+SPAN = "[vary]\ndrive.amplitude = {{ {} }}\n"
+
+
+@pytest.mark.parametrize(
+    ("span", "values"),
+    [
+        (
+            "from = 0.0001, to = 0.00013, step = 0.00001",
+            ["0.0001", "0.00011", "0.00012", "0.00013"],
+        ),
+        ("from = 1, to = 0.5, step = -0.25", [1, "0.75", "0.5"]),
+        ("from = 0, to = 1e-2, step = 5e-3", [0, "0.005", "0.01"]),
+        ("from = 7, to = 7, step = 1", [7]),
+    ],
+)
+def test_equal_steps_are_the_decimals_that_would_be_written(
+    span: str, values: list[object]
+) -> None:
+    scene = Scene.from_text(TEXT + SPAN.format(span))
+    listed = TEXT + f"[vary]\ndrive.amplitude = [{', '.join(map(str, values))}]\n"
+    assert scene.vary == {"drive.amplitude": values} == Scene.from_text(listed).vary
+    kinds = [type(value) for value in scene.vary["drive.amplitude"]]
+    assert kinds == [Literal if isinstance(value, str) else int for value in values]
+    given = {"vary.drive.amplitude": parsed_value(f"{{ {span} }}")}
+    assert Scene.from_text(TEXT).with_settings(given).vary == scene.vary
+
+
+@pytest.mark.parametrize(
+    ("span", "said"),
+    [
+        ("from = 0, to = 1, step = 0.3", r"amplitude.step = '0.3': must divide the way .* 3.33333"),
+        ("from = 0, to = 1, step = -0.5", "amplitude.step = '-0.5': must lead from 0 to 1"),
+        ("from = 0, to = 1, step = 0", "amplitude.step = 0: must lead from 0 to 1"),
+        ("from = 0, to = 1, step = 1e-7", "step = '1e-7': must make at most 1000000 members"),
+        ("from = 0, to = 1", "drive.amplitude = .*: must have from, to and step"),
+        ("from = 0, to = 1, step = 1, by = 2", "must have from, to and step, and nothing else"),
+        ('from = 0, to = "1/3", step = 1', "amplitude.to = '1/3': must be a decimal number"),
+        ("from = true, to = 1, step = 1", "amplitude.from = True: must be a decimal number"),
+        ("from = 0, to = inf, step = 1", "amplitude.to = 'inf': must be a finite number"),
+    ],
+)
+def test_steps_that_are_not_equal_are_refused_by_the_key(span: str, said: str) -> None:
+    with pytest.raises(InputError, match=said) as refused:
+        Scene.from_text(TEXT + SPAN.format(span))
+    assert "\n" not in str(refused.value)
