@@ -44,8 +44,9 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     are more than 100, the copies are not followed for so long, and the time is an estimate.
 
     For more sliders the mean forces of the ends are taken as uniform within +-D and an end as held
-    for five half-cycles, as six cases of three to six sliders showed to within a factor of six. On
-    the level, and where sigma_mu exceeds mu_s - mu_d, others lived 50 to 1000 times longer.
+    for five half-cycles. That was off by factors up to 18 either way for four sliders, and on the
+    level, and where sigma_mu exceeds mu_s - mu_d, others lived 50 to 1000 times longer: it says
+    that a draw can stop the chain, and no more; `exactcreep.survival` tells how long it creeps.
 
     >>> chain = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> 4000 < stopping_time(chain, "0.000356").cycles < 5500

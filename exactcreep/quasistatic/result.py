@@ -94,12 +94,12 @@ class Creep(Result):
         have taken further than 1e-12 from the truth.
     undecided_from : int
         The first target from which on the run may be undecided: a comparison was, an avalanche was
-        too long, or a twin whose start is a few roundings off has parted by more than 1e-12; 0 if
+        too long, or one of the copies that are a few roundings off may have parted by 1e-12; 0 if
         there is none (only the outcome may be undecided then, and `reason` says why). Looked for at
         every target at first, then less and less often.
     trusted_half_cycles : int or None
-        Up to which target the events are those of such a twin, and the tensions agree to 1e-9, at
-        the least; None if that was not followed so far.
+        Up to which target the events are those of these copies, and half as far as 1e-9 holds the
+        tensions of each, at the least; None if that was not followed so far.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -225,7 +225,8 @@ class Creep(Result):
     def metastable(self) -> str:
         """One sentence if drawn coefficients foreseeably stop this creep for ever; else "".
 
-        That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`.
+        That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. For
+        more than two sliders no number is known: `survival` tells for how long they creep.
         """
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
@@ -234,6 +235,9 @@ class Creep(Result):
         time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
         if time.cycles >= max(_FORESEEN, 50 * self.half_cycles):
             return ""
+        if chain.n > 2:
+            told = "metastable: a draw exists that stops the chain for ever; then v = 0"
+            return f"{told}; survival tells for how long it creeps"
         when = f"after some {time.cycles:.2g} cycles in the mean"
         if not time.computed:
             when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"

@@ -23,8 +23,9 @@ def test_creep_says_that_it_is_metastable_and_how_long_it_lives(command: Command
         assert run.velocity_of == "this run: the mean over half-cycles 61 to 600"
     assert not any(run.metastable or run.velocity for run in runs if run not in creeping)
     three = creep(THREE, Cycles("0.00073624", 2000), seed=1)
-    assert three.metastable.startswith("metastable: drawn coefficients stop the chain for ever")
-    assert "order of magnitude" in three.metastable
+    assert three.metastable.startswith("metastable: a draw exists that stops the chain for ever")
+    assert "survival tells for how long" in three.metastable
+    assert "cycles" not in three.metastable  # no number is known
     words = ["run", "two-sliders-cycles", "--set", "chain.sigma_mu=0.01", "--set"]
     words += ["drive.amplitude=0.000356", "--set", "drive.cycles=300", "--seed", "1"]
     assert "metastable" in command(*words).out
