@@ -36,7 +36,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.run import ObservedRun
 from exactcreep.solvers.solver import require
 
-VERSION = 8
+VERSION = 9
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n" % VERSION
 _ARRAY = re.compile(r"[<|][fiubU][0-9]{1,6}")

@@ -15,7 +15,8 @@ def known_of(results: Sequence[Creep]) -> str:
 
     The course of a run is what happens when. "" where there is nothing to say but the evidence.
     """
-    ends = sorted(one.followed for one in results if one.followed is not None)
+    lost = [run for run in results if run.followed is not None and run.followed < run.half_cycles]
+    ends = sorted(run.followed or 0 for run in lost)
     targets = "half-cycle" if all(one.drive.cyclic for one in results) else "target"
     if not ends:
         trusted = [0 < one.half_cycles == one.trusted_half_cycles for one in results]
@@ -24,8 +25,7 @@ def known_of(results: Sequence[Creep]) -> str:
         whole = all(one.half_cycles == one.drive.half_cycles for one in results)
         least = min(one.half_cycles for one in results)
         far = "to the end" if whole else f"for the first {least} {targets}s"
-        return f"a copy that starts a few roundings off takes the same course {far}"
-    lost = [one for one in results if one.followed is not None]
+        return f"copies that are a few roundings off take the same course {far}"
     unknown = sum(math.isnan(one.velocity_error) for one in lost)
     if all(one.velocity_error == 0 for one in lost):
         worth = "outcome and velocity are what the course ended in"
@@ -38,9 +38,11 @@ def known_of(results: Sequence[Creep]) -> str:
         worth = f"outcome and velocity are statistics, the latter {error}"
     to = f" to {ends[-1]}" * (ends[0] < ends[-1])
     of = f" ({len(lost)} of {len(results)} runs)" * (len(lost) < len(results))
-    rules = any(one.undecided or one.long_rearrangements for one in lost)
-    tie = ", or a rule has settled a comparison" * rules
+    rules = any(run.undecided or run.long_rearrangements for run in lost)
+    later = ", events until somewhat later"
+    if rules:
+        later = ", unless a rule that settled a comparison, or a long avalanche, ended it there"
     return (
-        f"{worth}; beyond {targets} {ends[0]}{to}{of} rounding errors have grown as large as"
-        f" slips{tie}: trust averages of x_G(t) and events only"
+        f"{worth}; positions are known to 1e-9 up to {targets} {ends[0]}{to}{of}{later}:"
+        " beyond that trust averages of x_G(t) and events only"
     )

@@ -135,8 +135,8 @@ def creep(
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
         TemperatureRecord, a tenth, at least 2, of other drives.
     twin : bool
-        Whether a perturbed copy of the chain (of the solver `exact`) is followed until it has
-        parted, and not for 16,384 events only: `trusted_half_cycles`.
+        Whether perturbed copies of the chain (of the solver `exact`), a few roundings off, are
+        followed until one has parted, and not for 16,384 events only: `trusted_half_cycles`.
     accuracy : number, optional
         The run ends as soon as the mean velocity is known to this relative error, at 95 %; the
         drive's `cycles` or `steps` are then the most. It is looked at after 128 targets, and then

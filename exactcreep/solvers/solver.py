@@ -325,8 +325,8 @@ class Simulation(ABC):
         """Let the rearrangement under way end, if the limits allow it; return what is logged."""
         return {}
 
-    def perturbed(self) -> Simulation | None:
-        """Return a simulation whose start is a few roundings off; None if rounding is no matter."""
+    def perturbed(self, number: int = 0) -> Simulation | None:
+        """Return copy `number`, a few roundings off all the way; None if rounding is no matter."""
         return None
 
     @property
@@ -460,7 +460,9 @@ def compiled(
             if (solver.name, n, record) not in _COMPILED:
                 chain = replace(_TWO_SLIDERS, n=n)
                 simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, record)
-                simulation.follow(Cycles("1/10", 1), 1, 2)
+                for copy in (simulation, simulation.perturbed()):
+                    if copy is not None:
+                        copy.follow(Cycles("1/10", 1), 1, 2)
                 _COMPILED.add((solver.name, n, record))
     return time.perf_counter() - begin
 

@@ -70,7 +70,7 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told)
     assert "creeping" in told
     assert "evidence undecided: outcome and velocity are statistics" in words(told)
-    assert re.search(r"beyond half-cycle \d+ rounding errors have grown as large", words(told))
+    assert re.search(r"positions are known to 1e-9 up to half-cycle \d+", words(told))
     below = command(*SIX, *cycles(5), "--set", "drive.amplitude=1e-5").out
     assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from exactcreep import Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
+from exactcreep import Creep, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
 from exactcreep.quasistatic.course import known_of
 from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.verlet import solver as verlet
@@ -55,7 +56,7 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert run.undecided_from - 1 <= run.followed == run.trusted_half_cycles < 150
     worth, course = run.course.split("; ")
     assert worth.startswith("outcome and velocity are statistics")
-    assert f"beyond half-cycle {run.followed} rounding errors have grown as large" in course
+    assert f"known to 1e-9 up to half-cycle {run.followed}, events until somewhat later" in course
     assert run.summary()["course"] == run.course
     locked = creep(captions(5), Cycles("0.000759", 150))
     assert locked.undecided_from
@@ -67,7 +68,7 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
     run = creep(level, Cycles("0.003", 10), twin=True)
     assert run.undecided > 0
     assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
-    assert "or a rule has settled a comparison" in run.course
+    assert "unless a rule that settled a comparison" in run.course
 
 
 def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
@@ -88,10 +89,50 @@ def test_several_runs_are_told_of_together() -> None:
     runs = [creep(SIX, Cycles("0.01", 40), seed=seed) for seed in range(4)]
     told = known_of(runs)
     ends = [run.followed for run in runs]
-    assert f"beyond half-cycle {min(ends)} to {max(ends)} rounding errors" in told
-    assert "statistics, the latter of unknown errors; beyond half-cycle" in told
+    assert f"up to half-cycle {min(ends)} to {max(ends)}, events" in told
+    assert "statistics, the latter of unknown errors; positions are known" in told
     long = creep(SIX, GaussianSteps("0.01", 1000), seed=2)
     assert long.velocity_error > 0
     assert "with their standard errors (of 4 not known)" in known_of([*runs, long])
     pair = creep(PAIR, Cycles("0.001", 20))
-    assert "(4 of 5 runs) rounding errors have grown" in known_of([*runs, pair])
+    assert "(4 of 5 runs), events" in known_of([*runs, pair])
+
+
+def held(run: Creep) -> tuple[float, float]:
+    """Return the largest errors of tensions before `undecided_from`, and of trusted targets."""
+    trusted, before = run.trusted_half_cycles, (run.undecided_from or run.half_cycles + 1) - 1
+    cycles = Cycles(run.drive.amplitude, (max(trusted, before, 1) + 1) // 2)
+    start = run.experiment.initial
+    told = {"seed": run.seed, "start": start, "record": ("tension",), "burn_in": 0}
+    truth = creep(run.chain, cycles, solver="certified", **told).recorded["tension"]
+    off = abs(run.recorded["tension"][: len(truth)] - truth).max(axis=1)
+    return off[:before].max(initial=0.0), off[:trusted].max(initial=0.0)
+
+
+def disordered(n: int, amplitude: str, cycles: int, seed: int) -> Creep:
+    chain = paper_chain(n)
+    start = State.perturbed(chain, "1e-3", start_seed=seed, seed=seed)
+    told = {"seed": seed, "start": start, "record": ("tension",), "burn_in": 0}
+    return creep(chain, Cycles(amplitude, cycles), twin=True, **told)
+
+
+def test_copies_that_are_rounded_on_their_way_part_before_the_truth_does() -> None:
+    """A copy that was off at its start alone agreed to the end; the error was 1.8e-11."""
+    run = disordered(4, "0.000970143", 30, 7739)
+    assert run.undecided_from
+    assert run.evidence is Evidence.UNDECIDED
+    early, trusted = held(run)
+    assert early <= 1e-12
+    assert trusted <= 1e-9
+
+
+@pytest.mark.slow
+def test_what_is_decided_and_trusted_under_disorder_holds_in_ninety_nine_of_a_hundred() -> None:
+    random, errors = np.random.default_rng(37), []
+    for k in range(300):
+        n = 3 + k % 10
+        amplitude = random.uniform(0.9, 1.6) * n * 0.25 / (1 + 1 / 16) ** 0.5 / 2000
+        errors.append(held(disordered(n, f"{amplitude:.9f}", 60, int(random.integers(10**6)))))
+    for worst, tolerance in zip(np.array(errors).T, (1e-12, 1e-9), strict=True):
+        assert (worst > tolerance).sum() <= 3
+        assert worst.max() <= 3 * tolerance

@@ -107,7 +107,7 @@ def rounding_error(
     numbers, end = origin.numbers.copy(), np.empty(n)
     differs, distance = run_copies(
         *work, work.now.copy(), numbers, origin.state.draws, high, low, NOTHING, 1, True,
-        log, numbers[TENSION_LOW].copy(), end, _mirrored(chain, origin),
+        log, numbers[TENSION_LOW].copy(), end, mirrored(chain, origin),
     )  # fmt: skip
     if n <= cells.LONGEST_SHORT:
         spare.append(work)
@@ -118,7 +118,7 @@ def rounding_error(
     return RoundingError(np.inf, f"{which} is another in a copy a few roundings off")
 
 
-def _mirrored(chain: Chain, origin: Origin) -> bool:
+def mirrored(chain: Chain, origin: Origin) -> bool:
     """Return whether the chain is, and therefore stays, the mirror image of itself."""
     if chain.tan_alpha or chain.sigma_mu:
         return False

@@ -32,7 +32,8 @@ from exactcreep.solvers.exact.pack import (
     placed,
     roomier,
 )
-from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
+from exactcreep.solvers.exact.perturbed import RoundingError, mirrored, rounding_error, undecided_by
+from exactcreep.solvers.exact.rounded import follow_rounded
 from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
@@ -50,7 +51,8 @@ from exactcreep.solvers.solver import (
 
 MOST_WORK = 2**21
 """Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
-_NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
+_NUDGE = 2.0**-50  # of the tensions of a perturbed copy at its start, over the largest force
+_ROUNDING = 2.0**-52  # of a copy after a rearrangement, for the root of its events
 _KEPT = (
     layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.COEFFICIENT,
     layout.EXCESS, layout.DOUBTED,
@@ -145,9 +147,7 @@ class ExactSimulation(Simulation):
         while done < count:
             left = begun + limits.events_left - self.events
             self._room_for_more()
-            reason, reached = loop.follow(
-                *self.work, high[done:], low[done:], targets.part(done), left, MOST_WORK, False
-            )
+            reason, reached = self._go(high[done:], low[done:], targets.part(done), left)
             done += reached
             if logs:
                 logs.append(self._drain_tables())
@@ -161,6 +161,13 @@ class ExactSimulation(Simulation):
         names = dict.fromkeys(("x_G", *self.record))
         recorded = {name: known[name][:done] for name in names if name not in tables.LOGS}
         return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
+
+    def _go(
+        self, high: NDArray[Any], low: NDArray[Any], targets: AtTargets, most: int
+    ) -> tuple[int, int]:
+        """Call the compiled loop; return why it came back, and how many targets it reached."""
+        came, reached = loop.follow(*self.work, high, low, targets, most, MOST_WORK, False)
+        return came, reached
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
@@ -328,8 +335,8 @@ class ExactSimulation(Simulation):
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
-    def perturbed(self) -> ExactSimulation | None:
-        """Return a simulation whose tensions at the start are `_NUDGE` off, to either side.
+    def perturbed(self, number: int = 0) -> ExactSimulation | None:
+        """Return copy `number`: its tensions are `_NUDGE` off, and it is rounded on its way.
 
         What mirrors itself goes on doing so.
         """
@@ -338,13 +345,14 @@ class ExactSimulation(Simulation):
             return None
         largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
         spring = np.arange(n - 1)
-        side = np.where(np.minimum(spring, n - 2 - spring) % 2 == 0, 1.0, -1.0)
+        turn = (np.minimum(spring, n - 2 - spring) // (number + 1) + number) % 2
+        side = np.where(turn == 0, 1.0, -1.0)
         tension, error = two_sum.py_func(numbers[TENSION, :-1], _NUDGE * largest * side)
         numbers[TENSION, :-1] = tension
         numbers[TENSION_LOW, :-1] += error
         origin = self.origin._replace(numbers=numbers)
-        return ExactSimulation(
-            self.chain, origin.state, self.seed, ("tension", "slips"), origin=origin
+        return RoundedSimulation(
+            self.chain, origin.state, self.seed, number, origin, mirrored(self.chain, self.origin)
         )
 
     @property
@@ -364,6 +372,26 @@ class ExactSimulation(Simulation):
             "windows_certified": counts["tests"].item(),
             "root_evaluations": counts["roots"].item(),
         }
+
+
+class RoundedSimulation(ExactSimulation):
+    """A perturbed copy of a chain, rounded after every rearrangement; see `rounded`."""
+
+    def __init__(
+        self, chain: Chain, state: State, seed: int, number: int, origin: Origin, mirrored: bool
+    ) -> None:
+        super().__init__(chain, state, seed, ("tension", "slips"), origin=origin)
+        self._number, self._mirrored = number, mirrored
+        self._size = _ROUNDING * nearest_float(chain.mu_s + abs(chain.tan_alpha))
+
+    def _go(
+        self, high: NDArray[Any], low: NDArray[Any], targets: AtTargets, most: int
+    ) -> tuple[int, int]:
+        came, reached = follow_rounded(
+            *self.work, high, low, targets, most, MOST_WORK, self._number, self._size,
+            self._mirrored,
+        )  # fmt: skip
+        return came, reached
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
