@@ -319,6 +319,11 @@ def survival(
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
+    Returns
+    -------
+    Survival
+        What every start came to; `rate`, `curve` and `fractions` are its statistics.
+
     Raises
     ------
     InputError
