@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
-
-import xarray as xr
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from exactcreep.laws import edges, onset_amplitude, threshold_amplitude
 from exactcreep.model.chain import Chain
@@ -18,6 +17,9 @@ from exactcreep.model.numbers import nearest_float, plain_data
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.result import Result
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
@@ -53,7 +55,10 @@ class Answer(Result):
     def dataset(self) -> xr.Dataset:
         """What was looked at, with the chain and all single numbers and texts as attributes."""
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
-        return xr.Dataset(*self._columns(), plain_data(self.chain.parameters()) | single)
+        about = plain_data(self.chain.parameters()) | single
+        # imported late: the help of a command takes its options from this module
+        made: xr.Dataset = import_module("xarray").Dataset(*self._columns(), about)
+        return made
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
