@@ -8,12 +8,12 @@ import sys
 import textwrap
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import sympy as sp
 
-from derivations.ledger import CHAPTERS, Entry, disagreements, entries, premises, proof_of
+from derivations.ledger import CHAPTERS, Entry, disagreements, entries, gaps, premises, proof_of
 from derivations.model import MODEL, PREMISES, Model
 from derivations.proof import STANDINGS, Line, Proof
 
@@ -50,8 +50,20 @@ def _wrapped(text: str, first: str, indent: int) -> list[str]:
     )
 
 
+def equations(proof: Proof) -> dict[int, str]:
+    """Return which of the paper's equations a line decides, by the identity of the line."""
+    numbers = {entry.name: entry.number for entry in entries()}
+    named: dict[int, list[int]] = {}
+    for name, decision in proof.decisions.items():
+        number = numbers.get(name)
+        if number and decision.lines:
+            named.setdefault(id(decision.lines[-1]), []).append(number)
+    return {key: "Eq. " + ", ".join(f"({k})" for k in found) for key, found in named.items()}
+
+
 def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
-    """Yield lines of a proof as one reads them."""
+    """Yield lines of a proof as one reads them, with the paper's equations that they decide."""
+    decided = equations(proof)
     yield proof.title
     yield "=" * len(proof.title)
     yield from _wrapped(SYMBOLS, "", 0)
@@ -59,6 +71,7 @@ def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
     for number, line in enumerate(lines, 1):
         standing = line.fault or ": ".join(filter(None, [line.standing, line.why]))
         how = f" [{standing}]" if standing else ""
+        how += f"   {decided[id(line)]}" if id(line) in decided else ""
         value = line.value if line.form is None else line.form
         yield from _wrapped(line.text + how * (value is None), f"{number:3d}. ", 5)
         if value is not None:
@@ -70,10 +83,14 @@ def _row(entry: Entry, whole: bool) -> Iterator[str]:
     loud = entry.verdict in ("misprint", "inconsistent")
     verdict = entry.verdict.upper() if loud else entry.verdict
     head = entry.label or f"({entry.name})"
-    yield f"{verdict:14s} {head:38s} {entry.place:24s} {entry.standing}".rstrip()
+    formula = "" if entry.judged else "in words"
+    number = f"({entry.number})" if entry.number else ""
+    yield f"{verdict:14s} {number:4s} {head:38s} {entry.standing:8s} {formula:8s} {entry.place}"
     body = {"printed": entry.printed, "correct": entry.corrected}
     if whole:
-        body |= {"error": entry.error, "if": "; ".join(entry.assumptions), "by": entry.how}
+        measured = entry.measured and f"{entry.measured} ({entry.by})"
+        body |= {"error": entry.error, "measured": measured, "if": "; ".join(entry.assumptions)}
+        body["by"] = entry.how
     for name, text in body.items():
         if text and (whole or loud):
             yield from _wrapped(" ".join(text.split()), f"{name:>14s} ", 15)
@@ -90,10 +107,19 @@ def _table() -> Iterator[str]:
 def _summed(named: list[Entry], lines: Sequence[Line]) -> str:
     """Return how many entries there are of each verdict, and lines of each standing."""
     verdicts = Counter(entry.verdict for entry in named)
-    standings = Counter(line.standing for line in lines)
     said = ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in sorted(verdicts))
-    claims = ", ".join(f"{standings[word]} {word}" for word in STANDINGS)
-    return f"\n{len(named)} statements: {said}; claims: {claims}; {time.process_time():.0f} s"
+    of_entries = _counted(entry.standing for entry in named)
+    words = sum(not entry.judged for entry in named)
+    of_lines = _counted(line.standing for line in lines)
+    return (
+        f"\n{len(named)} statements: {said}\nstanding: {of_entries}; {words} in words, with no "
+        f"formula to judge\nlines: {of_lines}; {time.process_time():.0f} s"
+    )
+
+
+def _counted(standings: Iterable[str]) -> str:
+    counts = Counter(standings)
+    return ", ".join(f"{counts[word]} {word}" for word in STANDINGS if counts[word])
 
 
 def _audit(named: list[Entry], arguments: argparse.Namespace, model: Model) -> int:
@@ -105,6 +131,7 @@ def _audit(named: list[Entry], arguments: argparse.Namespace, model: Model) -> i
     ]
     lines = [line for _, shown in parts for line in shown]
     faults = [fault for entry in named for fault in entry.faults(model)]
+    faults += gaps() if only is None else []
     # what an entry does not rest on cannot refute it
     if faults or chapters:
         faults += [f"{line.text}: {line.fault}" for line in lines if line.fault]
@@ -144,7 +171,7 @@ def main(given: Sequence[str] | None = None) -> int:
     for problem in problems:
         print(problem, file=sys.stderr)
     if paper and not problems and not arguments.json:
-        print(f"{paper}: every statement is verbatim, every labelled equation has an entry")
+        print(f"{paper}: every statement is verbatim, every numbered equation has an entry")
     return 1 if refuted or problems else 0
 
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations import continuum, pivots, thresholds
-from derivations.judges import vanishes
-from derivations.model import Model, T, g, solved
+from derivations import continuum, pivots, plateaus, thresholds
+from derivations.model import Model, T, after, g, here, solved
 from derivations.notation import (
+    CAPTIONS,
+    Expression,
     L,
     N,
     Y,
     alpha,
     amplitude,
+    brief,
     c,
     creeps,
     excess,
@@ -26,12 +28,19 @@ from derivations.notation import (
     slope_margin,
     star,
     symbol,
+    theta,
 )
-from derivations.proof import Proof, chapter
+from derivations.proof import Line, Proof, chapter
 
 E, A, w_p, phi, mu_p, heat = (symbol(x) for x in ["E", "A", "w", "phi", "mu", "Delta_f"])
 v, trial, low = sp.Function("v"), sp.Function("trial"), sp.Symbol("low", positive=True)
+tension_of = symbol("tension")
 speed, gap = sp.symbols("speed gap", nonnegative=True)
+
+
+def in_the_normal_cone(steps: list[Line], work: Expression) -> bool:
+    """Return whether slips do no negative work, and the lines hold that sum it up."""
+    return not any(line.fault for line in steps) and bool(work.is_nonnegative)
 
 
 @chapter("Beside the paper", "each line says what it assumes")
@@ -39,18 +48,19 @@ def derive(p: Proof, model: Model) -> None:
     """Show how the laws of others, and of other fields, follow from the same model."""
     solid = continuum.derive(model)
     moseley = p.show(
-        "Moseley: a solid that does not give, Y -> infinity: tau_th v =",
+        "Moseley: a solid that does not give, Y infinite: tau_th v =",
         sp.limit(solid.velocity, Y, sp.oo),
         L * s / (c * mu_d) * amplitude,
     )
-    p.entry("moseley", creeps(moseley))
-    linear = vanishes(sp.diff(moseley / amplitude, amplitude))
-    p.alone("macroscopic_models", holds=linear)
+    p.entry("moseley", creeps(moseley), lacks=sp.factor(solid.velocity / moseley - 1))
+    rate = sp.diff(moseley / amplitude, amplitude)
+    p.show("its ratio to the amplitude does not know it", rate, 0)
+    p.entry("macroscopic_models", lines=2)
     _croll(p, model)
     pipe = {amplitude: heat / (E * A) / 2, Y: E, rho: w_p / (A * g)}
     walking = p.show(
         "a pipeline on a seabed of slope phi, w its weight per length, walks in a cycle of "
-        "heating and cooling, 2 A_theta = Delta_f/(E A), by 2 tau_th v =",
+        f"heating and cooling, A_theta = {pipe[amplitude]}, by",
         sp.expand(2 * solid.velocity.subs(pipe)),
         (heat - w_p * L * slope_margin) * L * s / (c * E * A * mu_d),
     )
@@ -65,7 +75,7 @@ def _croll(p: Proof, model: Model) -> None:
     high = -model.friction(1)
     from_above = model.between(model.tension(n - 1, 0, 1), low)
     down = p.show(
-        "Croll: a phase that begins without stress. Cooling by l0 |dtheta| = y stretches "
+        "Croll: a phase that begins without stress. Cooling by theta, y in units of l0, stretches "
         "all springs alike; slider n joins those that slide from above at y =",
         solved(from_above - high, low),
         n * slope_margin,
@@ -77,22 +87,23 @@ def _croll(p: Proof, model: Model) -> None:
         (N + 1 - n) * (mu_d * c + s),
     )
     meet = p.show(
-        "the whole chain slides once the fronts meet, N >> 1: n/N =",
+        "the whole chain slides once the fronts meet, for many sliders at a share of N of",
         sp.limit(solved(down - up, n) / N, N, sp.oo),
         (mu_d * c + s) / (2 * mu_d * c),
     )
     croll = p.show(
-        "a phase is 2A: A* =",
-        (down / (2 * l0)).subs(n, meet * N),
+        f"a phase is {model.swing}: A* =",
+        (down * amplitude / (model.swing * l0)).subs(n, meet * N),
         N * slope_margin / (2 * l0) * (mu_d * c + s) / (2 * mu_d * c),
     )
-    p.entry("croll", {star: croll})
-    p.show(
+    lacks = sp.cancel(solved(down - up, n) / N / meet - 1)
+    p.entry("croll", {star: croll}, lines=4, lacks=lacks)
+    share = p.show(
         "beside Eq. (seuil), whose phases begin with the stress of the last one",
         croll / thresholds.derive(model).sliding,
         (1 + s / (c * mu_d)) / 2,
     )
-    p.entry("croll_differs")
+    p.entry("croll_differs", share=share, at_captions=share.subs(CAPTIONS))
 
 
 def _sweeping(p: Proof, model: Model) -> None:
@@ -100,68 +111,80 @@ def _sweeping(p: Proof, model: Model) -> None:
     other, off = model.between(trial(n - 1), trial(n)), T(n) - trial(n)
     flux = off * v(n + 1)
     p.show(
-        "sweeping process: slips do work on the difference to any other admissible state; "
-        "v_n (F_n - F_n') sums up to minus the lengthening of the springs times T_n - T_n'",
+        "sweeping process: slips do work on the difference to any other admissible state; v_n, "
+        f"times {model.force(n) - other}, and the lengthening of springs, times {off}, sum up to "
+        "nothing over the chain, for together they are, per slider,",
         v(n) * (model.force(n) - other) + off * (v(n + 1) - v(n)),
         flux - flux.subs(n, n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):
         p.show(
-            f"a slider that slides {word}hill has |F_n| = mu_d c, the other state by a gap less: "
-            "v_n (F_n - F_n') =",
+            f"a slider that slides {word}hill has the largest force, the other state by a gap "
+            "less: v_n times their difference is",
             way * speed * (-model.friction(way) - way * (mu_d * c - gap)),
             speed * gap,
         )
     before = p.lines[-3:]
+    pulled = model.scaled(model.pull(1, here, after))
+    shift = p.show(
+        "a spring's length is its tension and the natural length l0, shifted by",
+        solved(pulled - tension_of, after) - here - tension_of - l0,
+        l0 * theta,
+    )
     p.proved(
-        "so minus the rate of lengths lies in the normal cone at T of the tensions with all "
-        "|F_n| <= mu_d c, and this set, shifted by l0 theta, sweeps the lengths (Moreau)",
-        lambda: not any(line.fault for line in before) and (speed * gap).is_nonnegative,
-        "v_n (F_n - F_n') >= 0 for each slider; the right-hand side above telescopes to zero",
+        "so minus the rate of lengths lies in the normal cone of the tensions within sliding "
+        f"friction, and the set of the lengths that these allow, shifted by {shift}, sweeps the "
+        "lengths (Moreau)",
+        lambda: in_the_normal_cone(before, speed * gap),
+        "the work on the difference is not negative for any slider, and sums up to what the "
+        "springs lose",
     )
     first, last, tension = model.pair()
     high = -model.friction(1)
     p.show(
-        "N = 2: F_1 and F_2 are within mu_d c for T_1 from -m to m, so l0 theta passes a "
-        "play of the width",
+        f"for two sliders both forces are within {high} for a tension from "
+        f"{brief(solved(last - high, tension))} to {brief(solved(first - high, tension))}, so l0 "
+        "theta passes a play of the width",
         solved(first - high, tension) - solved(last - high, tension),
         2 * slope_margin,
     )
-    p.entry("sweeping_process", lines=5)
+    p.entry("sweeping_process", lines=6)
 
 
 def _level(p: Proof, model: Model) -> None:
     """Show the two plateaus of a level chain that slides, and what slips do to them."""
     pivot, middle = pivots.derive(model), N / 2 + 1
     p.show(
-        "level chains, N even: slider N/2 can be the pivot for slopes from",
+        f"level chains, N even: slider {middle - 1} can be the pivot for slopes from",
         pivot.lower.subs(i, middle),
         -(mu_s - mu_d) / N,
     )
     p.show(
-        "... and slider N/2 + 1 for slopes up to",
+        f"... and slider {middle} for slopes up to",
         pivot.critical.subs(i, middle),
         (mu_s - mu_d) / N,
     )
+    edge = pivot.critical.subs(i, middle)
+    number = sp.cancel(plateaus.derive(model).cycle / (2 * l0 * amplitude))
     p.show(
-        "so with continuous sliding both plateaus exist for |tan(alpha)| < (mu_s - mu_d)/N; "
-        "slider N/2 + 1 lets the chain creep uphill: N + 3 - 2i =",
-        (N + 3 - 2 * i).subs(i, middle + 1),
+        f"so with continuous sliding both plateaus exist for |tan(alpha)| below {edge}; slider "
+        f"{middle} lets the chain creep uphill, in units of l0 A, by",
+        number.subs(i, middle + 1),
         -1,
     )
     first, last, tension = model.pair()
     starts = solved(first + model.threshold(), tension)
     p.show(
-        "with slips not so at N = 2: slider 1 starts uphill when slider 2 is beyond its "
-        "threshold by",
+        "with slips not so for two sliders: the upper one starts uphill when the lower one is "
+        "beyond its threshold by",
         last.subs(tension, starts) - model.threshold(),
         2 * s,
     )
     ends = model.end(1) - model.end(0)
     halves = N / 2 * model.friction(-1) + N / 2 * model.friction(1)
     p.show(
-        "in a dilation with N even let half of the sliders go up and measure F_n from -mu_d c, "
-        "half down and from mu_d c, in units of D (a slip swings one by 2): the sum is",
+        f"in a dilation with N even let half of the sliders go up and measure their forces from "
+        f"{model.friction(1)}, half down and from {model.friction(-1)}, in units of D: the sum is",
         (N * model.scaled(model.weight) + ends + halves) / excess,
         N * s / ((mu_s - mu_d) * c),
     )
@@ -171,4 +194,4 @@ def _level(p: Proof, model: Model) -> None:
         "nothing else enters as long as no slider reverses in a ramp; the curve itself has no "
         "closed form: measured 0.48 at 1/2, 0.80 at 1 for N = 6",
     )
-    p.entry("level_chains", lines=6)
+    p.entry("level_chains", lines=6, edge=edge)

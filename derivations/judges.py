@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from derivations.notation import Expression, Formula
+from derivations.notation import Expression, Formula, symbol
 
 Judge = Callable[[Formula], object]
 """Says whether a formula follows from the derivation."""
@@ -86,18 +87,30 @@ def leading(bindings: Mapping[Any, Any], large: Expression) -> Judge:
     return ratio(bindings, lambda quotient: sp.limit(sp.cancel(quotient), large, sp.oo) == 1)
 
 
-def within(value: float, factor: float, name: str = "") -> Judge:
-    """Return a judge of a number: what is stated (of `name`) is `value` to within `factor`."""
+@dataclass(frozen=True)
+class Within:
+    """A judge of a number: what is stated (of `name`) is `value` to within `factor`.
 
-    def judge(formula: Formula) -> bool:
+    Its arithmetic is floating point: what it accepts is checked, not proved.
+    """
+
+    value: float
+    factor: float
+    name: str = ""
+
+    def __call__(self, formula: Formula) -> bool:
+        """Return whether the formula states such a number."""
         stated = formula.right
-        if name and formula.left != sp.Symbol(name, real=True):
+        if self.name and formula.left != symbol(self.name):
             return False
         if formula.relations not in (("~",), ("=",), ()) or not stated.is_number:
             return False
-        return bool(value / factor <= stated <= value * factor)
+        return bool(self.value / self.factor <= stated <= self.value * self.factor)
 
-    return judge
+
+def standing_of(judge: Judge) -> str:
+    """Return the standing of what a judge accepts: by algebra, or in floating point."""
+    return "checked" if isinstance(judge, Within) else "proved"
 
 
 def inequality(bindings: Mapping[Any, Any], margin: Expression) -> Judge:

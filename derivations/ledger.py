@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -13,14 +14,24 @@ from pathlib import Path
 import sympy as sp
 
 from derivations.judges import Judge
-from derivations.model import MODEL, PREMISES, Model
-from derivations.notation import CAPTIONS, SOLID, N, NotationError, i, read
-from derivations.proof import STANDINGS, Decision, Proof
+from derivations.model import ASSUMED, MODEL, PREMISES, Model
+from derivations.notation import (
+    CAPTIONS,
+    SOLID,
+    N,
+    NotationError,
+    evaluated,
+    i,
+    read,
+)
+from derivations.proof import Decision, Proof, worded
 
 NAMES = (
     "scaling procedure modes slip two_sliders pivots plateaus thresholds sliding_limit gaussian "
     "continuum runaway shakedown beyond"
 )
+EQUATIONS = 26
+"""How many numbered equations the paper has."""
 CHAPTERS = {name: import_module(f"derivations.{name}") for name in NAMES.split()}
 """The modules, each with ``derive(model)``."""
 
@@ -45,10 +56,20 @@ class Entry:
         ``exact``: follows from the model; ``approximation``: leading term of what follows;
         ``misprint``; ``inconsistent``: contradicts the model or the paper's own law;
         ``convention``: a definition or a choice.
-    place, printed, label, number, corrected, error, assumptions, why
+    place, printed, label, number
         As the ledger has them.
-    formula, corrected_formula : str or None
-        The parts of `printed` and `corrected` that are judged.
+    texts : mapping
+        What else it says: `corrected`, `error`, `why` and `measured`. They hold no number and no
+        sign of their own: what stands between «marks» is judged, what stands in {braces} is what
+        the derivation found. Only `measured` has numbers, those of the test that `by` names.
+    formula : str or None
+        The part of `printed` that is judged.
+    corrected_formulas : tuple of str
+        The parts of `corrected` that are judged.
+    assumptions : tuple of str
+        Keys of `ASSUMED`.
+    by : str
+        The test that measures what is measured.
     repair : tuple of str
         What must be replaced by what in `formula` (and what appended) to make it follow.
     law : mapping
@@ -62,19 +83,48 @@ class Entry:
     verdict: str
     label: str | None
     number: int | None
-    corrected: str | None
-    error: str | None
+    texts: Mapping[str, str]
     assumptions: tuple[str, ...]
-    why: str
     formula: str | None
-    corrected_formula: str | None
+    corrected_formulas: tuple[str, ...]
     repair: tuple[str, ...]
     law: Mapping[str, str]
+    by: str
 
     def decision(self, model: Model = MODEL) -> Decision:
         """Return what decides the entry under a model."""
-        missed = Decision(None, None, False, [], [])  # the derivation did not reach it
+        missed = Decision(None, (), False, [], [], {})  # the derivation did not reach it
         return proof_of(self.chapter, model).decisions.get(self.name, missed)
+
+    def text(self, name: str, model: Model = MODEL) -> str | None:
+        """Return one of its texts, with what the derivation found in the place of {braces}."""
+        text = self.texts.get(name)
+        said = self.decision(model).said
+        parts = re.split("(«.*?»)", text or "")
+        for k in range(0, len(parts), 2):
+            parts[k] = _BRACES.sub(lambda at: worded(said[at[1]], at[2] or ""), parts[k])
+        return None if text is None else "".join(parts)
+
+    @property
+    def corrected(self) -> str | None:
+        """What is right instead."""
+        text = self.text("corrected")
+        return text and text.replace("«", "").replace("»", "")
+
+    @property
+    def error(self) -> str | None:
+        """By how much the printed statement errs."""
+        return self.text("error")
+
+    @property
+    def measured(self) -> str | None:
+        """What was measured of it, and is not proved."""
+        return self.text("measured")
+
+    @property
+    def corrected_formula(self) -> str | None:
+        """The first of the corrected formulas."""
+        return next(iter(self.corrected_formulas), None)
 
     def accepts_printed(self, text: str, model: Model = MODEL) -> bool:
         """Return whether `text` in the place of the printed formula would earn the same verdict."""
@@ -86,17 +136,29 @@ class Entry:
         once = text.count(wrong) == 1
         return once and not _accepts(judge, text) and _accepts(judge, repaired)
 
-    def accepts_corrected(self, text: str, model: Model = MODEL) -> bool:
-        """Return whether `text` in the place of the corrected formula follows."""
+    def accepts_corrected(self, text: str, model: Model = MODEL, place: int = 0) -> bool:
+        """Return whether `text` in the place of a corrected formula follows."""
         decision = self.decision(model)
-        return _accepts(decision.corrected or decision.printed, text)
+        return _accepts(decision.corrected[place] or decision.printed, text)
 
     def _doubts(self, model: Model) -> Iterator[str]:
         decision = self.decision(model)
         if decision.printed and self.formula and not self.accepts_printed(self.formula, model):
             yield "the printed formula does not earn its verdict"
-        if self.corrected_formula and not self.accepts_corrected(self.corrected_formula, model):
-            yield "the corrected formula does not follow"
+        if self.corrected_formulas and len(decision.corrected) != len(self.corrected_formulas):
+            yield "its corrected formulas are not judged one by one"
+        for place, formula in enumerate(self.corrected_formulas):
+            if not self.accepts_corrected(formula, model, place):
+                yield "the corrected formula does not follow"
+        for name, text in self.texts.items():
+            self.text(name, model)
+            if name != "measured" and (unjudged := literals(text)):
+                yield f"nothing judges {' '.join(unjudged)} in its {name}"
+        if bool(self.texts.get("measured")) != bool(self.by):
+            yield "what is measured, and by which test, go together"
+        for assumption in self.assumptions:
+            if assumption not in ASSUMED:
+                yield f"nothing is known as the premise: {assumption}"
         if not (decision.holds() if callable(decision.holds) else decision.holds):
             yield "the evidence does not bear out the verdict"
         for line in decision.lines:
@@ -112,11 +174,13 @@ class Entry:
 
     @property
     def standing(self) -> str:
-        """The weakest standing of what it rests on; empty for a definition or a choice."""
-        if self.verdict == "convention":
-            return ""
-        used = {line.standing for line in self.decision().lines}
-        return next((word for word in reversed(STANDINGS) if word in used), "proved")
+        """The weakest standing of what decides it; empty for a definition or a choice."""
+        return "" if self.verdict == "convention" else self.decision().standing
+
+    @property
+    def judged(self) -> bool:
+        """Whether a formula of it is judged; otherwise it is a sentence, and what it rests on."""
+        return bool(self.decision().judges)
 
     @property
     def proved(self) -> bool:
@@ -126,12 +190,12 @@ class Entry:
     def how(self) -> str:
         """The chapter, and the argument or the line that the entry rests on."""
         last = "".join(line.text.rstrip(" =:") for line in self.decision().lines[-1:])
-        return f"{self.chapter}: {self.why or last}"
+        return f"{self.chapter}: {self.text('why') or last}"
 
     def as_json(self) -> dict[str, object]:
         """Return the entry as a JSON object."""
-        keys = "label name place verdict printed corrected error proved how"
-        said = {key: getattr(self, key) for key in keys.split()}
+        keys = "label name place number verdict printed corrected error measured standing judged"
+        said = {key: getattr(self, key) for key in [*keys.split(), "proved", "how"]}
         return said | {"assumptions": list(self.assumptions)}
 
 
@@ -144,13 +208,20 @@ def _accepts(judge: Judge | None, text: str) -> bool:
         return False
 
 
-def _marked(text: str | None) -> tuple[str | None, str | None]:
-    """Return a text without its marks, and the part between them."""
-    if text is None or "«" not in text:
-        return text, None
-    before, _, rest = text.partition("«")
-    formula, _, after = rest.partition("»")
-    return before + formula + after, formula
+_BRACES = re.compile(r"(?<!\\ref)\{(\w+)(?::([^{}]*))?\}")
+_NAMES = re.compile(r"\\ref\{\w+\}|Eq\. \(\w+\)|\b[lr]0\b|->|(?<=[A-Za-z])-(?=[A-Za-z])")
+_LITERAL = re.compile(r"\d+(?:\.\d+)?|[-+*/^=<>]+")
+
+
+def literals(text: str) -> list[str]:
+    """Return the numbers and signs of a text that are neither judged nor found by a derivation."""
+    for apart in (re.compile("«.*?»"), _BRACES, _NAMES):
+        text = apart.sub(" ", text)
+    return _LITERAL.findall(text)
+
+
+_MARKED = re.compile("«(.*?)»")
+_TEXTS = ("corrected", "error", "measured", "why")
 
 
 @cache
@@ -162,29 +233,41 @@ def entries() -> tuple[Entry, ...]:
         verdict, chapter, name = re.split(r": |\.", key)
         place = said.get("place", place)  # that of the entry before, unless it is said
         number = said.get("equation")
-        printed, formula = _marked(said.get("printed"))
+        printed = said.get("printed")
         if printed is None:
             printed, formula = said["formula"], said["formula"].strip("$")
-        corrected, corrected_formula = _marked(said.get("corrected"))
+        else:
+            formula = next(iter(_MARKED.findall(printed)), None)
+        texts = {key: said[key] for key in _TEXTS if key in said}
         entry = Entry(
             name=name,
             chapter=chapter,
             place=place,
-            printed=printed,
+            printed=printed.replace("«", "").replace("»", ""),
             verdict=verdict,
             label=name if number and said.get("label", True) else None,
             number=number,
-            corrected=corrected,
-            error=said.get("error"),
+            texts=texts,
             assumptions=tuple(said.get("if", ())),
-            why=said.get("why", ""),
             formula=formula,
-            corrected_formula=corrected_formula,
+            corrected_formulas=tuple(_MARKED.findall(said.get("corrected", ""))),
             repair=tuple(said.get("repair", ())),
             law=said.get("law", {}),
+            by=said.get("by", ""),
         )
         made.append(entry)
     return tuple(made)
+
+
+def gaps() -> list[str]:
+    """Return which of the paper's numbered equations have not exactly one entry."""
+    known = Counter(entry.number for entry in entries() if entry.number)
+    wanted = set(range(1, EQUATIONS + 1))
+    return [
+        f"Eq. ({k}) has {known[k]} entries"
+        for k in sorted(wanted | set(known))
+        if known[k] != (k in wanted)
+    ]
 
 
 def premises() -> dict[str, list[str]]:
@@ -206,7 +289,7 @@ def value(entry: Entry, corrected: bool = False) -> float | None:
     if entry.chapter == "continuum":
         given |= SOLID
     for side in read(text).bound({}).sides:
-        number = sp.N(side.subs(given))
+        number = sp.N(evaluated(side).subs(given))
         if number.is_number:
             return float(number)
     return None
@@ -216,11 +299,21 @@ def _without_space(text: str) -> str:
     return "".join(text.split())
 
 
+def _numbered(equation: str) -> Iterator[str]:
+    """Yield the lines of an equation that have a number, without white space."""
+    lines, begun = re.split(r"\\\\", equation), ""
+    for line in lines if "eqnarray" in equation else [equation]:
+        begun += line if line is equation else line + r"\\"
+        if r"\nonumber" not in line:
+            yield _without_space(begun)
+            begun = ""
+
+
 def disagreements(source: str) -> list[str]:
     """Return what in the ledger does not match a LaTeX source of the paper.
 
-    Entries that are not in the source but for white space, labelled equations without an entry,
-    and labels that the source does not have; empty: the ledger is complete and verbatim.
+    Entries that are not in the source but for white space, numbered or labelled equations without
+    an entry, and labels that the source does not have; empty: the ledger is complete and verbatim.
     """
     text = re.sub(r"(?<!\\)%.*", "", source)
     compact = _without_space(text)
@@ -231,7 +324,13 @@ def disagreements(source: str) -> list[str]:
         if _without_space(entry.printed) not in compact
     ]
     environment = r"\\begin\{(equation|eqnarray)\}(.*?)\\end\{\1\}|\\be\b(.*?)\\ee\b"
-    equations = [found[0] for found in re.finditer(environment, text, re.DOTALL)]
+    body = text.partition(r"\begin{document}")[2] or text
+    equations = [found[0] for found in re.finditer(environment, body, re.DOTALL)]
+    numbered = [line for equation in equations for line in _numbered(equation)]
+    for k, line in enumerate(numbered, 1):
+        named = [e for e in paper if e.number == k and _without_space(e.printed) in line]
+        if len(named) != 1:
+            problems.append(f"Eq. ({k}) has {len(named)} entries: {line[:60]}")
     labels = set(re.findall(r"\\label\{([^}]*)\}", "".join(equations)))
     known = {entry.label for entry in paper if entry.label is not None}
     problems += [f"no entry for the equation {label}" for label in sorted(labels - known)]

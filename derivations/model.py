@@ -22,6 +22,11 @@ T, mu = sp.Function("T"), sp.Function("mu_s")
 """Tension of spring n; static coefficient of slider n."""
 FRESH = sp.Symbol("draw", integer=True, nonnegative=True)
 """How often a slider has come to rest: the number of its present static coefficient."""
+NONE, WHOLE = sp.Integer(0), sp.Integer(1)
+t, X = sp.Symbol("t", nonnegative=True), symbol("X")
+"""Time since a slip began; how far the slider has moved."""
+a0, w = sp.symbols("a_0 omega", positive=True)
+"""What drives a slip at its start; the root of the number of springs that resist it."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,15 @@ class Model:
         What pulls at slider 1 and at slider N from beyond the chain.
     redraw : Expression
         The number of the static coefficient that a slider has after its `draw`-th stop.
+    inertia : Expression
+        Share of a slipping slider's resistance to its driving force that is inertia; the rest is
+        resistance to its velocity.
+    phase : Expression
+        What a slider that follows a ramp feels beyond sliding friction, in units of static less
+        sliding friction. Zero if it slides continuously; one that sticks and slips passes through
+        many values.
+    acceleration : Expression
+        That of sliders that follow a ramp.
     cycle : tuple of two Expressions
         The values between which theta runs, slowly, in half-cycles of the duration tau_th.
     """
@@ -55,8 +69,11 @@ class Model:
     held: Expression = mu_s * m * g * c
     sliding: Expression = -mu_d * m * g * c * way
     natural: tuple[Expression, Expression] = (l0 * (1 + theta), l0 * (1 + theta))
-    ends: tuple[Expression, Expression] = (sp.Integer(0), sp.Integer(0))
+    ends: tuple[Expression, Expression] = (NONE, NONE)
     redraw: Expression = FRESH
+    inertia: Expression = WHOLE
+    phase: Expression = NONE
+    acceleration: Expression = NONE
     cycle: tuple[Expression, Expression] = (-amplitude, amplitude)
 
     @property
@@ -130,15 +147,52 @@ class Model:
         return self.scaled(self.held).subs(mu_s, coefficient)
 
     @cache  # noqa: B019
+    def moved(self, acceleration: Expression) -> Expression:
+        """Return the path from rest of a slider with a driving force in its path X and in t."""
+        path = sp.Function("path")
+        resisted = self.inertia * path(t).diff(t, 2) + (1 - self.inertia) * path(t).diff(t)
+        start = {path(0): 0}
+        if self.inertia:
+            start[path(t).diff(t).subs(t, 0)] = 0
+        return sp.dsolve(resisted - acceleration.subs(X, path(t)), path(t), ics=start).rhs
+
+    def slip(self, first: Expression, rate: Expression) -> Expression:
+        """Return the length of a slip that begins with a driving force and loses rate**2 X of it.
+
+        With inertia it stops after half a period; without, it approaches the balance of forces.
+        """
+        path = self.moved(a0 - w**2 * X)
+        length = path.subs(t, sp.pi / w) if self.inertia else sp.limit(path, t, sp.oo)
+        return sp.expand(length).subs({a0: first, w: rate})
+
+    @cache  # noqa: B019
+    def carried(self) -> Expression:
+        """Return what a slider carries on average that a slow ramp drives through slip after slip.
+
+        The force on it rises evenly from what a slip has left to the static threshold.
+        """
+        springs = sp.Symbol("springs", positive=True)
+        held = self.threshold()
+        drop = springs * self.slip(held + self.friction(1), sp.sqrt(springs))
+        return sp.expand(held - drop / 2)
+
+    def following(self, direction: Expression) -> Expression:
+        """Return the force on a slider that follows a ramp in a direction."""
+        beyond = self.phase * (self.threshold() + self.friction(1)) + self.acceleration
+        return direction * (self.carried() + beyond)
+
+    @cache  # noqa: B019
     def tension(self, spring: Expression, side: int, direction: Expression) -> Expression:
-        """Return the tension of a spring if all sliders on one side of it slide, without inertia.
+        """Return the tension of a spring if all sliders on one side of it follow a ramp.
 
         `side` 0: those above, which end in T_0; 1: those below, which end in T_N. Each of them
-        balances force and friction, so tension changes from spring to spring by the same step.
+        has the same force, so tension changes from spring to spring by the same step.
         """
         slider = sp.Symbol("slider", integer=True)
-        balance = sp.Eq(self.force(slider) + self.friction(direction), 0)
-        step = solved(balance, T(slider)) - T(slider - 1)
+        balance = sp.Eq(self.force(slider), self.following(direction))
+        step = sp.expand(solved(balance, T(slider)) - T(slider - 1))
+        if step.has(slider) or step.has(T):
+            raise ValueError(f"from spring to spring tension changes by different steps: {step}")
         return sp.expand(self.end(side) + (spring - (N if side else 0)) * step)
 
 
@@ -164,5 +218,68 @@ PREMISES: dict[str, Model] = {
     "theta at one end": replace(MODEL, natural=(l0 * (1 + theta), l0)),
     "coefficients kept": replace(MODEL, redraw=sp.Integer(0)),
     "mu_s in motion": replace(MODEL, sliding=MODEL.sliding.subs(mu_d, mu_s)),
+    "slips without overshoot": replace(MODEL, inertia=NONE),
+    "sliders that stick and slip": replace(MODEL, phase=symbol("phase")),
+    "fronts that accelerate": replace(MODEL, acceleration=symbol("acceleration")),
 }
 """The model with one premise changed, by what is changed."""
+
+ASSUMED: dict[str, str] = {
+    "springs obey Hooke's law": "",
+    "the stiffness does not depend on T": "",
+    "theta far below one": "",
+    "theta is frozen while sliders move": "",
+    "theta moves monotonically, slowly, between targets": "",
+    "no start, stop or reversal inside": "",
+    "the normal force is the weight's": "",
+    "mu_d is constant": "",
+    "no mu_s below mu_d": "",
+    "one value of mu_s": "",
+    "no disorder": "",
+    "disorder": "",
+    "independent Gaussian coefficients": "",
+    "mean over the disorder, or over mirror-symmetric starts": "",
+    "mean over the phase r0": "",
+    "relaxed chain": "",
+    "the neighbours stay at rest": "",
+    "the slip starts at the static threshold": "",
+    "slips are those of chapter slip": "",
+    "the neighbour rests or moves at a constant velocity": "",
+    "the first slider stays at rest": "",
+    "the chain moves as a whole": "",
+    "tan(alpha) between zero and mu_d": "",
+    "tan(alpha) not below zero": "",
+    "tan(alpha) inside plateau i": "",
+    "tan(alpha) far from the edges of a plateau": "",
+    "continuous sliding": "sliders that stick and slip",
+    "sliding limit: mu_s tends to mu_d": "sliders that stick and slip",
+    "a mean over many slips": "slips without overshoot",
+    "no inertia": "fronts that accelerate",
+    "large amplitude: all sliders but the pivot move": "",
+    "amplitude above the threshold": "",
+    "slider i - 1 is the pivot": "",
+    "a dilation and a contraction beyond the transient": "",
+    "the front has reached slider i - 2": "",
+    "sliders i - 1 and i rest meanwhile": "",
+    "the whole chain is set in motion": "",
+    "long chains": "",
+    "cycles": "",
+    "two sliders or more": "",
+    "three sliders or more": "",
+    "four sliders or more": "",
+    "only the ends slip": "",
+    "independent Gaussian targets": "",
+    "independent targets of a continuous law": "",
+    "sliding limit, or two sliders averaged over the phase": "sliders that stick and slip",
+    "the continuum of Eq. (vitessecontinue)": "",
+    "no elasticity": "",
+    "a rod cut into equal springs": "",
+    "sound in a rod": "",
+    "one grain per diameter": "",
+    "grains of the length of a spring": "",
+    "gravity of the Earth": "",
+    "mu_d c - s of order one": "",
+    "free of stress at the start of each phase": "",
+    "each line says what it assumes": "",
+}
+"""All that chapters and entries assume, and which changed premise of the model takes it away."""

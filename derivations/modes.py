@@ -22,6 +22,7 @@ row, column, k, d = sp.symbols("r s k d", integer=True, positive=True)
 frequency, size, phase, t = sp.symbols("omega size phase t", positive=True)
 order = sp.Symbol("order", integer=True, nonnegative=True)
 HALF = sp.Rational(1, 2)
+OMEGA = 2 * sp.sin(phi / 2)
 
 
 class Ends(NamedTuple):
@@ -82,7 +83,7 @@ def trigonometric(expression: Expression) -> bool:
 
 
 @chapter(
-    "Modes of a run", "theta frozen during a rearrangement", "no start, stop or reversal inside"
+    "Modes of a run", "theta is frozen while sliders move", "no start, stop or reversal inside"
 )
 def derive(proof: Proof, model: Model) -> None:
     """Show eigenpairs, norms, inverses, the conserved energy and what bounds derivatives."""
@@ -106,8 +107,8 @@ def _eigenvectors(proof: Proof, kind: Ends, applied: Expression, mirrored: Expre
     """Show angles and eigenvectors: inside, at both ends, how many there are, and their norm."""
     name, shape = f"{kind.left}-{kind.right}", kind.shape
     proof.proved(
-        f"{name}: K v = omega**2 v inside a run, omega = 2 sin(phi/2)",
-        lambda: trigonometric(applied - 4 * sp.sin(phi / 2) ** 2 * shape),
+        f"{name}: K v = omega omega v inside a run, omega = {OMEGA}",
+        lambda: trigonometric(applied - OMEGA**2 * shape),
         "addition theorem",
     )
     left = shape.subs(n, 0)
@@ -118,45 +119,64 @@ def _eigenvectors(proof: Proof, kind: Ends, applied: Expression, mirrored: Expre
         right -= mirrored * shape.subs(n, p)
     proof.proved(
         f"{name}: beyond its ends v vanishes (fixed) or is the same (free), p phi = {kind.turn}",
-        lambda: trigonometric(left) and trigonometric(right.subs(p, kind.turn / phi)),
-        "at 0 and p + 1",
+        lambda: ends_match(left, right, kind.turn),
+        "just beyond either end",
     )
     proof.show(f"{name}: so phi_q =", solved(p * phi - kind.turn, phi), kind.angle)
     lowest = kind.angle.subs(q, kind.first)
-    highest = kind.angle.subs(q, p + kind.first - 1)
     proof.proved(
-        f"{name}: p different angles in [0, pi): eigenvectors are orthogonal and complete",
-        lambda: (
-            sp.diff(kind.angle, q).is_positive
-            and lowest.is_nonnegative
-            and sp.factor((sp.pi - highest) * (2 * p + 2)).is_positive
-        ),
+        f"{name}: p different angles from {lowest} to below pi: eigenvectors are orthogonal and "
+        "complete",
+        lambda: different(kind.angle, kind.first),
         "phi_q grows with q, and the last is below pi",
     )
     if shape.func == sp.sin:
         total = p / 2 - (sp.sin((2 * p + 1) * phi) - sp.sin(phi)) / (4 * sp.sin(phi))
     else:
         total = p / 2 + sp.sin(2 * p * phi) / (4 * sp.sin(phi))
-    added = total - total.subs(p, p - 1) - shape.subs(n, p) ** 2
-    whole = sp.expand(kind.turn / phi)
     proof.proved(
-        f"{name}: the squares of an eigenvector sum up to {kind.square} (p for q = 0)",
-        lambda: (
-            trigonometric(added * sp.sin(phi))
-            and total.subs(p, 0) == 0
-            and vanishes(
-                sp.expand_trig(sp.expand(total.subs(p, whole))) - kind.square.subs(p, whole)
-            )
-        ),
+        f"{name}: the squares of an eigenvector sum up to {kind.square} (p where it is constant)",
+        lambda: sums_up(total, shape, kind.turn, kind.square),
         "induction over p, then p phi as above",
     )
+
+
+def ends_match(left: Expression, right: Expression, turn: Expression) -> bool:
+    """Return whether a shape fits both ends of a run, p phi being `turn`."""
+    return trigonometric(left) and trigonometric(right.subs(p, turn / phi))
+
+
+def different(angle: Expression, first: int) -> bool:
+    """Return whether the p angles from q = first on grow from zero or more to below pi."""
+    lowest, highest = angle.subs(q, first), angle.subs(q, p + first - 1)
+    below = sp.factor((sp.pi - highest) * (2 * p + 2)).is_positive
+    return bool(sp.diff(angle, q).is_positive and lowest.is_nonnegative and below)
+
+
+def sums_up(total: Expression, shape: Expression, turn: Expression, square: Expression) -> bool:
+    """Return whether `total` is the sum of squares of a shape, and `square` at the angles."""
+    added = total - total.subs(p, p - 1) - shape.subs(n, p) ** 2
+    whole = sp.expand(turn / phi)
+    at_angles = sp.expand_trig(sp.expand(total.subs(p, whole))) - square.subs(p, whole)
+    begun = total.subs(p, 0) == 0
+    return bool(begun and trigonometric(added * sp.sin(phi)) and vanishes(at_angles))
+
+
+def images(sign: int, period: Expression, nearest: Expression, farthest: Expression) -> bool:
+    """Return whether reflected images lower a diagonal of K^k: by their sign, and being nearer.
+
+    `sign` is that of the reflection at both ends, (-1)**distance that of the lattice's powers.
+    """
+    alternating = 1 if sp.expand(period / 2).is_integer else -1
+    nearer = nearest.is_positive and sp.expand(period - farthest).is_positive
+    return bool(sign * alternating == 1 and nearer)
 
 
 def _inverse(proof: Proof, kind: Ends) -> None:
     """Show that the closed form is the inverse of K, row by row."""
     name = f"{kind.left}-{kind.right}"
     mean = " less the mean" * (name == "free-free")
-    proof.show(f"{name}: inverse of K, row r <= column s", kind.inverse)
+    proof.show(f"{name}: inverse of K, row r not beyond column s", kind.inverse)
     proof.proved(
         f"{name}: K times it is one{mean}",
         lambda: all(vanishes(entry) for entry in _rows(kind)),
@@ -198,15 +218,12 @@ def _images(proof: Proof, kind: Ends) -> None:
     period, reflected = sp.expand(2 * (right - left)), 2 * (n - left)
     nearest, farthest = reflected.subs(n, 1), reflected.subs(n, p)
     proof.proved(
-        f"{kind.left}-{kind.right}: images repeat with {period} and the sign +, reflected ones, "
-        f"first at {reflected}, have the sign -, and are nearer: (K^k)_nn <= b(0)",
-        lambda: (
-            sign * (1 if sp.expand(period / 2).is_integer else -1) == 1
-            and nearest > 0
-            and sp.expand(period - farthest).is_positive
-        ),
-        "the sign of the reflections times (-1)**distance; each translated image has its "
-        "own reflected one before it",
+        f"{kind.left}-{kind.right}: images repeat with {period} and add, reflected ones, first at "
+        f"{reflected}, subtract, and are nearer: a diagonal of the k-th power of K is no larger "
+        "than on the infinite lattice",
+        lambda: images(sign, period, nearest, farthest),
+        "the sign of the reflections times that of the lattice's power, which alternates; each "
+        "translated image has its own reflected one before it",
     )
 
 
@@ -214,13 +231,14 @@ def _bounds(proof: Proof, own: Expression) -> None:
     """Show what a run conserves, how it bounds derivatives, and the times free of events."""
     velocity = size * sp.sin(frequency * t + phase)
     proof.show(
-        "each mode conserves v**2 + (v'/omega)**2, the square of its amplitude: 2J in all",
+        "each mode conserves the square of its amplitude, that of v and of v' over omega: they sum "
+        "up to twice J",
         velocity**2 + (sp.diff(velocity, t) / frequency) ** 2,
         size**2,
     )
     rate = frequency**order * size * sp.sin(frequency * t + phase + order * sp.pi / 2)
     proof.proved(
-        "a mode's k-th derivative is omega**k times it, turned by k pi/2",
+        f"a mode's k-th derivative is {rate}",
         lambda: (
             vanishes(rate.subs(order, 0) - velocity)
             and vanishes(sp.expand_trig(sp.diff(rate, t) - rate.subs(order, order + 1)))
@@ -238,12 +256,13 @@ def _bounds(proof: Proof, own: Expression) -> None:
 
     pascal = 2 * b(k, d) + b(k, d - 1) + b(k, d + 1) - b(k + 1, d)
     proof.proved(
-        "on the infinite lattice (K^k)_(n, n+d) = (-1)**d b(d), b(d) = binomial(2k, k+d)",
-        lambda: sp.combsimp(pascal.rewrite(sp.gamma)) == 0,
-        "Pascal's rule twice: K^(k+1)",
+        "on the infinite lattice the k-th power of K has, at a distance d from its diagonal, the "
+        f"entry b = {b(k, d)}, with alternating signs",
+        lambda: sp.combsimp(pascal.rewrite(sp.gamma)) == 0 and b(sp.Integer(0), 0) == 1,
+        "Pascal's rule twice leads from each power to the next",
     )
     proof.show(
-        "b falls with the distance: b(d + 1)/b(d) =",
+        "b falls with the distance, by each step to a share of",
         sp.combsimp((b(k, d + 1) / b(k, d)).rewrite(sp.gamma)),
         (k - d) / (k + d + 1),
     )
@@ -261,20 +280,26 @@ def _bounds(proof: Proof, own: Expression) -> None:
         (A + sp.sqrt(A**2 + 2 * speed * B)) / B,
     )
     proof.show(
-        "one that rests cannot start before, g its margin, d the rate at which it falls,",
+        "one that rests cannot start before, g its margin, d its rate of loss,",
         _later(margin - d * t - B * t**2 / 2),
         (-d + sp.sqrt(d**2 + 2 * margin * B)) / B,
     )
     # the bound of its neighbours' accelerations, sqrt(K_nn) (sqrt(2J_left) + sqrt(2J_right))
     # one step of velocity Verlet maps (x, v) with trace 2 - (omega step)**2 and determinant 1
-    step = sp.Symbol("step", positive=True)
+    step, fastest = sp.Symbol("step", positive=True), sp.sqrt(2 * own)
+    trace, least = 2 - (frequency * step) ** 2, sp.Integer(-2)
     limit = proof.show(
-        "velocity Verlet is stable while its trace 2 - (omega step)**2 exceeds -2: below the step, "
-        "at the largest omega, 2,",
-        solved(2 - (sp.sqrt(2 * own) * step) ** 2 + 2, step),
+        f"velocity Verlet is stable while its trace, {trace}, exceeds {least}: below the step, at "
+        f"the largest omega, {fastest},",
+        solved(trace.subs(frequency, fastest) - least, step),
         1,
     )
-    proof.entry("integration_step", small({}, symbol("Delta_t"), limit * symbol("tau_dyn")))
+    proof.entry(
+        "integration_step",
+        small({}, symbol("Delta_t"), limit * symbol("tau_dyn")),
+        fastest=fastest,
+        limit=limit,
+    )
 
 
 @cache

@@ -56,6 +56,27 @@ static_margin = mu_s * c - s
 excess = (mu_s - mu_d) * c
 """D, the driving force of a slip that starts from the static threshold."""
 
+_SHORT = sp.symbols("m a D")
+
+
+def brief(expression: Expression) -> Expression:
+    """Return an expression in m, a and D, if that makes it shorter."""
+    expression = sp.sympify(expression)
+    margin, static, jump = _SHORT
+    ways = (
+        {mu_s: mu_d + jump / c, s: mu_d * c - margin},
+        {mu_d: mu_s - jump / c, s: mu_s * c - static},
+        {mu_s: mu_d + jump / c},
+    )
+    forms = [expression, sp.factor(expression)]
+    for way in ways:
+        shorter = expression
+        for name, value in way.items():
+            shorter = shorter.subs(name, value)
+        forms.append(sp.factor(sp.cancel(sp.expand(shorter))))
+    return min(forms, key=lambda form: len(str(form)))
+
+
 _CAPTIONS = {
     "N": 30, "i": 9, "l_0": 1000, "mu_d": "1/2", "mu_s": "3/5", "sigma_mu": "1/100",
     "A_theta": "1/200", "sigma_theta": "1/100", "Delta_theta": "1/100", "tau_th": 1, "m": 1,
@@ -70,6 +91,19 @@ CAPTIONS, SOLID = (
 CAPTIONS |= {c: 4 / sp.sqrt(17), s: 1 / sp.sqrt(17)}
 
 x, f, S = sp.Function("x"), sp.Function("f"), sp.Function("S")
+
+
+ceil, floor, positive_part, least = map(sp.Function, ("ceil", "floor_", "positive_part", "least"))
+"""The least whole number that is not below, and the largest that is not above; the number itself,
+or zero if that is larger; the lesser of two."""
+
+
+def evaluated(expression: Expression) -> Expression:
+    """Return an expression with these functions as SymPy has them."""
+    known = {ceil: sp.ceiling, floor: sp.floor, least: sp.Min}
+    for function, meaning in known.items():
+        expression = expression.replace(function, meaning)
+    return expression.replace(positive_part, lambda of: sp.Max(0, of))
 
 
 class NotationError(ValueError):
@@ -134,7 +168,10 @@ def bind(expression: Expression, bindings: Mapping[Any, Any]) -> Expression:
     plain = {key: value for key, value in bindings.items() if not isinstance(key, str)}
     expression = expression.subs(plain, simultaneous=True)
     expression = expression.subs({symbol("mean_mu_s"): mu_s, symbol("Delta_mu"): mu_s - mu_d})
-    return expression.subs({sp.cos(alpha): c, sp.sin(alpha): s, sp.tan(alpha): s / c})
+    expression = expression.subs({sp.cos(alpha): c, sp.sin(alpha): s, sp.tan(alpha): s / c})
+    for function in (ceil, floor, positive_part):  # what they are of, in one form
+        expression = expression.replace(function, lambda of, at=function: at(sp.factor(of)))
+    return expression.replace(least, lambda *of: least(*sorted(map(sp.factor, of), key=str)))
 
 
 def creeps(advance: Expression) -> dict[Any, Any]:
@@ -165,8 +202,10 @@ _ACCENTS = {"\\tilde": "", "\\overline": "mean_", "\\dot": "dot_", "\\ddot": "dd
 _GREEK = ["alpha", "mu", "sigma", "theta", "kappa", "tau", "rho", "delta", "phi", "psi"]
 _IGNORED = r"\\(?:nonumber|left|right|Bigl|Bigr|bigl|bigr|quad)(?![A-Za-z])|\\\\|\\[,;:! ]|[&~$\s]"
 _TOKEN = re.compile(r"\\[A-Za-z]+|\d+(?:\.\d+)?|[A-Za-z]|[-+*/^_{}()\[\]|=<>,.]")
-_CALLED = ("S", "p", "l", "psi")
+_CALLED = ("S", "p", "l", "psi", "I")
 _INDEXED = ("x", "dot_x", "ddot_x", "Delta_x")
+_ENDS = ("+", "-", ")", "]", "}", ",", "\\rceil", "\\rfloor")
+_ROUNDED = {"\\lceil": ceil, "\\lfloor": floor}
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 
 
@@ -234,7 +273,7 @@ class _Reader:
             if token == "/":
                 self.take()
                 return value / self.product()
-            if not token or token in ("+", "-", ")", "]", "}", ",") or token in _RELATIONS:
+            if not token or token in _ENDS or token in _RELATIONS:
                 return value
             if token == "|" and self.bars:
                 return value
@@ -277,6 +316,21 @@ class _Reader:
         if token == "\\frac":
             self.take()
             return self.enclosed() / self.enclosed()
+        if token in _ROUNDED:
+            self.take()
+            value = self.sum()
+            self.take(token.replace("\\l", "\\r"))
+            return _ROUNDED[token](value)
+        if token in ("\\min", "\\max"):
+            self.take()
+            self.take("(")
+            one = self.sum()
+            self.take(",")
+            other = self.sum()
+            self.take(")")
+            if token == "\\max" and one != 0:
+                raise NotationError("only a part that is positive, max(0, ...), is known")
+            return least(one, other) if token == "\\min" else positive_part(other)
         if token == "\\sqrt":
             self.take()
             return sp.sqrt(self.enclosed())

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations import slip
-from derivations.judges import inequality, vanishes
+from derivations.judges import inequality
 from derivations.model import Model, solved
-from derivations.notation import c, l0, mu_d, mu_s, static_margin, symbol
+from derivations.notation import CAPTIONS, amplitude, c, l0, mu_d, mu_s, static_margin, symbol
 from derivations.proof import Proof, chapter
 
 q, k = symbol("q"), symbol("k")
@@ -18,39 +18,66 @@ part, beyond, further = sp.symbols("u J further", positive=True)
 @chapter("The quasi-static procedure", "theta moves monotonically, slowly, between targets")
 def derive(p: Proof, model: Model) -> None:
     """Show where a ramp starts its first slip, and what a jump of theta does instead."""
-    p.proved(
-        "rearrangements start at an end: a ramp changes no inner force, and that on slider 1 and N",
-        lambda: [model.push(end) for end in ("first", "inner", "last")] == [-1, 0, 1],
-        "scaling",
+    p.show(
+        "while l0 theta rises by one, the force on the first slider changes by",
+        model.push("first"),
+        -1,
     )
+    p.show(
+        "... on an inner one not at all, so every rearrangement starts at an end",
+        model.push("inner"),
+        0,
+    )
+    p.show("... and on the last one by", model.push("last"), 1)
     p.alone("end_of_targets")
     first, last, tension = model.pair()
     about_to_slip = solved(last - model.threshold(), tension)
     contracted = first.subs(tension, about_to_slip) - model.push("first") * beyond
     needed = p.show(
-        "two sliders, theta_q such that slider 2 is about to slip: slider 1 slips in the "
+        "two sliders, theta_q such that the lower one is about to slip: the upper one slips in the "
         "contraction that follows once l0 theta has fallen by",
         solved(contracted - model.threshold(), beyond),
         2 * static_margin,
     )
-    # from further than that a contraction to 0 starts its first slip at |theta_c| > 0
-    start = (needed + further - needed) / l0
+    start = p.show(
+        "from further than that by some more, a contraction to theta = zero starts its first slip "
+        "at a theta_c beyond it, in absolute value",
+        (needed + further - needed) / l0,
+        further / l0,
+    )
     way = sp.Symbol("way", real=True, nonzero=True)
     theta_q, theta_c = symbol("theta_q"), symbol("theta_c")
     ramp = {theta_c ** (k + 1): theta_q + way / (1 + part), symbol("theta_q+1"): theta_q + way}
     between = inequality(ramp, way**2)
-    p.alone("critical_dilation", corrected=between, holds=start.is_positive)
+    warm = 2 * CAPTIONS[amplitude]
+    beyond_zero = (warm - needed / l0).subs(CAPTIONS)
+    p.entry(
+        "critical_dilation",
+        corrected=between,
+        holds=start.is_positive and beyond_zero.is_positive,
+        start=beyond_zero,
+        warm=warm,
+    )
 
     length, excess = slip.derive(model).length, slip.derive(model).excess
     at_once = p.show(
-        "theta jumps, by J more than what brings slider N to its threshold: it slips once, by",
+        "theta jumps, by J more than what brings the last slider to its threshold: it slips "
+        "once, by",
         length.subs({slip.w: 1, slip.a0: excess + beyond}),
         2 * (mu_s - mu_d) * c + 2 * beyond,
     )
     lone = length.subs({slip.w: 1, slip.a0: excess})
+    p.show(
+        "theta runs there: each slip takes as much from the force as a ramp of its own length "
+        "gives: there are as many slips as it takes to make up for J, each of",
+        lone,
+        2 * (mu_s - mu_d) * c,
+    )
     short = p.show(
-        "theta runs there: by 2D for every 2D of the ramp, 2D ceil(J/(2D)) < J + 2D; less by",
+        "less than one slip beyond J, so that the jump leads further by more than",
         at_once - (beyond + lone),
         beyond,
     )
-    p.entry("dilation_jumps", holds=vanishes(short - beyond))
+    p.entry(
+        "dilation_jumps", holds=short.is_positive, lines=3, jump=at_once, ramp=lone, excess=beyond
+    )

@@ -13,12 +13,13 @@ from typing import Any
 
 import sympy as sp
 
-from derivations.judges import Judge, equals, follows, vanishes
+from derivations.judges import Judge, equals, follows, standing_of, vanishes
 from derivations.model import MODEL, Model
-from derivations.notation import Expression
+from derivations.notation import Expression, brief
 
-STANDINGS = ("proved", "checked", "argued")
-"""For all N or all parameters, by algebra; in exact cases that are named; in words."""
+STANDINGS = ("proved", "judged", "checked", "argued")
+"""For all N or all parameters, by algebra, line by line; a formula that its judge accepts, with no
+line shown; in exact cases that are named, or in floating point; in words."""
 
 
 @dataclass
@@ -57,16 +58,50 @@ class Line:
             return f"cannot be decided: {trouble!r}"
 
 
+def worded(value: Any, form: str = "") -> str:
+    """Return what a text says of a value: a number in a format, or an expression in m, a and D."""
+    if form:
+        return format(float(value), form)
+    return value if isinstance(value, str) else str(brief(value))
+
+
 @dataclass
 class Decision:
-    """What decides an entry: judges of its formulas, evidence, and the lines it rests on."""
+    """What decides an entry: judges of its formulas, evidence, and the lines it rests on.
+
+    Attributes
+    ----------
+    printed : callable or None
+        The judge of the printed formula.
+    corrected : tuple of (callable or None)
+        Those of the corrected formulas, in their order; None: the judge of the printed one.
+    holds : bool or callable
+        Evidence beside the formulas.
+    lines, shown : list of Line
+        What it rests on; what leads to it.
+    said : mapping
+        What the texts of the entry may name: values that the derivation knows.
+    """
 
     printed: Judge | None
-    corrected: Judge | None
+    corrected: tuple[Judge | None, ...]
     holds: object
     lines: list[Line]
     shown: list[Line]
-    """The lines that lead to it."""
+    said: Mapping[str, Any]
+
+    @property
+    def judges(self) -> list[Judge]:
+        """All judges of its formulas."""
+        return [judge for judge in (self.printed, *self.corrected) if judge is not None]
+
+    @property
+    def standing(self) -> str:
+        """The weakest standing of what decides it."""
+        used = {line.standing for line in self.lines} | set(map(standing_of, self.judges))
+        if not any(line.standing for line in self.lines):
+            used.add("judged" if self.judges else "argued")
+        return next(word for word in reversed(STANDINGS) if word in used)
 
 
 def _judge(said: Any) -> Judge | None:
@@ -126,6 +161,7 @@ class Proof:
         corrected: Any = None,
         holds: Any = True,
         lines: int = 1,
+        **said: Any,
     ) -> None:
         """Decide an entry of the ledger, which rests on the last so many lines.
 
@@ -135,20 +171,25 @@ class Proof:
             As the ledger has it.
         printed, corrected : mapping, Expression or callable
             What stands for the symbols of the formula; what a bare expression must be; a judge.
+            A tuple: of each corrected formula.
         holds : bool or callable
             Evidence beside the formulas.
         lines : int
             How many.
+        **said
+            What the texts of the entry name in braces.
         """
         rested = self.lines[len(self.lines) - lines :]
         shown = self.lines[-max(8, lines) :] if lines else []
-        self.decisions[name] = Decision(_judge(printed), _judge(corrected), holds, rested, shown)
+        of_each = corrected if isinstance(corrected, tuple) else (corrected,)
+        judges = tuple(map(_judge, of_each))
+        self.decisions[name] = Decision(_judge(printed), judges, holds, rested, shown, said)
 
     def alone(
-        self, name: str, printed: Any = None, corrected: Any = None, holds: Any = True
+        self, name: str, printed: Any = None, corrected: Any = None, holds: Any = True, **said: Any
     ) -> None:
         """Decide an entry that rests on no line: a definition, or what its formula settles."""
-        self.entry(name, printed, corrected, holds, lines=0)
+        self.entry(name, printed, corrected, holds, lines=0, **said)
 
     def __getattr__(self, name: str) -> Any:
         try:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derivations.judges import inequality, ratio, small, vanishes, within
+from derivations.judges import Within, inequality, ratio, small, vanishes
 from derivations.model import FRESH, Model, after, before, g, here, k, m, mu, solved, tau_dyn, way
 from derivations.notation import (
+    CAPTIONS,
     Expression,
     L,
     N,
@@ -29,13 +30,17 @@ from derivations.notation import (
     theta,
     x,
 )
-from derivations.proof import Proof, chapter
+from derivations.proof import Proof, chapter, worded
 
 M, c_s, T, T_0 = (symbol(name) for name in ["M", "c_s", "T", "T_0"])
 velocity = sp.Function("dot_x")
 section = symbol("S")
 ROD = {m: rho * section * L / N, k: N * Y * section / L}
 """A rod as a chain: mass of a slider, stiffness of a spring."""
+SHORT, LONG, SOUND = 0.003, 0.03, 3000.0
+"""From a few millimetres to centimetres, in m; a few km/s, in m/s."""
+ORDER = 1.6
+"""The factor to within which an estimate is what the formula above it gives."""
 
 
 def normal(value: Expression, centre: Expression, width: Expression) -> Expression:
@@ -70,8 +75,17 @@ def derive(p: Proof, model: Model) -> None:
 
     p.alone("dynamical_time", {tau_dyn: solved(k * tau_dyn**2 / m - 1, tau_dyn)})
     rod = {tau_dyn: sp.sqrt(m / k).subs(ROD), c_s: sp.sqrt(Y / rho)}
-    p.alone("transit_time", ratio(rod, lambda q: vanishes(q - 1 / N)), rod)
-    p.alone("dynamical_time_value", within(0.003 / 3000, 1.5))
+    p.alone(
+        "transit_time",
+        ratio(rod, lambda q: vanishes(q - 1 / N)),
+        rod,
+        stiffness=ROD[k],
+        mass=ROD[m],
+        tau=sp.simplify(rod[tau_dyn]),
+    )
+    for name, length in (("dynamical_time_value", SHORT), ("dynamical_time_upper", LONG)):
+        value = length / SOUND
+        p.alone(name, Within(value, ORDER), value=value, length=length, sound=SOUND, factor=ORDER)
     forces = sum(model.at(slider) for slider in ("first", "inner", "last"))
     no_units = not {m, k, g, tau_dyn} & forces.free_symbols
     p.alone("time_unit", holds=no_units)
@@ -81,14 +95,21 @@ def derive(p: Proof, model: Model) -> None:
     p.alone("timesteps", {symbol("t_q"): symbol("q") * tau_th})
     p.alone("centre_of_mass")
 
-    friction = p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way)
+    friction = p.show(
+        "friction in motion, S the direction, positive downhill",
+        model.friction(way),
+        -mu_d * c * way,
+    )
     threshold = p.show("static friction holds forces up to", model.threshold(), mu_s * c)
     spring = l0 * (1 + theta)
-    inside = "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k"
+    inside = (
+        "force on the first slider: minus the derivative of the energy, in m g, lengths in the "
+        "stretch of a spring by m g"
+    )
     for name, slider, index, text, form in (
         ("1", "first", sp.Integer(1), inside, after - here - spring + s),
         ("", "inner", n, "on an inner slider", before - 2 * here + after + s),
-        ("N", "last", N, "on slider N", before - here + spring + s),
+        ("N", "last", N, "on the last slider", before - here + spring + s),
     ):
         force = p.show(text, model.at(slider), form)
         places = at({index - 1: before, index: here, index + 1: after})
@@ -106,9 +127,19 @@ def derive(p: Proof, model: Model) -> None:
     p.alone("dist_mud", drawn)
     p.alone("dist_theta", {"psi": lambda value: normal(value, 0, sigma_theta)})
     p.alone("random_dilation_width", {sigma_theta: kappa * symbol("Delta_T")})
+    apart = float(((mu_s - mu_d) / sigma_mu).subs(CAPTIONS))
+    tail, mills = mpmath.ncdf(-apart), mpmath.npdf(apart) / apart
     p.checked(
-        "a drawn mu_s below mu_d is rarer than 1e-23 for the captions' numbers",
-        lambda: 7e-24 < mpmath.ncdf(-10) < 8e-24,
-        "Phi((.5 - .6)/.01) = 7.6e-24",
+        f"a drawn mu_s below mu_d has the probability {worded(tail, '.2g')} for the captions' "
+        "numbers",
+        lambda: mills * (1 - apart**-2) < tail < mills,
+        f"Phi at minus {apart}, between the bounds of Mills' ratio",
     )
-    p.entry("drawn_below_dynamic", small({}, sigma_mu, mu_s - mu_d))
+    thousandth = mpmath.findroot(lambda z: mpmath.ncdf(-z) - mpmath.mpf(1) / 1000, 3)
+    p.entry(
+        "drawn_below_dynamic",
+        small({}, sigma_mu, mu_s - mu_d),
+        tail=tail,
+        apart=apart,
+        thousandth=thousandth,
+    )

@@ -11,7 +11,22 @@ import sympy as sp
 
 from derivations import runaway, slip
 from derivations.model import Model, T, after, before, solved
-from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
+from derivations.notation import (
+    Expression,
+    N,
+    brief,
+    c,
+    excess,
+    floor,
+    l0,
+    least,
+    mu_d,
+    mu_s,
+    n,
+    s,
+    slope_margin,
+    star,
+)
 from derivations.proof import Proof, chapter
 
 L, E_0 = sp.symbols("L E_0", positive=True)
@@ -25,10 +40,10 @@ tau, rest_state = sp.Function("tau"), sp.Function("T_0")
 
 @chapter(
     "Shakedown",
-    "cycles of amplitude A > 0, L = l0 A",
-    "0 <= tan(alpha)",
-    "effective mu_s >= mu_d",
-    "N >= 2 (cycles of the ends: N >= 3)",
+    "cycles",
+    "tan(alpha) not below zero",
+    "no mu_s below mu_d",
+    "two sliders or more",
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the bounds of rest, of creep and of locked cycles of the ends."""
@@ -39,77 +54,108 @@ def derive(p: Proof, model: Model) -> None:
         model.force(n),
     )
     total = model.end(1) - model.end(0) + N * model.scaled(model.weight)
-    _rest(p, total)
+    _rest(p, model, total)
     _melan(p, model)
     _ends(p, model, total)
 
 
-def _rest(p: Proof, total: Expression) -> None:
-    """Show when a state at rest over all cycles exists: an end holds iff |F| <= w - L."""
-    held = (first - L - a) + (inner - b) + (last - L - d)
+def at_rest(forces: list[Expression], room: list[Expression], total: Expression) -> bool:
+    """Return whether forces sum up to what they must, and none exceeds the room for it.
+
+    For an L that is not above any of the three bounds: what it leaves at the ends is not negative,
+    and what it leaves in all is not less than the weight.
+    """
+    above, below, spare = sp.symbols("above below spare", nonnegative=True)
+    weight = sp.Symbol("weight", positive=True)  # N s
+    within = {first: L + above, last: L + below, s: weight / N}
+    summed = {inner: weight + spare - above - below}
+    inside = sp.symbols("inside", nonnegative=True)
+    margins = []
+    for force, most in zip(forces, room, strict=True):
+        left, share_of = most - force, sp.cancel(force / most)
+        given = left.subs(within) if most != inner else (1 - share_of).subs(within) * inside
+        margins += [sp.factor(given.subs(summed)), sp.factor(share_of.subs(within).subs(summed))]
+    adds_up = sp.cancel((sum(forces) - total).subs(within)) == 0
+    return adds_up and all(margin.is_nonnegative for margin in margins)
+
+
+def _rest(p: Proof, model: Model, total: Expression) -> None:
+    """Show when a state at rest over all cycles exists: an end holds iff it has room for L."""
+    room = [first - L, inner, last - L]
+    held = sum(room) - (a + b + d)
     bound = (first + inner + last - N * s) / 2
+    p.show(
+        "a ramp by L either way leaves an end within its threshold w if the force on it is within "
+        "w less L: on the first slider, slack a,",
+        first - L * -model.push("first") - a - (room[0] - a),
+        0,
+    )
     limit = p.show(
-        "a state at rest over a cycle has slacks a, b, d >= 0 to the thresholds less L at the ends:"
-        " L <= (w_1 + ... + w_N - N s)/2, for L =",
+        f"a state at rest over cycles has forces that sum up to {total}, with slacks a, b, d, not "
+        "below zero, at the first, the inner and the last sliders: L =",
         solved(held - total, L),
         bound - (a + b + d) / 2,
     )
-    even = solved(share * (first - L + inner + last - L) - total, share)
-    below = {inner: 2 * L + N * s + gap - first - last, s: slope}
+    p.named["rests"] = limit.subs(dict.fromkeys((a, b, d), 0))
+    even = solved(share * sum(room) - total, share)
     p.proved(
-        "and it exists if L <= min(w_1, w_N, (w_1 + ... + w_N - N s)/2)",
-        lambda: (
-            sp.cancel(even.subs(below)).is_nonnegative
-            and sp.cancel(1 - even.subs(below)).is_nonnegative
-        ),
-        "forces that are one share N s/(w_1 + ... + w_N - 2L) of what friction leaves room for: "
-        "it lies in [0, 1] and makes them sum to N s",
+        f"and it exists if L exceeds none of {first}, {last} and {bound}",
+        lambda: at_rest([even * part for part in room], room, total),
+        f"each force is a share {even} of the room for it",
     )
-    equal = {first: mu_s * c, last: mu_s * c, inner: (N - 2) * mu_s * c}
+    held = model.threshold()
+    equal = {first: held, last: held, inner: (N - 2) * held}
     no_slack = dict.fromkeys((a, b, d), 0)
-    p.show(
-        "with one mu_s: L <=",
+    most = p.show(
+        "with one mu_s L is at most what one end holds, and",
         limit.subs(equal | no_slack),
         N * (mu_s * c - s) / 2,
     )
+    p.entry("at_rest", {star: least(held, most) / l0}, lines=4)
 
 
 def _melan(p: Proof, model: Model) -> None:
     """Show that below Melan's bound with mu_d no state creeps for ever."""
     above, below = rest_state(n - 1), rest_state(n)
     p.show(
-        "E = |v|**2/2 + |tau|**2/2, tau = T - T_rest of a state at rest with mu_d, which ramps "
-        "leave alone; springs exchange their power (runaway), for the forces of tau are",
+        "E: the kinetic energy and that of tau = T - T_rest, T_rest of a state at rest with mu_d, "
+        "which ramps leave alone; springs exchange their power (runaway): the force of tau is",
         model.between(above + tau(n - 1), below + tau(n)) - model.between(above, below),
         tau(n) - tau(n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):
         held = way * (mu_d * c - eps - gap)  # the force of the state at rest, within mu_d c - eps
         p.show(
-            f"a slider that moves {word}hill takes from E at least eps |v|: dE/dt =",
+            f"a slider that moves {word}hill takes from E at least eps times |v|: the rate of E is",
             way * speed * (held + model.friction(way)),
             -(eps + gap) * speed,
         )
     p.show(
-        "so over any time all paths together are at most E_0/eps:",
+        "so over any time all paths together are, at most,",
         solved(sp.Eq(E_end, E_0 - eps * path - more), path),
         E_0 / eps - (E_end + more) / eps,
     )
-    low = (N * (mu_d * c - eps) - N * s) / 2
-    p.show(
-        "the state at rest exists for thresholds mu_d c - eps, if L <= mu_d c - eps and eps <=",
+    held = -model.friction(1) - eps
+    low = p.rests.subs({first: held, last: held, inner: (N - 2) * held})
+    eps_most = p.show(
+        f"the state at rest exists for thresholds {held}, if L is within one of them and eps not "
+        "above",
         solved(low - L, eps),
         slope_margin - 2 * L / N,
     )
-    p.show(
-        "so no state creeps for ever, with any static coefficients >= mu_d, drawn or not, for "
-        "l0 A < min(mu_d c, N (mu_d c - s)/2): such an eps > 0 exists up to L =",
-        solved(solved(low - L, eps), L),
-        N * slope_margin / 2,
+    one = p.show("which leaves some eps up to L =", held.subs(eps, 0), mu_d * c)
+    both = p.show("... and up to L =", solved(eps_most, L), N * slope_margin / 2)
+    bounded = p.lines[:]
+    p.proved(
+        "so no state creeps for ever, with any static coefficients from mu_d on, drawn or not, for "
+        f"L below {one} and {both}",
+        lambda: not any(line.fault for line in bounded),
+        "paths that sum up to a finite length are no creep",
     )
+    p.entry("no_lasting_creep", {star: least(one, both) / l0}, lines=7)
     p.show(
-        "with mu_s - mu_d >= delta everywhere it comes to rest: every slip has a least length "
-        "(runaway), and there are at most",
+        "with mu_s above mu_d by delta or more everywhere it comes to rest: every slip has a least "
+        "length (runaway), and there are at most",
         runaway.derive(model).slips.subs(runaway.energy, E_0) * slope_margin / eps,
         18 * E_0**2 / (eps * (runaway.step * c) ** 3),
     )
@@ -120,26 +166,28 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
     held, move = model.threshold(), slip.derive(model).last
     above, below = (sp.diff(model.at("inner"), place) for place in (before, after))
     p.show(
-        "k slips of slider 1 by 2D change the force on slider 2 by",
+        f"k slips of the first slider, each by {brief(move)}, change the force on its neighbour by",
         k * above * move,
         2 * k * excess,
     )
-    p.show("... and those of slider N that on its neighbour by", k * below * move, 2 * k * excess)
+    p.show("... and those of the last slider that on its own by", k * below * move, 2 * k * excess)
     drop = -model.push("first") * 2 * L - k * move
     p.show("while the force on the end itself changes by", drop, 2 * L - 2 * k * excess)
-    p.show(
+    turning = p.show(
         "so an end turns within its threshold up to L =",
         solved(drop - 2 * held, L),
         mu_s * c + k * excess,
     )
     high = 2 * held + (N - 4) * held + (held - k * below * move) + (held - drop)
     p.show(
-        "highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N (the lowest are minus "
-        "these, in reverse): their sum",
+        "highest forces at the end of a contraction, on the ends, their neighbours and all others "
+        "(the lowest are minus these, in reverse): their sum",
         high,
         N * mu_s * c - 2 * L,
     )
-    p.show("they can sum to N s up to L =", solved(high - total, L), N * (mu_s * c - s) / 2)
+    most = p.show(
+        f"they can sum to {total} up to L =", solved(high - total, L), N * (mu_s * c - s) / 2
+    )
     p.argued(
         "N >= 4: the largest amplitude of a locked cycle of the ends is l0 A = "
         "min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
@@ -147,6 +195,8 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
         "a neighbour swings by 2kD within 2 mu_s c, so k <= mu_s c/D; sliders 2 and 3 rest; "
         "an end has one phase in (mu_s c - 2D, mu_s c], so the period is 1",
     )
+    swings = floor(mu_s / (mu_s - mu_d))
+    p.entry("locked_ends", {star: least(most, turning.subs(k, swings)) / l0}, lines=3)
     p.argued(
         "N = 3: such cycles exist at every amplitude above mu_s c if 3 s <= mu_s c, else none",
         "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "

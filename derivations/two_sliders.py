@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
+
+import mpmath
 import sympy as sp
 
 from derivations import slip
+from derivations.chain import RationalChain
 from derivations.judges import inequality, leading
 from derivations.model import Model, after, before, here, mu, solved
 from derivations.notation import (
+    CAPTIONS,
     Expression,
     Formula,
     amplitude,
     at,
+    brief,
     c,
+    ceil,
     creeps,
     excess,
     f,
     l0,
     mu_d,
     mu_s,
+    positive_part,
     s,
     sigma_mu,
     slope_margin,
@@ -29,9 +38,51 @@ from derivations.notation import (
 )
 from derivations.proof import Proof, chapter
 
-r, v_G, step = symbol("r"), symbol("v_G"), symbol("Delta_x_G")
+r, v_G, advance = symbol("r"), symbol("v_G"), symbol("Delta_x_G")
 jump = sp.Symbol("jump", positive=True)
 room = l0 * amplitude
+SIZES = dict(zip(sp.symbols("m_ s_ D_", positive=True), (slope_margin, s, excess), strict=True))
+"""What is positive in this chapter."""
+
+
+def _positive(expression: Expression) -> bool:
+    """Return whether an expression is positive as far as m, s and D are."""
+    margin, weight, step = SIZES
+    known = expression.subs({mu_s: mu_d + step / c}).subs(mu_d, (margin + s) / c).subs(s, weight)
+    return bool(sp.expand(known).is_positive)
+
+
+def staircase(passed: Expression, back: Expression, move: Expression) -> bool:
+    """Return whether a chain of spring r that has just slipped rests where it is.
+
+    It slips on where y exceeds `passed`, and then back where y falls below `back`; from r less
+    `move` it came by the same two places of one slip earlier.
+    """
+
+    def rests(value: Expression, place: Expression) -> bool:
+        low, high = (bound.subs(r, value) for bound in (back.subs(r, r - move), passed))
+        return _positive(high - place) and _positive(place - low)
+
+    return rests(r + move, passed) and rests(r, back)
+
+
+def _share(slope: Expression) -> str:
+    return f"{float(1 - slope / CAPTIONS[mu_d]):.0e}"
+
+
+def _slips_alone(slope: Expression) -> bool:
+    """Return whether two sliders at a slope next to mu_d creep as the staircase says."""
+    given = {name: Fraction(str(CAPTIONS[name])) for name in (mu_d, mu_s)}
+    tangent, low, high = Fraction(str(slope)), given[mu_d], given[mu_s]
+    reach, step = Fraction(7, 3), high - low
+    pair = RationalChain(2, tangent, low, high)
+    for target in (reach, -reach, reach):
+        pair.to(target)
+    start = sum(pair.x)
+    pair.to(-reach)
+    pair.to(reach)
+    steps = math.ceil((reach - high + tangent) / (2 * step))
+    return sum(pair.x) - start == 2 * 2 * 2 * step * steps
 
 
 @chapter(
@@ -51,7 +102,8 @@ def _level(p: Proof, model: Model) -> None:
     """Show that a level chain does not creep on average."""
     mirror = {before: -after, after: -before, here: -here}
     p.show(
-        "the mirror image of a level chain: the force on slider 1 becomes minus that on 2",
+        "the mirror image of a level chain: the force on the upper slider becomes minus that on "
+        "the lower one",
         model.at("first").subs(s, 0).subs(mirror, simultaneous=True),
         -model.at("last").subs(s, 0),
     )
@@ -77,13 +129,13 @@ def _order(p: Proof, model: Model) -> tuple[Expression, Expression]:
 
     first, last, tension = model.pair()
     start = p.show(
-        "dilation: slider 2 starts downhill, F_2 = mu_s c, at the tension",
+        "dilation: the lower slider starts downhill, at its static threshold, at the tension",
         solved(last - model.threshold(), tension),
         -static_margin,
     )
     move = slip.derive(model).last
     p.show(
-        "the slip of slider 2 by 2D leaves slider 1 the margin mu_s c + F_1 =",
+        "its slip leaves the upper slider a margin before it starts uphill,",
         first.subs(tension, start + move) + model.threshold(),
         2 * s + 2 * excess,
     )
@@ -91,14 +143,14 @@ def _order(p: Proof, model: Model) -> tuple[Expression, Expression]:
     start_2 = solved(last - model.threshold(mu(2)), tension)
     start_1 = solved(first + model.threshold(mu(1)), tension)
     ordering = p.show(
-        "different coefficients: slider 2 is first if tan(alpha) exceeds",
+        "different coefficients: the lower slider is first if tan(alpha) exceeds",
         solved((start_2 - start_1).subs(s, c * tan), tan),
         (mu(2) - mu(1)) / 2,
     )
     p.entry("ordering", inequality({}, s / c - ordering))
     left = first.subs(tension, start_2 + move.subs(mu_s, mu(2)))
     stability = p.show(
-        "... and slider 1 stays after the slip if tan(alpha) is below",
+        "... and the upper one stays after the slip if tan(alpha) is below",
         solved((model.threshold(mu(1)) - left).subs(s, c * tan), tan),
         mu_d + (mu(1) - mu(2)) / 2,
     )
@@ -113,13 +165,16 @@ def _order(p: Proof, model: Model) -> tuple[Expression, Expression]:
         width(ordering),
         sigma_mu / sp.sqrt(2),
     )
-    p.entry("alpha_c_minus", {sp.tan(symbol("alpha_c_minus")): lower})
+    share = mpmath.ncdf(float(lower / width(ordering)))
+    p.entry("alpha_c_minus", {sp.tan(symbol("alpha_c_minus")): lower}, edge=ordering, share=share)
     upper = p.show(
         "one standard deviation below the second's mean",
         stability.subs({mu(1): mu_s, mu(2): mu_s}) - width(stability),
         mu_d - sigma_mu / sp.sqrt(2),
     )
-    p.entry("alpha_c_plus", {sp.tan(symbol("alpha_c_plus")): upper})
+    mean = stability.subs({mu(1): mu_s, mu(2): mu_s})
+    share = mpmath.ncdf(float((mean - upper) / width(stability)))
+    p.entry("alpha_c_plus", {sp.tan(symbol("alpha_c_plus")): upper}, edge=stability, share=share)
     return start, move
 
 
@@ -128,64 +183,118 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
     first, _, tension = model.pair()
     rho = r + move / 2
     passed = p.show(
-        "r = x_2 - x_1 - l0, y = l0 theta, T = r - y: slider 2 slips, r -> r + 2D, at y =",
+        "r: the stretch of the spring at theta = zero, y = l0 theta, T = r - y: the lower slider "
+        "slips, r grows by the length of a slip, at y =",
         r - start,
         rho + slope_margin,
+        "passed",
     )
-    p.show(
-        "... and slider 1 slips back, r + 2D -> r, at y =",
+    back = p.show(
+        "... and the upper one slips back, as much, from there at y =",
         r + move - solved(first - model.threshold(), tension),
         rho - slope_margin,
+        "back",
     )
-    p.show("either slip moves the centre of mass downhill by D", move / 2, excess)
-    slips = p.lines[-3:]
+    step = p.show("either slip moves the centre of mass downhill by", move / 2, excess)
+    lattice = p.show(
+        "both at places that belong to rho, halfway between two values of r: r +", rho - r, excess
+    )
     p.proved(
-        "staircase: r stays in r_0 + 2D Z, and x_G moves by D whenever y passes rho + m upwards or "
-        "rho - m downwards, in turns, for a rho = r + D of these",
-        lambda: not any(line.fault for line in slips),
-        "induction over the slips: each leads from one r to the next by the lines above, and "
-        "between slips nothing moves",
+        f"staircase: r_0 and r differ by {brief(move)} times a whole number, and x_G moves by "
+        f"{brief(step)} whenever y passes {brief(passed)} upwards or {brief(back)} downwards, in "
+        "turns, for each such r",
+        lambda: staircase(passed, back, move),
+        "a chain that has just slipped rests, for y lies between the next place where it slips on "
+        "and the next one where it slips back; so each slip leads from one r to the next",
     )
+    highest, lowest = passed - rho, back - rho
     reach = p.show(
-        "cycles pass it twice iff -L < rho - m and rho + m < L = l0 A: |rho| below",
-        room - (passed - rho),
+        f"cycles pass both, rho with {brief(highest)} and {brief(lowest)}, iff |rho| is below, L = "
+        "l0 A,",
+        room - highest,
         room - slope_margin,
     )
+    p.show("... on either side", room + lowest, room - slope_margin)
+    nearest = lattice.subs(r, 0)
     threshold = p.show(
-        "relaxed chain, r_0 = 0, rho = +-D, +-3D, ...: it creeps above A* =",
-        solved(reach - move / 2, amplitude),
+        f"relaxed chain, r_0 = zero, rho an odd multiple of {brief(nearest)}: it creeps above A* =",
+        solved(reach - nearest, amplitude),
         static_margin / l0,
     )
-    p.entry("threshold_th_2_cycle_corrected", {star: threshold})
-    p.entry("rest_below_threshold")
+    stops = solved(reach, amplitude)
+    p.entry(
+        "threshold_th_2_cycle_corrected", {star: threshold}, lines=5, stops=stops, phase=nearest
+    )
+    p.entry("rest_below_threshold", lines=5, stops=stops)
     at_rho = sp.Symbol("rho", real=True)
     velocity = p.show(
-        "mean over r_0, one rho in 2D, each moves x_G by D a half-cycle: tau_th v =",
-        sp.integrate(move / 2 / move, (at_rho, -reach, reach)),
+        f"mean over r_0: there is one rho in {brief(move)}, and it moves x_G by {brief(step)} a "
+        "half-cycle: tau_th v =",
+        sp.integrate(step / move, (at_rho, -reach, reach)),
         room - slope_margin,
     )
-    mean = creeps(velocity)
-    p.entry("velocity_th_2_cycle", leading(mean, amplitude), mean)
-    p.entry("velocity_th_2_cycle_corrected", mean)
-    p.show("towards alpha_c it tends to", sp.limit(velocity, s, mu_d * c), room)
-    p.entry("divergence")
+    pairs = p.show(
+        f"relaxed chain: on either side there is a rho, which moves x_G by {brief(step)}, at "
+        f"{brief(nearest)} and after every {brief(move)}: the number of pairs within reach is the "
+        "least whole number from zero on that is not below",
+        (reach - nearest) / move,
+        (room - static_margin) / (2 * excess),
+    )
+    mean = creeps(positive_part(velocity))
+    relaxed = creeps(2 * step * positive_part(ceil(pairs)))
+    lacks = velocity - room
+    p.entry(
+        "velocity_th_2_cycle",
+        leading(creeps(velocity), amplitude),
+        (mean, relaxed),
+        lines=8,
+        lacks=lacks / room,
+        steps=move,
+    )
+    p.entry(
+        "velocity_th_2_cycle_corrected",
+        creeps(velocity),
+        (mean, relaxed),
+        lines=8,
+        lacks=velocity - (room - static_margin),
+    )
+    rate = -s * sp.diff(velocity, c) + c * sp.diff(velocity, s)
+    rate = p.show(
+        "it grows with alpha, per velocity at large amplitude, at the rate",
+        rate / room,
+        (mu_d * s + c) / room,
+    )
+    p.entry("mild_increase", holds=sp.limit(rate, amplitude, sp.oo) == 0, rate=rate)
+    p.show("towards alpha_c the velocity tends to", sp.limit(velocity, s, mu_d * c), room)
+    slopes = [CAPTIONS[mu_d] * (1 - sp.Rational(1, 10**k)) for k in (2, 5, 9)]
+    p.checked(
+        "... and next to it two sliders without disorder slip one at a time, as the staircase says",
+        lambda: all(map(_slips_alone, slopes)),
+        f"slopes that are below mu_d by a share of {', '.join(map(_share, slopes))}, "
+        "in rational arithmetic",
+    )
+    p.entry("divergence", corrected=creeps(room), lines=2)
     half = p.show(
         "so a half-cycle that reverses the last moves one slider, on average, by",
         2 * velocity.subs(amplitude, jump / 2),
         l0 * jump - 2 * slope_margin,
     )
-    dilation = {step: half / 2, symbol("Delta_theta"): jump, "Delta_x": at({2: half})}
+    less = (half - l0 * jump) / 2
+    dilation = {advance: half / 2, symbol("Delta_theta"): jump, "Delta_x": at({2: half})}
     contraction = dilation | {symbol("Delta_theta"): -jump, "Delta_x": at({1: half})}
     up, down = leading(dilation, jump), leading(contraction, jump)
 
     def either(formula: Formula) -> bool:
         return bool(up(formula) and down(formula))
 
-    p.entry("dilation_step", up, dilation)
-    p.entry("contraction_step", down)
-    p.entry("step", either)
-    p.entry("half_cycle_step", leading({step: half.subs(jump, model.swing) / 2}, amplitude))
-    p.entry("reversal_step", dilation)
+    p.entry("dilation_step", up, dilation, lacks=less)
+    p.entry("contraction_step", down, lacks=less)
+    p.entry("step", either, lacks=less)
+    p.entry("angle_independent", holds=sp.diff(half - 2 * less, s) == 0, lacks=less)
+    half_cycle = leading({advance: half.subs(jump, model.swing) / 2}, amplitude)
+    p.entry("half_cycle_step", half_cycle, lacks=less)
+    printed = half.subs(mu_d, mu_s)
+    p.entry("reversal_step", dilation, lacks=(half - printed) / 2, overshoot=move)
     p.argued(
         "along any path x_G moves by half the truncated variation of l0 theta at level 2m, on "
         "average over r_0",
