@@ -110,11 +110,12 @@ def _sweeping(p: Proof, model: Model) -> None:
     """Show that the lengths of the springs are swept by the moving set of admissible tensions."""
     other, off = model.between(trial(n - 1), trial(n)), T(n) - trial(n)
     flux = off * v(n + 1)
+    gain = model.force(n) - other
     p.show(
         "sweeping process: slips do work on the difference to any other admissible state; v_n, "
-        f"times {model.force(n) - other}, and the lengthening of springs, times {off}, sum up to "
+        f"times {gain}, and the lengthening of springs, times {off}, sum up to "
         "nothing over the chain, for together they are, per slider,",
-        v(n) * (model.force(n) - other) + off * (v(n + 1) - v(n)),
+        v(n) * gain + off * (v(n + 1) - v(n)),
         flux - flux.subs(n, n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):
@@ -141,11 +142,11 @@ def _sweeping(p: Proof, model: Model) -> None:
     )
     first, last, tension = model.pair()
     high = -model.friction(1)
+    least, most = solved(last - high, tension), solved(first - high, tension)
     p.show(
-        f"for two sliders both forces are within {high} for a tension from "
-        f"{brief(solved(last - high, tension))} to {brief(solved(first - high, tension))}, so l0 "
-        "theta passes a play of the width",
-        solved(first - high, tension) - solved(last - high, tension),
+        f"for two sliders both forces are within {high} for a tension from {brief(least)} to "
+        f"{brief(most)}, so l0 theta passes a play of the width",
+        most - least,
         2 * slope_margin,
     )
     p.entry("sweeping_process", lines=6)
@@ -154,8 +155,9 @@ def _sweeping(p: Proof, model: Model) -> None:
 def _level(p: Proof, model: Model) -> None:
     """Show the two plateaus of a level chain that slides, and what slips do to them."""
     pivot, middle = pivots.derive(model), N / 2 + 1
+    upper = middle - 1
     p.show(
-        f"level chains, N even: slider {middle - 1} can be the pivot for slopes from",
+        f"level chains, N even: slider {upper} can be the pivot for slopes from",
         pivot.lower.subs(i, middle),
         -(mu_s - mu_d) / N,
     )
@@ -182,9 +184,10 @@ def _level(p: Proof, model: Model) -> None:
     )
     ends = model.end(1) - model.end(0)
     halves = N / 2 * model.friction(-1) + N / 2 * model.friction(1)
+    up, down = model.friction(1), model.friction(-1)
     p.show(
-        f"in a dilation with N even let half of the sliders go up and measure their forces from "
-        f"{model.friction(1)}, half down and from {model.friction(-1)}, in units of D: the sum is",
+        "in a dilation with N even let half of the sliders go up and measure their forces from "
+        f"{up}, half down and from {down}, in units of D: the sum is",
         (N * model.scaled(model.weight) + ends + halves) / excess,
         N * s / ((mu_s - mu_d) * c),
     )
@@ -192,6 +195,6 @@ def _level(p: Proof, model: Model) -> None:
         "so at large amplitude the velocity is the plateau's times one odd function of "
         "N tan(alpha)/(mu_s - mu_d): the two plateaus are one curve, and neither lasts",
         "nothing else enters as long as no slider reverses in a ramp; the curve itself has no "
-        "closed form: measured 0.48 at 1/2, 0.80 at 1 for N = 6",
+        "closed form",
     )
     p.entry("level_chains", lines=6, edge=edge)

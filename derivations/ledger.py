@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -74,6 +75,8 @@ class Entry:
         What must be replaced by what in `formula` (and what appended) to make it follow.
     law : mapping
         The functions of the package that say it: ``printed``, ``corrected`` and ``exact``.
+    key, raw
+        Its table in the ledger.
     """
 
     name: str
@@ -90,6 +93,8 @@ class Entry:
     repair: tuple[str, ...]
     law: Mapping[str, str]
     by: str
+    key: str
+    raw: Mapping[str, Any]
 
     def decision(self, model: Model = MODEL) -> Decision:
         """Return what decides the entry under a model."""
@@ -224,38 +229,43 @@ _MARKED = re.compile("«(.*?)»")
 _TEXTS = ("corrected", "error", "measured", "why")
 
 
+def entry_of(key: str, said: dict[str, Any], place: str) -> Entry:
+    """Return the entry that a table of the ledger describes."""
+    verdict, chapter, name = re.split(r": |\.", key)
+    number = said.get("equation")
+    printed = said.get("printed")
+    if printed is None:
+        printed, formula = said["formula"], said["formula"].strip("$")
+    else:
+        formula = next(iter(_MARKED.findall(printed)), None)
+    return Entry(
+        name=name,
+        chapter=chapter,
+        place=place,
+        printed=printed.replace("«", "").replace("»", ""),
+        verdict=verdict,
+        label=name if number and said.get("label", True) else None,
+        number=number,
+        texts={text: said[text] for text in _TEXTS if text in said},
+        assumptions=tuple(said.get("if", ())),
+        formula=formula,
+        corrected_formulas=tuple(_MARKED.findall(said.get("corrected", ""))),
+        repair=tuple(said.get("repair", ())),
+        law=said.get("law", {}),
+        by=said.get("by", ""),
+        key=key,
+        raw=said,
+    )
+
+
 @cache
 def entries() -> tuple[Entry, ...]:
     """Return all entries, in the order of the paper."""
     ledger = tomllib.loads((Path(__file__).parent / "ledger.toml").read_text(encoding="utf-8"))
     place, made = "", []
     for key, said in ledger.items():
-        verdict, chapter, name = re.split(r": |\.", key)
         place = said.get("place", place)  # that of the entry before, unless it is said
-        number = said.get("equation")
-        printed = said.get("printed")
-        if printed is None:
-            printed, formula = said["formula"], said["formula"].strip("$")
-        else:
-            formula = next(iter(_MARKED.findall(printed)), None)
-        texts = {key: said[key] for key in _TEXTS if key in said}
-        entry = Entry(
-            name=name,
-            chapter=chapter,
-            place=place,
-            printed=printed.replace("«", "").replace("»", ""),
-            verdict=verdict,
-            label=name if number and said.get("label", True) else None,
-            number=number,
-            texts=texts,
-            assumptions=tuple(said.get("if", ())),
-            formula=formula,
-            corrected_formulas=tuple(_MARKED.findall(said.get("corrected", ""))),
-            repair=tuple(said.get("repair", ())),
-            law=said.get("law", {}),
-            by=said.get("by", ""),
-        )
-        made.append(entry)
+        made.append(entry_of(key, said, place))
     return tuple(made)
 
 

@@ -253,7 +253,7 @@ ASSUMED: dict[str, str] = {
     "tan(alpha) far from the edges of a plateau": "",
     "continuous sliding": "sliders that stick and slip",
     "sliding limit: mu_s tends to mu_d": "sliders that stick and slip",
-    "a mean over many slips": "slips without overshoot",
+    "a mean over many slips": "",
     "no inertia": "fronts that accelerate",
     "large amplitude: all sliders but the pivot move": "",
     "amplitude above the threshold": "",

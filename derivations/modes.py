@@ -217,8 +217,9 @@ def _images(proof: Proof, kind: Ends) -> None:
         right, sign = p + HALF, -sign
     period, reflected = sp.expand(2 * (right - left)), 2 * (n - left)
     nearest, farthest = reflected.subs(n, 1), reflected.subs(n, p)
+    name = f"{kind.left}-{kind.right}"
     proof.proved(
-        f"{kind.left}-{kind.right}: images repeat with {period} and add, reflected ones, first at "
+        f"{name}: images repeat with {period} and add, reflected ones, first at "
         f"{reflected}, subtract, and are nearer: a diagonal of the k-th power of K is no larger "
         "than on the infinite lattice",
         lambda: images(sign, period, nearest, farthest),

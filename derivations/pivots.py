@@ -96,10 +96,11 @@ def derive(p: Proof, model: Model) -> None:
     edge = follows({sp.tan(critical_angle(i)): centre})
     kept = critical - centre
     p.entry("critical_angle", angles, edge, lines=4, kept=kept, phases=kept * Phi)
+    uphill_held = -held
     lower = p.show(
-        f"the slider above, {before}, rests in its place unless its force is below {-held}, and it "
+        f"slider {before}, above, rests in its place unless its force is below {uphill_held}; it "
         "starts uphill, where tan(alpha) is below",
-        slope(force.subs(i, before), -held),
+        slope(force.subs(i, before), uphill_held),
         centre - (mu_s - mu_d) / N,
         "lower",
     )

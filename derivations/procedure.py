@@ -6,7 +6,7 @@ import sympy as sp
 
 from derivations import slip
 from derivations.judges import inequality
-from derivations.model import Model, solved
+from derivations.model import Model, a0, solved, w
 from derivations.notation import CAPTIONS, amplitude, c, l0, mu_d, mu_s, static_margin, symbol
 from derivations.proof import Proof, chapter
 
@@ -63,10 +63,10 @@ def derive(p: Proof, model: Model) -> None:
     at_once = p.show(
         "theta jumps, by J more than what brings the last slider to its threshold: it slips "
         "once, by",
-        length.subs({slip.w: 1, slip.a0: excess + beyond}),
+        length.subs({w: 1, a0: excess + beyond}),
         2 * (mu_s - mu_d) * c + 2 * beyond,
     )
-    lone = length.subs({slip.w: 1, slip.a0: excess})
+    lone = length.subs({w: 1, a0: excess})
     p.show(
         "theta runs there: each slip takes as much from the force as a ramp of its own length "
         "gives: there are as many slips as it takes to make up for J, each of",

@@ -60,7 +60,7 @@ class Line:
 
 def worded(value: Any, form: str = "") -> str:
     """Return what a text says of a value: a number in a format, or an expression in m, a and D."""
-    if form:
+    if form and getattr(value, "is_number", True):
         return format(float(value), form)
     return value if isinstance(value, str) else str(brief(value))
 

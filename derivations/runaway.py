@@ -161,8 +161,9 @@ def _fall(p: Proof, model: Model) -> None:
         1 - 2 * static_margin / ((mu_s - mu_d) * c),
     )
     steep = CAPTIONS | {s: c * sp.Rational(51, 100)}
+    tangent = steep[s] / c
     p.show(
-        f"... so for mu_d, mu_s = {CAPTIONS[mu_d]}, {CAPTIONS[mu_s]}, tan(alpha) = {steep[s] / c} "
+        f"... so for mu_d, mu_s = {CAPTIONS[mu_d]}, {CAPTIONS[mu_s]}, tan(alpha) = {tangent} "
         "when the mean velocity has fallen to a share of its peak of",
         sp.sqrt(1 - sp.cancel(cosine.subs({key: steep[key] for key in (s, mu_d, mu_s)})) ** 2),
         sp.Rational(3, 5),

@@ -49,7 +49,7 @@ def derive(p: Proof, model: Model) -> None:
     """Show the bounds of rest, of creep and of locked cycles of the ends."""
     part = T(n) - model.end(0) + n * s  # the sum of the forces on sliders 1..n
     p.show(
-        "the forces on sliders 1..n sum up to T_n + n s, all to N s: F_n =",
+        f"the forces on the first n sliders sum up to {part}: slider n has the last of them,",
         part - part.subs(n, n - 1),
         model.force(n),
     )
@@ -118,8 +118,9 @@ def _melan(p: Proof, model: Model) -> None:
     """Show that below Melan's bound with mu_d no state creeps for ever."""
     above, below = rest_state(n - 1), rest_state(n)
     p.show(
-        "E: the kinetic energy and that of tau = T - T_rest, T_rest of a state at rest with mu_d, "
-        "which ramps leave alone; springs exchange their power (runaway): the force of tau is",
+        "E: the kinetic energy and that of tau, by which tensions exceed those of a state at rest "
+        "with mu_d, and which ramps leave alone; springs exchange their power (runaway): the force "
+        "of tau is",
         model.between(above + tau(n - 1), below + tau(n)) - model.between(above, below),
         tau(n) - tau(n - 1),
     )

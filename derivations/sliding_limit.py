@@ -189,9 +189,10 @@ def _fronts(p: Proof, model: Model) -> None:
         (width - front.subs(n, i - 2)).subs(s, tan * c) / c,
         N * (upper - tan),
     )
+    mirrored = N + 3 - i
     p.show(
-        f"the one below the pivot of the contraction, slider {N + 3 - i}, at the same moment",
-        lower_front.subs(n, N + 3 - i),
+        f"the one below the pivot of the contraction, slider {mirrored}, at the same moment",
+        lower_front.subs(n, mirrored),
         front.subs(n, i - 2),
     )
     pivot = model.between(outer.subs(n, i - 2), inner.subs(n, i - 1))
@@ -233,8 +234,9 @@ def _play(p: Proof, model: Model) -> None:
     """Show that ranges one inside the other keep every force within friction, on any path."""
     first, weight = len(p.lines), model.between(sp.Integer(0), sp.Integer(0))
     p.proved(
-        "two tensions that one ramp drives, each within its own range, T's range around T' + lag: "
-        "after any step T - T' lies between what it is at the least and at the largest tensions",
+        "two tensions that one ramp drives, each within its own range, T's around that of T' and "
+        "the lag between them: after any step their difference lies between what it is at the "
+        "least and at the largest tensions",
         nested,
         "wherever the ramp would lead: T at its least, T' alone at its least, neither at an end, "
         "T' alone at its largest, T at its largest",

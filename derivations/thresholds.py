@@ -52,7 +52,7 @@ def derive(p: Proof, model: Model) -> None:
     )
     p.entry("pull_above", {"f": at({(i - 1, i - 2): pulled})})
     grown = p.show(
-        f"the pivot and slider i rest meanwhile, and theta changes by Delta_theta*: {pivot} =",
+        f"the pivot and slider i rest meanwhile, and theta changes by {change}: {pivot} =",
         end + model.push("first") * l0 * change,
         -(N + 1 - i) * slope_margin - l0 * change,
     )

@@ -87,8 +87,9 @@ def _slips_alone(slope: Expression) -> bool:
 
 @chapter(
     "Two sliders",
-    "0 < tan(alpha) < mu_d <= mu_s",
-    "one mu_s where slips are counted",
+    "tan(alpha) between zero and mu_d",
+    "no mu_s below mu_d",
+    "one value of mu_s",
     "slips are those of chapter slip",
 )
 def derive(p: Proof, model: Model) -> None:
@@ -183,8 +184,8 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
     first, _, tension = model.pair()
     rho = r + move / 2
     passed = p.show(
-        "r: the stretch of the spring at theta = zero, y = l0 theta, T = r - y: the lower slider "
-        "slips, r grows by the length of a slip, at y =",
+        "r: the stretch of the spring at theta = zero, y = l0 theta, which lowers the tension from "
+        "r: the lower slider slips, r grows by the length of a slip, at y =",
         r - start,
         rho + slope_margin,
         "passed",
@@ -197,7 +198,10 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
     )
     step = p.show("either slip moves the centre of mass downhill by", move / 2, excess)
     lattice = p.show(
-        "both at places that belong to rho, halfway between two values of r: r +", rho - r, excess
+        "both at places that belong to rho, halfway between two values of r: it exceeds the lower "
+        "one by",
+        rho - r,
+        excess,
     )
     p.proved(
         f"staircase: r_0 and r differ by {brief(move)} times a whole number, and x_G moves by "

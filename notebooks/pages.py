@@ -222,12 +222,11 @@ def plain_latex(text):
 
 
 def _formula(text):
-    """Return the text of the paper with its formulas as formulas."""
+    """Return the text of the paper with its formulas as formulas: all of it, or marked parts."""
     text = re.sub(r"\\ref\{(.*?)\}", r"`\1`", " ".join((text or "").split()))
-    if "$" in text or not re.search(r"\\|^10\^", text):
-        return text
-    words = r"(,? (?:not below|after|increases|exactly|h =) .*)?$"
-    return re.sub(rf"^(.*?){words}", r"$\1$\2", text)
+    if "«" in text:
+        return re.sub("«(.*?)»", r"$\1$", text)
+    return text if "$" in text or not re.search(r"\\|^10\^", text) else f"${text}$"
 
 
 def laws(_):
@@ -252,16 +251,25 @@ def ledger(_):
     for entry in entries():
         said = [f"${entry.formula}$" if entry.formula else _formula(entry.printed)]
         if entry.corrected:
-            said.append(f"correct: {_formula(entry.corrected)}")
+            said.append(f"correct: {_formula(entry.text('corrected'))}")
         if entry.error:
             said.append(f"error: {entry.error}")
+        if entry.measured:
+            said.append(f"measured: {entry.measured}")
         subject = entry.chapter
         rows.append([
-            f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**",
+            f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**"
+            f"{_standing(entry)}",
             "<br>".join(said),
             f"[{subject}](#proof-{subject}): {entry.how.removeprefix(f'{subject}: ')}",
         ])  # fmt: skip
     return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
+
+
+def _standing(entry):
+    words = "" if entry.judged else "in words"
+    said = ", ".join(filter(None, [entry.standing, words]))
+    return f"<br>{said}" if said else ""
 
 
 def _equation(entry):
@@ -288,12 +296,14 @@ def corrected(verdicts):
         parts.append(f"### {name}, {_equation(entry)}")
         parts.append(f"**As printed:** {_formula(entry.printed)}")
         if entry.corrected:
-            parts.append(f"**What follows:** {_formula(entry.corrected)}")
+            parts.append(f"**What follows:** {_formula(entry.text('corrected'))}")
         printed, exact = value(entry), value(entry, corrected=True)
         if None not in (printed, exact) and printed != exact:
             parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} as it follows.")
         if entry.error:
             parts.append(f"{entry.error[0].upper()}{entry.error[1:]}.")
+        if entry.measured:
+            parts.append(f"**Measured:** {entry.measured}.")
         parts.append(f"[Proof](#proof-{entry.chapter}): {_prose(entry.how.partition(': ')[2])}.")
     return "\n\n".join(parts)
 

@@ -9,6 +9,7 @@ from random import Random
 import pytest
 
 from derivations.chain import Avalanche, RationalChain, play_variation
+from derivations.sliding_limit import follows_the_play
 
 
 def test_a_slider_exactly_at_its_threshold_stays() -> None:
@@ -44,34 +45,10 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
         assert least == best
 
 
-def path_agrees(random: Random, size: int, targets: int) -> bool:
-    """Return whether a random chain on a random path moves as the play operator says."""
-    low = F(random.randint(1, 60), 30)
-    slope = low * F(random.randint(1, 119), 120)
-    steps = size - size * slope / low
-    if steps % 2 == 0:  # at an edge
-        return path_agrees(random, size, targets)
-    index = int(steps // 2) + 2
-    partner, margin = size + 1 - index, size * (low - slope)
-    chain = RationalChain(size, slope, low)
-    chain.to(4 * size * low)
-    chain.to(F(0))  # beyond the transient: the play is at +width/2
-    start = list(chain.x)
-    path = [margin * F(random.randint(-90, 90), 60) for _ in range(targets)]
-    for target in path:
-        chain.to(target)
-    _, rise, fall = play_variation(path, margin, margin / 2)
-    return all(
-        chain.x[slider - 1] - start[slider - 1]
-        == (slider - index + 1) * rise + (partner + 1 - slider) * fall
-        for slider in range(max(1, index - 1), min(size, partner + 1) + 1)
-    )
-
-
 def test_the_play_operator_moves_chains_along_any_path() -> None:
     random = Random(22)
     for size in range(2, 9):
-        assert all(path_agrees(random, size, 16) for _ in range(6))
+        assert all(follows_the_play(random, size, 16) for _ in range(6))
 
 
 def test_where_two_sliders_can_be_the_pivot_the_limit_is_not_unique() -> None:

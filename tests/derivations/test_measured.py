@@ -1,0 +1,133 @@
+"""What the ledger calls measured, measured again: numbers that go in and come out are its own."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from derivations.ledger import entries
+from exactcreep import Chain, Cycles, creep, laws
+from exactcreep import Path as Dilations
+from exactcreep.model.state import State
+
+NAMED = {entry.name: entry for entry in entries()}
+THERE = "tests/derivations/test_measured.py"
+
+
+def numbers(name: str) -> list[str]:
+    """Return the numbers of a measured statement, in their order."""
+    return re.findall(r"\d*\.?\d+", NAMED[name].measured or "")
+
+
+def velocity(n: str, mu_d: str, mu_s: str, sigma: str, slope: str, size: str, cycles: int) -> float:
+    chain = Chain(int(n), 1000, mu_d, mu_s, sigma, tan_alpha=slope)
+    return float(creep(chain, Cycles(size, cycles), seed=1, record=()).velocity)
+
+
+def step(chain: Chain, size: str) -> float:
+    """Return ``l0 A - N m/2``, of which velocities of plateaus are multiples."""
+    margin = float(chain.mu_d) * chain.cos_alpha - chain.sin_alpha
+    return float(float(chain.l0) * float(size) - chain.n * margin / 2)
+
+
+def test_each_measured_statement_is_measured_here() -> None:
+    measured = {entry.name for entry in entries() if entry.measured}
+    assert measured == {
+        "divergence", "critical_angle", "seuil", "vitesse_seuil", "excellent_agreement",
+        "insensitive_to_disorder", "level_chains",
+    }  # fmt: skip
+    assert {NAMED[name].by for name in measured} == {THERE}
+
+
+def test_two_sliders_next_to_mu_d_creep_no_faster_without_disorder() -> None:
+    size, *rest = numbers("divergence")
+    slopes, (clean, *without), (sigma, *with_it) = rest[:3], _cut(rest[3:7]), _cut(rest[7:])
+    for sigma_mu, cycles, stated in ((clean, 20, without), (sigma, 1500, with_it)):
+        for slope, value in zip(slopes, stated, strict=True):
+            found = velocity("2", ".5", ".6", sigma_mu, slope, size, cycles)
+            assert found == pytest.approx(float(value), rel=0.001 if sigma_mu == "0" else 0.03)
+
+
+def _cut(part: list[str]) -> list[str]:
+    """Return the last of some numbers, sigma_mu, before the others."""
+    return [part[-1], *part[:-1]]
+
+
+def test_three_sliders_next_to_an_edge_lock_unless_there_is_disorder() -> None:
+    n, low, high, sigma, slope, size, rest, law = numbers("vitesse_seuil")
+    assert velocity(n, low, high, sigma, slope, size, 40) == float(rest)
+    chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+    (found,) = laws.law_values(
+        laws.sliding_velocity, chain.parameters() | {"amplitude": Fraction(size)}
+    )
+    assert found == pytest.approx(float(law), abs=0.005)
+    n, low, high, slope, size, rest, clean, creeps, sigma = numbers("insensitive_to_disorder")
+    assert velocity(n, low, high, clean, slope, size, 40) == float(rest)
+    found = velocity(n, low, high, sigma, slope, size, 400)
+    assert found == pytest.approx(float(creeps), rel=0.02)
+
+
+def test_relaxed_chains_begin_to_creep_above_the_corrected_amplitude() -> None:
+    low, high, sigma, slope, *rest = numbers("seuil")
+    for n, still, moving in zip(rest[:3], rest[3:6], rest[6:], strict=True):
+        onset = laws.onset_amplitude(
+            n=int(n), l0=1000, mu_d=float(low), mu_s=float(high), tan_alpha=float(slope)
+        )
+        for share, expected in ((still, False), (moving, True)):
+            size = repr(float(share) * onset)
+            assert (velocity(n, low, high, sigma, slope, size, 1500) > 0) is expected
+
+
+def test_the_mean_velocity_agrees_with_the_law_inside_a_plateau() -> None:
+    n, low, high, sigma, size, *rest = numbers("excellent_agreement")
+    for share, slope in zip(rest[::2], rest[1::2], strict=True):
+        chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+        known = chain.parameters() | {"amplitude": Fraction(size)}
+        (law,) = laws.law_values(laws.sliding_velocity, known)
+        found = velocity(n, low, high, sigma, slope, size, 150) / law
+        assert found == pytest.approx(float(share), abs=0.01)
+
+
+def test_a_step_between_plateaus_is_done_below_the_printed_angle() -> None:
+    low, high, n, sigma, size, *rest = numbers("critical_angle")
+    printed, i = float(rest[0]), int(rest[1])
+    angle = laws.critical_angle(n=int(n), i=i, mu_d=float(low), mu_s=float(high))
+    assert angle == pytest.approx(printed)
+    shares = zip((rest[0], *rest[3:7:2]), (rest[2], *rest[4:7:2]), strict=True)
+    for slope, share in shares:
+        chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+        above = velocity(n, low, high, sigma, slope, size, 200) / step(chain, size)
+        below = int(n) + 3 - 2 * (i + 1)  # the plateau that Eq. (critical_angle) has below its edge
+        assert (above - below) / 2 == pytest.approx(float(share), abs=0.02)
+    slope, least, most = rest[7:]
+    chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+    pivot = laws.pivot(int(n), Fraction(slope), Fraction(low)) - 1
+    phases = np.delete(phases_after_dilations(chain, size, 120), pivot - 1, axis=1)
+    spread = phases.std(axis=0)
+    assert spread.min() == pytest.approx(float(least), abs=0.03)
+    assert spread.max() == pytest.approx(float(most), abs=0.03)
+
+
+def phases_after_dilations(chain: Chain, size: str, cycles: int) -> np.ndarray:
+    """Return by how much sliders miss sliding friction, in units of D, after each dilation."""
+    found, state = [], State.relaxed(chain, seed=1)
+    for cycle in range(cycles + 10):
+        path = Dilations([f"-{size}", size])
+        state = creep(chain, path, start=state, seed=1, record=()).state
+        tensions = np.concatenate([[0.0], np.asarray(state.tensions, dtype=float), [0.0]])
+        forces = np.diff(tensions) + chain.sin_alpha
+        if cycle >= 10:
+            friction = float(chain.mu_d) * chain.cos_alpha
+            found.append((np.abs(forces) - friction) / chain.excess)
+    return np.array(found)
+
+
+def test_level_chains_of_six_sliders_creep_at_a_share_of_the_plateau() -> None:
+    n, low, high, sigma, size, *rest = numbers("level_chains")
+    for share, slope in zip(rest[::2], rest[1::2], strict=True):
+        chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+        found = velocity(n, low, high, sigma, slope, size, 400) / step(chain, size)
+        assert found == pytest.approx(float(share), abs=0.02)
