@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import sympy as sp
@@ -59,9 +60,12 @@ excess = (mu_s - mu_d) * c
 _SHORT = sp.symbols("m a D")
 
 
+@cache
 def brief(expression: Expression) -> Expression:
     """Return an expression in m, a and D, if that makes it shorter."""
     expression = sp.sympify(expression)
+    if not expression.free_symbols & {mu_s, s}:
+        return expression
     margin, static, jump = _SHORT
     ways = (
         {mu_s: mu_d + jump / c, s: mu_d * c - margin},

@@ -268,8 +268,8 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
         rate / room,
         (mu_d * s + c) / room,
     )
-    p.entry("mild_increase", holds=sp.limit(rate, amplitude, sp.oo) == 0, rate=rate)
-    p.show("towards alpha_c the velocity tends to", sp.limit(velocity, s, mu_d * c), room)
+    p.entry("mild_increase", holds=not sp.cancel(rate * room).has(amplitude), rate=rate)
+    p.show("towards alpha_c the velocity tends to", velocity.subs(s, mu_d * c), room)
     slopes = [CAPTIONS[mu_d] * (1 - sp.Rational(1, 10**k)) for k in (2, 5, 9)]
     p.checked(
         "... and next to it two sliders without disorder slip one at a time, as the staircase says",
