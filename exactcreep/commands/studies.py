@@ -217,7 +217,7 @@ def compare(
 
     For exact, Verlet without and with located events, and the sliding limit: events that agree,
     the position error before the first wrong one, its order in dt, the bias of the mean velocity
-    with an interval of 95 % over the seeds, time per half-cycle and memory.
+    with an interval of 95 % over the seeds, and time per half-cycle.
 
     Of a scene with several members the first is compared; --set chooses another.
 
@@ -286,9 +286,9 @@ def _print_compared(data: xr.Dataset) -> None:
             short.replace(" digits", "").replace("ated", "."), known(row.parted, ".0f"),
             known(row.agreed, ".0f"), known(row.error, ".1e"),
             known(row.bias, "+.2g", 100) + around, duration(row.seconds),
-            known(row.ratio, ".3g"), known(row.memory, ".0f", 1e-3),
+            known(row.ratio, ".3g"),
         ))  # fmt: skip
-    names = ("parted", "after", "error", "bias %", "time", "/exact", "kB")
+    names = ("parted", "after", "error", "bias %", "time", "/exact")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
     for label, locate in (("Verlet", False), ("with located events", True)):
         value, lower, upper = order(data, locate=locate)
@@ -370,7 +370,7 @@ def _print_plan(plan: Plan) -> None:
         say("amplitudes: " + ", ".join(f"{k} {v:.6g}" for k, v in plan.theorems.items()))
     if not math.isnan(plan.events):
         cost = "not known" if math.isnan(plan.seconds) else f"about {duration(plan.seconds)}"
-        say(f"cost: {cost}, from {plan.events:.3g} events (by the first ten half-cycles)")
+        say(f"cost: {cost} for {plan.events:.3g} events (by the first ten half-cycles)")
     elif plan.solver != "law":
         say("cost: not known")
     if plan.course:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import time
-import tracemalloc
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -116,8 +115,8 @@ def compare(
         Over ``method`` and ``seed``: ``agreed`` events, whether one ``differs`` and which
         (``own_event``, ``true_event``), ``rests`` before it with the largest ``error`` of a
         position, ``velocity`` and its ``bias`` against `exact`, ``half_cycles``, ``seconds`` per
-        half-cycle; along ``rest`` too: ``errors``, one after each rearrangement. Over ``method``:
-        ``memory``. Over ``seed``: ``events`` compared, and how well the truth is known.
+        half-cycle; along ``rest`` too: ``errors``, one after each rearrangement. Over ``seed``:
+        ``events`` compared, and how well the truth is known.
 
     Raises
     ------
@@ -176,9 +175,7 @@ def compare(
             if not rows:
                 raise
             raise Interrupted([dataset()]) from None  # type: ignore[list-item]
-    memory = [_memory(members[0], method) for method in chosen]
-    about = {"units": "B", "long_name": "peak memory of a simulation over its first events"}
-    return dataset().assign(memory=("method", memory, about))
+    return dataset()
 
 
 def ladder(
@@ -319,16 +316,6 @@ def _text(event: LoggedEvent | None, ends: Sequence[int]) -> str:
     kind, sliders, _ = event.event.signature
     who = ", ".join(map(str, sliders))
     return f"{kind} {who} in half-cycle {ends[event.half_cycle - 1]}"
-
-
-def _memory(experiment: Experiment, method: Method) -> float:
-    """Return how many bytes a simulation takes, at its peak over the first events."""
-    tracemalloc.start()
-    try:
-        method.simulation(experiment).follow(experiment.drive, 1, 1, Limits(100))
-        return float(tracemalloc.get_traced_memory()[1])
-    finally:
-        tracemalloc.stop()
 
 
 def _dataset(

@@ -108,12 +108,11 @@ def _spread(own: xr.Dataset, scale: float) -> dict[str, Interval]:
 
 
 def table(data: xr.Dataset) -> pd.DataFrame:
-    """Return one row for each method: what the seeds say together, times and memory.
+    """Return one row for each method: what the seeds say together, and times.
 
     Columns: ``parted`` (seeds with a wrong event), ``agreed``, ``error`` and ``bias`` as in
     `spread` with half the width of the latter's interval (``bias_error``), ``velocity``,
-    ``seconds`` per half-cycle and ``ratio`` (over those of `exact`), medians over the seeds, and
-    ``memory`` in bytes.
+    ``seconds`` per half-cycle and ``ratio`` (over those of `exact`), medians over the seeds.
     """
     known, middle = spread(data), data[["seconds", "velocity"]].median("seed")
     value, low, high = (known.sel(interval=part) for part in Interval._fields)
@@ -128,8 +127,6 @@ def table(data: xr.Dataset) -> pd.DataFrame:
         "seconds": middle.seconds,
         "ratio": middle.seconds / (float(exact.median()) if exact.size else math.nan),
     }
-    if "memory" in data:
-        columns["memory"] = data.memory
     return pd.DataFrame({name: column.values for name, column in columns.items()},
                         index=pd.Index(data.method.values, name="method"))  # fmt: skip
 

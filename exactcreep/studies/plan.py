@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,16 +24,16 @@ from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.solvers.registry import SOLVERS
-from exactcreep.studies.compare import shortened
+from exactcreep.solvers.solver import advance, compiled
+from exactcreep.studies.compare import COMPILED, shortened
+from exactcreep.studies.trajectory import Method
 
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""
 _FIRST = 10  # half-cycles whose events are counted
 _MOST = 1_000_000  # of these events, and
 _FOLLOWED = 20_000  # of those over which a copy a few roundings off is followed
-NANOSECONDS = {"exact": (200, 4), "certified": (500_000, 40_000)}
-"""What an event takes: so much, and so much more for each slider, as measured for the book."""
-_LONE_SLIP = 8  # nanoseconds of an event of two sliders, by `exact`
+_TIMED = 200  # events that a solver takes some milliseconds for each: certified, mpmath, reference
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
 _MANY_SLIPS = 100  # of an end in a swing: below, slips shift the threshold by a percent
 _NEXT_PIVOT = 0.025  # of the descent
@@ -65,7 +66,7 @@ class Plan(Result):
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
-        Of the whole run, from its first ten half-cycles and the published time of an event, or nan.
+        Of the whole run, from its first ten half-cycles on this machine, or nan.
     course, trusted_half_cycles : str, int or None
         How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
 
@@ -115,7 +116,7 @@ def plan(
 ) -> Plan:
     """Return which solver answers a question about a chain and a drive, and what that takes.
 
-    By rules and theorems alone: nothing is measured, and the clock plays no part.
+    By rules and theorems: the clock tells the cost, and plays no part in the choice.
 
     Parameters
     ----------
@@ -186,7 +187,9 @@ def _planned(
         decides = solver == "law" and found.staircase is not None
         law = [found.staircase] if decides else [*found.printed]
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
-    cost = {} if solver in _NO_INERTIA else _expected(experiment, solver, limits)
+    own = {"digits": wanted} if solver == "certified" else {}
+    method = Method(solver, **(experiment.options if explicit else own))
+    cost = {} if solver in _NO_INERTIA else _expected(experiment, method, limits)
     needs = _needs(experiment, solver, wanted)
     return Plan(experiment, wanted, explicit, solver, reason, needs, tuple(law), theorems, **cost)
 
@@ -238,7 +241,7 @@ def _continuous(experiment: Experiment) -> bool:
     return bool(many and _NEXT_PIVOT * gear >= 2)
 
 
-def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, Any]:
+def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[str, Any]:
     """Return the events and the cost of a run, and how far its trajectory can be trusted."""
     chain, drive = experiment.chain, experiment.drive
     about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start, "record": ()}
@@ -251,10 +254,19 @@ def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, 
     if not first.half_cycles:
         return known
     events = first.event_count / first.half_cycles * drive.half_cycles
-    fixed, each = NANOSECONDS.get(solver, (math.nan, math.nan))
-    lone = solver == "exact" and chain.n == 2
-    seconds = 1e-9 * (_LONE_SLIP if lone else fixed + each * chain.n) * events
-    return known | {"events": events, "seconds": seconds}
+    return known | {"events": events, "seconds": events * _pace(experiment, method, limits)}
+
+
+def _pace(experiment: Experiment, method: Method, limits: Limits) -> float:
+    """Return how many seconds an event of the first half-cycles takes, nan if there is none."""
+    solver = method.algorithm()
+    compiled(solver, solver.compiles(experiment.chain.n)[:1])
+    simulation = method.simulation(experiment)
+    most = replace(limits, events=_FOLLOWED if method.solver in COMPILED else _TIMED)
+    begin = time.perf_counter()
+    advance(simulation, experiment.drive, min(_FIRST, experiment.drive.half_cycles), most)
+    seconds = time.perf_counter() - begin
+    return seconds / simulation.tally.events if simulation.tally.events else math.nan
 
 
 def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:

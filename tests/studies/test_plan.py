@@ -84,20 +84,16 @@ def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia(
     assert ("measured" in found.reason) == (solver == "sliding")
 
 
-def test_the_cost_is_counted_and_not_measured() -> None:
-    one, other = (plan(SIX, CYCLES).summary() for _ in range(2))
+def test_the_cost_comes_from_the_first_half_cycles() -> None:
+    one = plan(SIX, CYCLES).summary()
     run = creep(SIX, CYCLES, record=(), max_events=20_000)
-    assert one == other
     assert one["events"] == pytest.approx(creep(SIX, CYCLES, record=()).event_count, rel=0.2)
     large = plan(SIX, CYCLES, digits=20, record=("x",))
     needed = [need.name for need in large.needs if need.needed]
     assert needed == ["disorder", "inertia", "trajectories", "digits"]
     json.dumps(large.summary(), allow_nan=False)
-    for found, nanoseconds in (
-        (large, 740_000),
-        (plan(paper_chain(2), CYCLES), 8),
-    ):
-        assert found.seconds == pytest.approx(1e-9 * nanoseconds * found.events, rel=1e-12)
+    assert large.events == one["events"]
+    assert large.seconds > 20 * one["seconds"] > 0  # certified takes a thousand times as long
     assert (one["course"], one["trusted_half_cycles"]) == (run.course, run.trusted_half_cycles)
     assert run.course
     steep = plan(STEEP, Cycles("0.01", 9))
@@ -112,6 +108,7 @@ def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -
     named = Scene.from_mapping(SCENE | {"run": {"solver": "verlet", "dt": "0.01"}})
     ((_, one),) = plan_scene(named)
     assert (one.explicit, one.solver, one.reason) == ("verlet", "verlet", "the scene names it")
+    assert one.seconds > 0
 
 
 def test_a_plan_whose_time_is_over_keeps_the_members_before(
