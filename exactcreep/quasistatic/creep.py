@@ -148,7 +148,8 @@ def creep(
         Give up, with the partial result and the outcome `LIMIT`, after so many events, or so much
         wall time (noticed within about a tenth of a second).
     checkpoint : path, optional
-        A file from which `resume` goes on, bit for bit.
+        A file from which `resume` goes on, bit for bit; of the solvers `exact`, `sliding` and
+        `verlet`.
     every : number
         Seconds between two writings of it.
     force : bool

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from exactcreep.model.enclosure import enclosure
 from exactcreep.solvers.solver import Simulation, Stretch, require_like
 
-NUMBER = enclosure(0)
-"""Stands for any enclosure in `Observer.state`."""
 NEVER = 1 << 62
 
 
@@ -17,8 +14,8 @@ class Observer:
 
     needs: tuple[str, ...] = ()
 
-    state: dict[str, Any]
-    """The attributes that a checkpoint keeps, each with a value of its kind; `require_like`."""
+    state: tuple[str, ...]
+    """The attributes that a checkpoint keeps."""
 
     def next(self, done: int) -> int:
         """Return the next target at which it wants to look, if not at the last."""
@@ -28,15 +25,11 @@ class Observer:
         """Take over what happened on the way to the targets from `first` on."""
         raise NotImplementedError
 
-    def check(self, done: int) -> None:
-        """Raise `ValueError` unless what was taken over can be known after `done` targets."""
-
     def kept(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.state}
 
-    def restore(self, kept: Any, done: int) -> None:
-        """Take over what `kept` returned after `done` targets, or raise `ValueError`."""
-        require_like(self.state, kept)
+    def restore(self, kept: Any) -> None:
+        """Take over what `kept` returned, or raise `ValueError` if it has other names."""
+        require_like(dict.fromkeys(self.state), kept)
         for name, value in kept.items():
             setattr(self, name, value)
-        self.check(done)

@@ -22,7 +22,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
-from exactcreep.solvers.solver import Simulation, Stretch, require
+from exactcreep.solvers.solver import Simulation, Stretch
 
 TRUSTED = 1e-9
 """What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
@@ -42,6 +42,8 @@ class PerturbedCopy(Observer):
     `TRUSTED`.
     """
 
+    state = ("doubted_from", "trusted", "checked", "parted", "followed", "copied")
+
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive, self._asked = experiment.drive, experiment.twin
         self._made = simulation.perturbed  # when the first target is reached: it may be large
@@ -51,8 +53,6 @@ class PerturbedCopy(Observer):
         self.parted = False
         self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
-        self.state = {"doubted_from": 0, "trusted": 0, "checked": 0}
-        self.state |= {"parted": False, "followed": False, "copied": None}
         self.copied: Any = {}  # a snapshot of the copy; {}: at its start, None: it goes no further
 
     def next(self, done: int) -> int:
@@ -117,13 +117,10 @@ class PerturbedCopy(Observer):
             self.copied = {str(k): copy.snapshot() for k, copy in enumerate(self.copies)}
         return super().kept()
 
-    def check(self, done: int) -> None:
-        most = max(self.doubted_from, self.trusted, self.checked)
-        require(most <= done, "what is trusted is not known")
-        require(self.followed == (self.copied is not None), "there is no perturbed copy")
+    def restore(self, kept: Any) -> None:
+        super().restore(kept)
         self.copies = []
         if self.copied:
             self._make()
-            require(len(self.copied) == len(self.copies), "there is no perturbed copy")
             for copy, taken in zip(self.copies, self.copied.values(), strict=True):
                 copy.restore(taken)

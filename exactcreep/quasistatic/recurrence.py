@@ -10,15 +10,16 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.observer import NUMBER, Observer
-from exactcreep.solvers.recurrence import LONGEST_PERIOD, Recurrence
-from exactcreep.solvers.solver import Simulation, Stretch, require
+from exactcreep.quasistatic.observer import Observer
+from exactcreep.solvers.recurrence import Recurrence
+from exactcreep.solvers.solver import Simulation, Stretch
 
 
 class RecurrenceObserver(Recurrence, Observer):
     """Feeds the recurrence of a run with what it records."""
 
     needs = ("tension", "slips")
+    state = ("ends", "known", "forgotten", "noted", "slipped")
 
     def __init__(self, experiment: Experiment) -> None:
         chain, state, drive = experiment.chain, experiment.initial, experiment.drive
@@ -28,8 +29,6 @@ class RecurrenceObserver(Recurrence, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp)
         self.slipped = 0  # since the end of the last cycle
-        self.state = {"ends": np.empty((0, chain.n + 1)), "known": [(NUMBER, [NUMBER])]}
-        self.state |= {"forgotten": 0, "noted": (0, 0), "slipped": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         recorded, begin = stretch.recorded, first % 2
@@ -39,10 +38,3 @@ class RecurrenceObserver(Recurrence, Observer):
         whole = np.diff(total[begin::2], prepend=0)
         self.slipped = int(total[-1] - whole.sum())
         self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)
-
-    def check(self, done: int) -> None:
-        require(len(self.ends) > 0 and self.cycles == done // 2, "cycles are missing")
-        require(self.forgotten % self.most == 0, "so is a count")
-        fits = all(len(row) == self.chain.n - 1 for _, row in self.known)
-        require(fits and len(self.known) <= LONGEST_PERIOD + 1, "so are tensions")
-        require(self.noted[1] <= done, "so is a period")

@@ -9,11 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from exactcreep.limits import NO_LIMITS, Limits, Stop
-from exactcreep.model.disorder import static_coefficients
-from exactcreep.model.enclosure import as_float, floats
+from exactcreep.model.enclosure import as_float
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
@@ -25,7 +22,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.recurrence import RecurrenceObserver
 from exactcreep.quasistatic.result import COUNTS, Creep
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.solver import Stretch, require, require_like
+from exactcreep.solvers.solver import Stretch, require_like
 from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run
@@ -225,52 +222,14 @@ class ObservedRun:
 
     def restore(self, kept: Mapping[str, Any], rows: Mapping[str, list[Any]]) -> None:
         """Go on from what `kept` returned and the rows of the recorder, or raise `ValueError`."""
-        like = {"done": 0, "outcome": "", "reason": "", "seconds": 0.0, "simulation": None}
-        require_like(like | dict.fromkeys(("rows", *self.observers)), kept)
-        done, seconds = kept["done"], kept["seconds"]
-        require(done <= self.total, "there is no such target")
-        require(seconds >= 0, "its time is not known")
+        require_like(self.kept() | dict.fromkeys(("rows", "simulation", *self.observers)), kept)
         self.simulation.restore(kept["simulation"])
-        self._require_physics(done)
-        self.recorder.restore(rows, kept["rows"])
+        self.recorder.restore(rows)
         for name, observer in self.observers.items():
-            observer.restore(kept[name], done)
-        tally = self.simulation.tally
-        marks = [*(mark.slips for mark in self.velocity.marks), self.velocity.slips]
-        require(max(marks) <= tally.slips, "a mark counts more than the run")
-        per_target = {"x_G", "x", "tension", "slips"} & kept["rows"].keys()
-        require(all(kept["rows"][name] == done for name in per_target), "a target has no row")
-        self.done, self.reason, self.seconds = done, kept["reason"], seconds
+            observer.restore(kept[name])
+        self.done, self.reason, self.seconds = kept["done"], kept["reason"], kept["seconds"]
         self.outcome = Outcome(kept["outcome"]) if kept["outcome"] else None
         self._save()
-
-    def _require_physics(self, done: int) -> None:
-        """Raise `ValueError` unless the state can be one of this run after so many targets."""
-        experiment, state, tally = self.experiment, self.simulation.state(), self.simulation.tally
-        chain, drive, initial = experiment.chain, experiment.drive, experiment.initial
-        require_like(dict.fromkeys(vars(tally), 0), vars(tally))
-        theta, ramps = as_float(state.theta), drive.targets(max(done, 1), 2, experiment.seed)
-        ends = ramps.tolist() if done else [experiment.theta, ramps[0]]
-        close = 2.0**-40 * max(map(abs, [*ends, theta]))
-        require(min(ends) - close <= theta <= max(ends) + close, "theta is not on its way")
-        if not experiment.algorithm.needs_slips:
-            return
-        places, tensions = floats(state.displacements), floats(state.tensions)
-        moved = np.diff(places - floats(initial.displacements))
-        ramp = nearest_float(chain.l0) * (theta - experiment.theta)
-        apart = abs(floats(initial.tensions) + moved - ramp - tensions)
-        scale = 2.0**-36 * (1 + float(abs(places).max()) + abs(ramp))
-        require(bool((apart <= scale).all()), "tensions and displacements do not belong together")
-        held, drawn = floats(state.coefficients), state.draws - initial.draws
-        require(bool((drawn >= 0).all()) and drawn.sum() == tally.slips, "draws are not its slips")
-        last = enumerate(state.draws.tolist(), 1)
-        keyed = [static_coefficients(chain, experiment.seed, n, k - 1, 1)[0] for n, k in last]
-        own = np.where(drawn > 0, keyed, floats(initial.coefficients))
-        require(bool((held == own).all()), "coefficients are not those that are drawn")
-        limits = np.maximum(held, nearest_float(chain.mu_d)) * chain.cos_alpha
-        rests = bool((abs(state.forces(chain)) <= limits + scale).all())
-        begins = tally.events == 0 and theta == experiment.theta  # to be rearranged first
-        require(rests or begins, "a slider does not rest")
 
 
 def _check_memory(n: int) -> None:

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.enclosure import Enclosure, as_float, enclosure, enclosures, floats
+from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.observer import NEVER, NUMBER, Observer
-from exactcreep.solvers.solver import Simulation, Stretch, require
+from exactcreep.quasistatic.observer import NEVER, Observer
+from exactcreep.solvers.solver import Simulation, Stretch
 from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
@@ -38,6 +38,8 @@ class MeanVelocity(Observer):
     targets were reached.
     """
 
+    state = ("values", "spacing", "tail", "slips", "marks")
+
     def __init__(self, experiment: Experiment) -> None:
         self.experiment, self.drive = experiment, experiment.drive
         places = experiment.initial.displacements
@@ -51,8 +53,6 @@ class MeanVelocity(Observer):
         self._marks_all_along = experiment.accuracy is not None and experiment.burn_in is None
         if self._burn_in:
             self.needs = ("x", "slips")
-        self.state = {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "slips": 0}
-        self.state |= {"marks": [(0, NUMBER, np.zeros(experiment.chain.n), 0)]}
 
     def next(self, done: int) -> int:
         return NEVER if self.experiment.accuracy is None else next_look(done)
@@ -116,17 +116,9 @@ class MeanVelocity(Observer):
         silent = math.nan if self.drive.random else 0.0
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
-    def check(self, done: int) -> None:
-        values, spacing, least = self.values, self.spacing, 2 if self.drive.cyclic else 1
-        require(spacing >= least and spacing % least == 0, "samples are not spaced so")
-        require(len(values) == done // spacing + 1 <= _MOST_SAMPLES, "samples of x_G are missing")
-        require(len(self.tail) == 2, "so is x_G")
-        known = done % spacing != 0 or as_float(self.tail[-1]) == values[-1]
-        require(known and values[0] == float(_mean(self.experiment.initial.displacements)),
-                "x_G differs")  # fmt: skip
+    def restore(self, kept: Any) -> None:
+        super().restore(kept)
         self.marks = [Mark(*mark) for mark in self.marks]
-        ends = [mark.done for mark in self.marks]
-        require(bool(ends) and max(ends) <= done, "a mark lies beyond")
 
 
 def next_look(done: int) -> int:

@@ -19,7 +19,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.enclosure import Enclosure, same_numbers
+from exactcreep.model.enclosure import same_numbers
 from exactcreep.model.numbers import InputError, Scalar, Shown
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -39,7 +39,6 @@ _NO_SLIPS = (
     ' use solver="sliding"'
 )
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
-_MOST_COUNTED = 2**60
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
@@ -318,7 +317,7 @@ class Simulation(ABC):
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot of a simulation with the same start, seed and records.
 
-        Raises `ValueError` if its shapes, ranges or counts cannot be those of one.
+        Raises `ValueError` if it has other names, or arrays of other types and shapes.
         """
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
@@ -343,35 +342,20 @@ def require(holds: bool, otherwise: str) -> None:
 
 
 def require_like(like: Any, given: Any, name: str = "it") -> None:
-    """Raise `ValueError` unless what a file holds has the kind, shape and range of `like`.
+    """Raise `ValueError` unless what a file holds has the names, types and shapes of `like`.
 
-    Of `like`, an array without rows stands for any number of them, a list of one for lists of such,
-    a whole number for a count, None for anything; floats are to be finite.
+    Of `like`, an array without rows stands for any number of them, None and a list for anything.
     """
-    if like is None:
-        return
     if isinstance(like, Mapping):
         require(isinstance(given, Mapping) and like.keys() == given.keys(), f"{name} lacks a name")
         for key, value in like.items():
             require_like(value, given[key], key)
     elif isinstance(like, np.ndarray):
         fits = isinstance(given, np.ndarray) and given.dtype == like.dtype
-        fits = fits and given.shape[len(like) == 0 :] == like.shape[len(like) == 0 :]
-        require(fits and given.ndim == like.ndim, f"{name} has another shape")
-        require(like.dtype == object or bool(np.isfinite(given).all()), f"{name} is not finite")
-        counts = like.dtype.kind != "i" or bool(((given >= 0) & (given < _MOST_COUNTED)).all())
-        require(counts, f"{name}: a count is out of range")
-    elif isinstance(like, (list, tuple)) and not isinstance(like, Enclosure):
-        likes = like * len(given) if isinstance(like, list) and isinstance(given, list) else like
-        fits = isinstance(given, (list, tuple)) and len(given) == len(likes)
-        require(fits and isinstance(given, list) == isinstance(like, list), f"{name} is not whole")
-        for kind, value in zip(likes, given, strict=True):
-            require_like(kind, value, name)
-    else:
+        begin = int(len(like) == 0)
+        require(fits and given.shape[begin:] == like.shape[begin:], f"{name} has another shape")
+    elif like is not None and not isinstance(like, list):
         require(type(given) is type(like), f"{name} is of another kind")
-        counts = type(like) is not int or 0 <= given < _MOST_COUNTED
-        require(counts, f"{name}: a count is out of range")
-        require(type(like) is not float or math.isfinite(given), f"{name} is not finite")
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,6 +380,8 @@ class Solver(ABC):
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
     perturbs: ClassVar[bool] = False
     """Whether its simulations know what a few roundings make of them; `Simulation.perturbed`."""
+    on_file: ClassVar[bool] = True
+    """Whether a file can hold snapshots of its simulations."""
     records: ClassVar[tuple[str, ...]] = RECORDS
     no_more: ClassVar[str] = ""
     """What its simulations can record, and why no more."""

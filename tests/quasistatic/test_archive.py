@@ -4,6 +4,8 @@ Each was written by ``run two-sliders-cycles --set drive.cycles=2 --record x_G -
 --checkpoint FILE.ckpt``, by the program that wrote that format. A new format adds its files.
 """
 
+import json
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.dataset import FORMAT
+from exactcreep.quasistatic.result import load_members
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 FORMATS = {"result": int(FORMAT.rpartition(" ")[2]), "checkpoint": VERSION}
@@ -41,3 +44,17 @@ def test_a_file_of_the_archive_is_read_or_refused_with_advice(file: Path, known:
     with pytest.raises(InputError, match="version that wrote it") as told:
         read(file)
     assert ("let the" if kind == "checkpoint" else "read it with the") in str(told.value)
+
+
+def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
+    """Of every solver and drive; see the experiments of the members."""
+    runs = load_members(ARCHIVE.parent / "results-of-0.3.0.nc")
+    said = json.loads((ARCHIVE.parent / "results-of-0.3.0.json").read_text("utf-8"))
+    assert len(runs) == len(said) == 9
+    for run, then in zip(runs, said, strict=True):
+        now = run.summary()
+        assert {name: now.get(name) for name in then} == then
+    assert {run.solver for run in runs} == {"exact", "certified", "sliding", "verlet"}
+    assert runs[0].recorded["event_time"].size == 896
+    assert runs[3].experiment.digits == 25
+    assert runs[2].experiment.initial.tensions.tolist() == [Fraction(1, 3), 0]

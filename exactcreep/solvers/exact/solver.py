@@ -45,7 +45,6 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     compiled,
-    require,
     require_like,
 )
 
@@ -291,7 +290,7 @@ class ExactSimulation(Simulation):
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot; see `Simulation.restore`."""
-        work, own, chain = self.work, self._own, self.chain
+        work, own = self.work, self._own
         like = self.snapshot()  # what records no tables needs no energies
         names = like.keys() | (snapshot.keys() - {"energy"})
         taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
@@ -308,19 +307,6 @@ class ExactSimulation(Simulation):
         if work.log.tables is not None:
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
         loop.prepare(work.cell, work.tally, work.deviate, work.now)
-        state, scale = self.state(), 1.0 + abs(numbers).max()
-        made = np.diff(state.tensions, prepend=0.0, append=0.0) + chain.sin_alpha
-        if chain.n > 1:
-            made[[0, -1]] += np.array([1.0, -1.0]) * self.load()[0]
-        close = 2.0**-40 * (scale + abs(self.load()[0]))
-        forces, low = numbers[0], numbers[[1, 3]]
-        above = state.coefficients.astype(np.float64) - nearest_float(chain.mu_d)
-        excess = np.maximum(above, 0.0) * chain.cos_alpha
-        require((abs(forces - made) <= close).all(), "forces and tensions do not belong together")
-        require((abs(low) <= close).all(), "forces are not what was rounded")
-        require((abs(numbers[5] - excess) <= close).all(), "thresholds are not the coefficients'")
-        total = abs(now["total"][0] - state.displacements.sum()) <= chain.n * close
-        require(bool(total), "displacements do not add up")
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
         """Return a simulation that goes on from here bit for bit, and records something else."""

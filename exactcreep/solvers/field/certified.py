@@ -23,10 +23,8 @@ from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
     FieldSolver,
-    captured_of,
     completed,
     mechanics_report,
-    plain,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.reference import ChainIntegrator
@@ -36,7 +34,6 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
     Tally,
-    require,
 )
 
 GUARD_BITS = 128
@@ -244,21 +241,19 @@ class CertifiedSimulation(FieldSimulation):
         return not self.behind and super().at_rest
 
     def snapshot(self) -> dict[str, Any]:
-        own = {"anchor": plain(self.anchor), "anchor_target": list(self.anchor_target)}
-        return super().snapshot() | own | {"settles": self.settles, "restarts": self.restarts}
+        return super().snapshot() | {
+            "bits": self.mechanics.arithmetic.bits,
+            "anchor": self.anchor,
+            "anchor_target": self.anchor_target,
+            "settles": self.settles,
+            "restarts": self.restarts,
+        }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        bits, target = snapshot.get("bits"), snapshot.get("anchor_target")
-        least, most = self.solver.arithmetic().bits, self.solver.most_bits
-        require(type(bits) is int and least <= bits <= most, "it is of another precision")
-        require(isinstance(target, list) and len(target) == 2, "it has no anchor")
-        require(type(snapshot["restarts"]) is int, "a count is not")
-        self.settles, self.restarts = bool(snapshot.get("settles")), snapshot["restarts"]
-        self._begin(int(snapshot["bits"]))
-        with self.mechanics.arithmetic.active():
-            self.anchor = captured_of(self.mechanics, snapshot["anchor"])
+        self.settles, self.restarts = snapshot["settles"], snapshot["restarts"]
+        self._begin(snapshot["bits"])
         super().restore(snapshot)
-        self.anchor_target = list(snapshot["anchor_target"])
+        self.anchor, self.anchor_target = snapshot["anchor"], snapshot["anchor_target"]
 
     def report(self) -> dict[str, Any]:
         """Return precision, enclosure radius, bits lost, ties assumed and work counts."""

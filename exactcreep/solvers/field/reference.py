@@ -19,15 +19,12 @@ import numpy as np
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
-from exactcreep.model.enclosure import enclosure, is_finite
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
-from exactcreep.motion.cosine_field import Quadratic, sign_of
+from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
-from exactcreep.motion.state_set import StateSet
 from exactcreep.solvers.avalanche_table import Avalanche
-from exactcreep.solvers.field.at_rest import ExactState
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import (
     Ending,
@@ -36,15 +33,14 @@ from exactcreep.solvers.solver import (
     Solver,
     Start,
     Stretch,
-    Tally,
-    require,
-    require_like,
 )
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 
 
 class FieldSolver(Solver):
     """A solver that is `ChainIntegrator` in one arithmetic."""
+
+    on_file = False
 
     @abstractmethod
     def arithmetic(self) -> Arithmetic:
@@ -256,94 +252,19 @@ class FieldSimulation(Simulation):
     def snapshot(self) -> dict[str, Any]:
         with self.mechanics.arithmetic.active():
             return {
-                "bits": self.mechanics.arithmetic.bits,
                 "theta_target": self.theta_target,
-                "mechanics": plain(self.mechanics.captured()),
+                "mechanics": self.mechanics.captured(),
                 "undecided": self.undecided,
             }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        require(self.snapshot().keys() == snapshot.keys(), "the snapshot lacks a name")
-        arithmetic = self.mechanics.arithmetic
-        require(snapshot["bits"] == arithmetic.bits, "it is of another precision")
-        require(isinstance(snapshot["theta_target"], Fraction), "it does not stand at a target")
-        require(type(snapshot["undecided"]) is int, "a count is not")
-        with arithmetic.active():
-            self.mechanics.take_over(captured_of(self.mechanics, snapshot["mechanics"]))
+        with self.mechanics.arithmetic.active():
+            self.mechanics.take_over(snapshot["mechanics"])
         self.theta_target, self.undecided = snapshot["theta_target"], snapshot["undecided"]
         self.tally = self.mechanics.tally
 
     def report(self) -> dict[str, Any]:
         return mechanics_report(self.mechanics)
-
-
-def plain(value: Any) -> Any:
-    """Return what was captured as a file holds it: rationals and enclosures, lists and mappings."""
-    if isinstance(value, (ExactState, StateSet, Tally)):
-        value = vars(value)
-    if isinstance(value, Mapping):
-        return {str(name): plain(part) for name, part in value.items()}
-    if isinstance(value, Quadratic):
-        return list(value.rationals())
-    if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
-        return [plain(part) for part in value]
-    if value is None or isinstance(value, (bool, int, float, Fraction, np.ndarray)):
-        return value
-    return enclosure(value)
-
-
-def captured_of(mechanics: ChainIntegrator, given: Any) -> dict[str, Any]:
-    """Return what `plain` was made of, for a chain that has not moved.
-
-    Raises
-    ------
-    ValueError
-        If names, types or shapes are not those of such a chain.
-    """
-    like = mechanics.captured()
-    require(isinstance(given, Mapping) and like.keys() == given.keys(), "a name is missing")
-    try:
-        return {name: _taken(mechanics, name, like[name], given[name]) for name in like}
-    except (TypeError, AttributeError, LookupError, ArithmeticError) as wrong:
-        raise ValueError(f"it is of another kind: {wrong}") from wrong
-
-
-def _taken(mechanics: ChainIntegrator, name: str, like: Any, given: Any) -> Any:
-    """Return one part of what was captured."""
-    arithmetic, n = mechanics.arithmetic, mechanics.chain.n
-    if name == "tally":
-        require_like(vars(like), given, name)
-        return Tally(**given)
-    if given is None and name in ("exact", "set"):
-        return None
-    if name == "pinned":
-        require(all(type(x) is Fraction for x in given.values()), "a number is not exact")
-        return {range(n)[int(slider)]: x for slider, x in given.items()}
-    if name == "exact":
-        rows = [*given["forces"], *given["displacements"], given["theta"]]
-        require(all([*map(type, row)] == [Fraction] * 2 for row in rows), "a number is not exact")
-        require(len(given["forces"]) == len(given["displacements"]) == n, "a number is missing")
-        exact = [mechanics.field.number(*row) for row in rows]
-        return ExactState(exact[:n], exact[n:-1], exact[-1])
-    if name == "set":
-        fresh = StateSet.spanned(np.zeros((n + 1, len(given["theta"]))))
-        require_like(vars(fresh) | {"exponent": None}, given, name)
-        fits = type(given["exponent"]) is int and abs(given["exponent"]) < _MOST_EXPONENT
-        require(fits, "a number is without measure")
-        return StateSet.restored(given)
-    if isinstance(like, np.ndarray) and like.dtype == object:
-        require(len(given) == len(like) and all(map(is_finite, given)), f"{name} has other numbers")
-        return arithmetic.vector([arithmetic.number(x) for x in given])
-    if name in ("theta", "force_slack", "theta_slack"):
-        require(is_finite(given), f"{name} is not finite")
-        return given if type(given) is int else arithmetic.number(given)
-    require_like(like, given, name)
-    require(name != "draws" or bool((given >= 1).all()), "draws are not")
-    return given
-
-
-_MOST_EXPONENT = 2**20
-"""Of a number in a snapshot: far beyond what a chain can come to."""
 
 
 @dataclass(frozen=True)
