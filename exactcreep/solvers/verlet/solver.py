@@ -24,7 +24,6 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
-from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.solver import (
     Ending,
@@ -90,32 +89,6 @@ def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any
     with np.errstate(invalid="ignore"):
         tensions = inner[steps.BASE, :-1] - shift + np.diff(inner[X])
         return tensions, inner[steps.PLACE] + inner[X], (inner[Y] + 0.5 * inner[B]) / fixed.dt
-
-
-class _SteppedPiece:
-    """The motion between two events: the steps, taken again when somebody asks.
-
-    Between two steps it is the velocity Verlet step of a shorter length.
-    """
-
-    def __init__(self, simulation: VerletSimulation, rest: NDArray[np.float64], t: float) -> None:
-        """Keep what has moved until `t`; the other sliders stand as in `rest`."""
-        self.t_min = self.t_max = t
-        self._chain, self._fixed, arrays = simulation.chain, simulation.fixed, simulation.arrays
-        low, high = arrays.now[0][["low", "high"]].item()
-        self._moved = slice(low - 1, high + 2)
-        self._lanes = arrays.lanes[:, self._moved].copy()
-        now, movers = arrays.now.copy(), arrays.movers.copy()
-        self._arrays = arrays._replace(lanes=rest, now=now, movers=movers, rows=arrays.rows[:0])
-
-    def __call__(self, t: Any) -> Motion:
-        """Return the motion at the time `t`."""
-        arrays = self._arrays._replace(lanes=self._arrays.lanes.copy())
-        arrays.lanes[:, self._moved] = self._lanes
-        steps.glide(self._fixed, arrays, (float(t) - self.t_min) / self._fixed.dt)
-        tensions, places, velocities = _motion(self._fixed, arrays)
-        forces = np.diff(tensions, prepend=0.0, append=0.0) + self._chain.sin_alpha
-        return Motion(places, velocities, forces)
 
 
 def _events(rows: dict[str, NDArray[Any]]) -> list[Event]:
@@ -321,7 +294,7 @@ class Verlet(Solver):
         return VerletSimulation(start, record, self.dt, bool(self.locate))
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Rearrange by steps in time, noting where each motion between two events begins."""
+        """Rearrange by steps in time; between its events `Replay` tells the motion."""
         if limits.at < math.inf:
             limits = limits.later(compiled(self, self.compiles(start.chain.n)))
         simulation = self.simulation_from(start, ("events",))
@@ -330,34 +303,23 @@ class Verlet(Solver):
         steps.release(fixed, arrays)
         if now["phase"] == steps.AT_REST and direction != 0:
             steps.ramp(fixed, arrays, float(direction), math.inf)
-        begun, rest = simulation.state(), arrays.lanes.copy()
+        begun = simulation.state()
         initial = replace(start.state, tensions=begun.tensions, theta=begun.theta)
         events = simulation.new_events()
-        pieces = [_SteppedPiece(simulation, rest, 0.0) for _ in events]
         ended = Ending(Stop.DONE)
         while now["phase"] == steps.MOVING and ended.stop is Stop.DONE:
             if (stop := limits.stop(len(events))) is not None:
                 ended = Ending(stop, limits.reason(stop))
                 break
             code = simulation.step_on(1)
-            new = simulation.new_events()
-            events += new
-            if code != steps.REST:
-                pieces += [_SteppedPiece(simulation, rest, float(event.time)) for event in new]
+            events += simulation.new_events()
             if code in (steps.RUNAWAY, steps.STEPS, steps.INFINITE):
                 ended = _ENDINGS[code]
-        ends = [float(event.time) for event in events[1:]]
-        if ended.stop is not Stop.DONE:
-            ends.append(float(now["origin"] + now["step"] * fixed.dt))
-        for piece, end in zip(pieces, ends, strict=False):
-            piece.t_max = end
-        still = Motion(initial.displacements, np.zeros(fixed.n), initial.forces(start.chain))
         return Rearrangement.of(
             simulation,
             self.name,
             ended,
             initial=initial,
             events=tuple(events),
-            motion=Solution.of(pieces[: len(ends)], still),
             report=simulation.report(),
         )

@@ -467,14 +467,6 @@ def _locate(arrays):
 
 
 @_compiled
-def glide(fixed, arrays, steps):
-    """Take a chain in motion so many steps on, the last of them in part, whatever happens then."""
-    taken, _ = _stepped(fixed, arrays, max(math.ceil(steps), 1))
-    _go_back(arrays)
-    _within(arrays, steps - (taken - 1))
-
-
-@_compiled
 def _ties(fixed, arrays):
     """Let what cannot be told apart from an event at this instant take part in it."""
     now, lanes = arrays.now[0], arrays.lanes
