@@ -99,6 +99,7 @@ def _stop(cell, count, deviate, now, log, i, residual):
     cell[cells.SPEED, i] = 0.0
     cell[cells.FRESH, i] = 0.0
     now.moving -= 1
+    now.size = max(now.size, abs(cell[cells.X, i]))
     now.counts.slips += 1
     count[cells.SLIPS, i] += 1
     draw(cell, count, deviate, now, i)
@@ -112,6 +113,8 @@ def _begin(cell, now, log, way):
     now.first = now.touched_first = cell.shape[1]
     now.last = now.touched_last = 0
     now.time = 0.0
+    now.size = 2.0 * now.chain.friction + now.chain.mean_excess
+    now.inherited = cells.AT_REST_OFF * now.size
     rows.begin(cell, now, log.tables, way)
 
 
@@ -143,6 +146,7 @@ def _settle(cell, now, log):
 def _decompose(cell, now, log):
     """End an event: choose how to go on with the sliders that move now, if any do."""
     now.counts.events += 1
+    now.inherited += cells.EVENT_OFF * now.size
     if now.moving == 0:
         _settle(cell, now, log)
         return

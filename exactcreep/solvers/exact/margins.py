@@ -288,10 +288,11 @@ def blur(slope, bound):
 
 
 @inlined
-def soon_after(cell, table, row, friction, i, late, t):
+def soon_after(cell, table, row, friction, inherited, i, late, t):
     """Return the mask of the lanes that leave their range within `late` after t, as it seems.
 
-    Their order and that of an event that may be so late is not decided.
+    Their order and that of an event that may be so late is not decided. The state from which they
+    move is off by what it has `inherited` from earlier roundings.
     """
     side = load(cell, cells.SIDE, i)
     resting = abs(side) <= 0.0
@@ -301,7 +302,7 @@ def soon_after(cell, table, row, friction, i, late, t):
     edge = choose(resting, load(cell, cells.EXCESS, i) + friction, 0.0)
     out = way * slope
     room = edge - way * at
-    bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction))
+    bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction)) + inherited
     return (room <= fused(out, late, bound)) & (out > 0.0)
 
 

@@ -528,7 +528,9 @@ def _look_after(cell, count, series, now, first, strips, events, blur, t):
     """Count the sliders whose event may come before those at t, which are known to `blur`."""
     for s in range(strips):
         i = first + WIDTH * s
-        mask = margins.soon_after(cell, series, SERIES * s, now.chain.friction, i, blur, t)
+        mask = margins.soon_after(
+            cell, series, SERIES * s, now.chain.friction, now.inherited, i, blur, t
+        )
         for k in range(events):
             lane = count[cells.EVENT, k] - i
             if 0 <= lane < WIDTH:
