@@ -127,11 +127,13 @@ class PivotWindow(NamedTuple):
 
     Slider i - 1 can rest during a dilation for ``lower <= tan_alpha <= upper``; between
     `lower_alone` and `upper_alone` no other can: outside, the pivot depends on the chain's history.
+    Where ``mu_s - mu_d > mu_d`` the windows of i - 1 and i + 1 overlap each other, so that there is
+    no slope at which no other slider can rest: `lower_alone` and `upper_alone` are None.
     """
 
     lower: Number
-    lower_alone: Number
-    upper_alone: Number
+    lower_alone: Number | None
+    upper_alone: Number | None
     upper: Number
 
 
@@ -153,6 +155,8 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     middle = known["mu_d"] * (1 - 2 * (known["i"] - 1) / known["n"])
     upper = known["mu_d"] * (1 - 2 * (known["i"] - 2) / known["n"])
     half = (known["mu_s"] - known["mu_d"]) / known["n"]
+    if middle + half > upper - half:
+        return PivotWindow(middle - half, None, None, upper + half)
     return PivotWindow(middle - half, middle + half, upper - half, upper + half)
 
 

@@ -1,20 +1,14 @@
-"""The exact velocities of the sliding limit, and what theory predicts for a chain and its drive."""
+"""The exact velocities of the sliding limit, under cycles and under random dilations."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from mpmath.ctx_mp import MPContext
 
-from exactcreep.laws import paper
 from exactcreep.laws.arithmetic import Number, elementwise, is_mpf, positive_part, require
-from exactcreep.laws.paper import law, law_values, margin
-from exactcreep.laws.staircase import staircase_two_sliders
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.state import State
+from exactcreep.laws.paper import law, margin
 
 
 @law
@@ -88,55 +82,3 @@ def _trapezoid(
         # halving the step at least squares the error; `value - previous` is the error before it
         if abs(value - previous) <= abs(value) * unit * 2.0 ** (-0.6 * bits) or count > 1 << 16:
             return value
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """The velocity that theory predicts, unit ``g tau_dyn**2`` per half-cycle or target.
-
-    `label` is that of the paper's equation, `printed` what it gives, `sliding` the exact law of the
-    sliding limit: two values where the plateau is not unique. `staircase` is the exact velocity of
-    two sliders that start relaxed, sigma_mu = 0, under cycles.
-    """
-
-    label: str
-    printed: tuple[float, ...]
-    sliding: tuple[float, ...]
-    staircase: float | None = None
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return self.sliding if self.staircase is None else (self.staircase,)
-
-
-def prediction(
-    chain: Chain, drive: Drive, start: State | None = None, bits: int | None = None
-) -> Prediction | None:
-    """Return what theory predicts for the mean velocity; None for a path, and beyond mu_d.
-
-    The staircase is that of the relaxed chain, the default `start`; `bits` as in `law_values`.
-    """
-    if isinstance(drive, Cycles):
-        label, size = "vitesse_seuil", {"amplitude": drive.amplitude}
-        printed, exact = paper.creep_velocity, sliding_velocity
-    elif isinstance(drive, GaussianSteps):
-        label, size = "vitesse_seuil_random", {"sigma_theta": drive.sigma_theta}
-        printed, exact = paper.creep_velocity_random, sliding_velocity_random
-    else:
-        return None
-    resting = chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d
-    if chain.may_run_away and not resting:
-        return None
-    if resting or not all(size.values()):
-        return Prediction(label, (), (0.0,))
-    sign = -1 if chain.tan_alpha < 0 else 1
-    described = (chain.mirrored() if sign < 0 else chain).parameters() | size
-
-    def values(law: Callable[..., Number]) -> tuple[float, ...]:  # without a negative zero
-        return tuple(sign * value + 0.0 for value in law_values(law, described, bits))
-
-    relaxed = start is None and chain.n == 2 and chain.sigma_mu == 0 and chain.tan_alpha != 0
-    staircase = None
-    if relaxed and isinstance(drive, Cycles):
-        (staircase,) = values(staircase_two_sliders)
-    return Prediction(label, values(printed), tuple(sorted({*values(exact)})), staircase)

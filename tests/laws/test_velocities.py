@@ -8,7 +8,7 @@ import pytest
 
 from exactcreep import laws
 from exactcreep.laws import gaussian_integral, law_values, prediction
-from exactcreep.laws.velocities import Prediction
+from exactcreep.laws.predictions import Prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.drive import Path as Dilations
