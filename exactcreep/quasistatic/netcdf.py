@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import mmap
 import os
 import re
 from collections.abc import Callable, Mapping
@@ -18,6 +17,7 @@ from typing import Any
 
 import h5netcdf
 import h5py
+import numpy as np
 import xarray as xr
 from xarray.backends import H5NetCDFStore
 
@@ -26,8 +26,10 @@ from exactcreep.quasistatic.files import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
-_INFLATED = 1000
-"""Bytes of values for each byte of a file: beyond what compression makes of true numbers."""
+_NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
+_OF_HDF5 = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
+            "_Netcdf4Coordinates", "_NCProperties"}  # fmt: skip
+"""Attributes by which NetCDF tells dimensions, and what wrote a file."""
 
 
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], None]:
@@ -51,37 +53,56 @@ def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr
     if not Path(path).is_file():
         raise InputError(field, name, "must be a file")
     try:
-        _require_seal(name)
-        return _read(name)
+        with h5py.File(io.BytesIO(_sealed(name)), "r") as file:
+            groups = {key: item for key, item in file.items() if isinstance(item, h5py.Group)}
+            return {key: _dataset(item) for key, item in ({None: file} | groups).items()}
     except Exception as error:  # what a damaged HDF5 file can raise is not written down
         reason = " ".join(str(error).split())[:200]
         raise InputError(field, name, f"cannot be read: {reason}") from None
 
 
-def _require_seal(name: str) -> None:
-    """Raise `ValueError` unless a file ends with its digest."""
-    with open(name, "rb") as file:
-        size = os.fstat(file.fileno()).st_size
-        data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if size else b"")
+def _sealed(name: str) -> memoryview:
+    """Return what a file holds before its digest; raise `ValueError` unless it ends with one."""
+    data = memoryview(Path(name).read_bytes())
     seal = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
     if seal is None:
         told = "it does not end with a checksum, as results since version 0.2.0 do: read it"
         raise ValueError(f"{told} with the version that wrote it, or run its experiment again")
     if hashlib.sha256(data[:-_SEAL_LENGTH]).hexdigest().encode() != seal[1]:
         raise ValueError("its checksum does not match")
+    return data[:-_SEAL_LENGTH]
 
 
-def _read(name: str) -> dict[str | None, xr.Dataset]:
-    groups: list[str | None] = [None]
-    most = _INFLATED * Path(name).stat().st_size
+def _dataset(group: h5py.Group) -> xr.Dataset:
+    """Return the dataset in a group, as xarray wrote it.
 
-    def look(path: str, item: Any) -> None:
-        if isinstance(item, h5py.Group):
-            groups.append(path)
-        elif isinstance(item, h5py.Dataset) and item.nbytes > most:
-            raise ValueError(f"it is too short for the {item.size} values of {path}")
+    By addresses of dimensions: their names, which xarray asks for, HDF5 looks for in all groups.
+    """
+    held = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
+    scales = {_address(item): name for name, item in held.items() if "CLASS" in item.attrs}
+    variables: dict[str, Any] = {}
+    for name, item in held.items():
+        about = dict(item.attrs)
+        if about.get("NAME", b"").startswith(_NO_VARIABLE):
+            continue
+        dimensions = [scales[_address(group[to[0]])] for to in about.get("DIMENSION_LIST", ())]
+        if "CLASS" in about:
+            dimensions = [name]
+        texts = h5py.check_string_dtype(item.dtype) is not None
+        values = np.asarray(item.asstr()[()], str) if texts else item[()]
+        variables[name] = (dimensions, values, _attributes(about))
+    return xr.decode_cf(xr.Dataset(variables, attrs=_attributes(group.attrs)))
 
-    # h5netcdf complains, when it is collected, about a file that it could not open
-    with h5py.File(name, "r") as file:
-        file.visititems(look)
-    return {group: xr.load_dataset(name, group=group, engine="h5netcdf") for group in groups}
+
+def _address(item: h5py.Dataset) -> int:
+    address: int = h5py.h5o.get_info(item.id).addr
+    return address
+
+
+def _attributes(held: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes that are not HDF5's own; lists of one are single numbers."""
+    about = {name: value for name, value in held.items() if name not in _OF_HDF5}
+    return {
+        name: value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
+        for name, value in about.items()
+    }

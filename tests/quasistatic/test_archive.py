@@ -9,10 +9,12 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.dataset import FORMAT
+from exactcreep.quasistatic.netcdf import read_groups
 from exactcreep.quasistatic.result import load_members
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
@@ -58,3 +60,15 @@ def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
     assert runs[0].recorded["event_time"].size == 896
     assert runs[3].experiment.digits == 25
     assert runs[2].experiment.initial.tensions.tolist() == [Fraction(1, 3), 0]
+
+
+def test_a_file_is_read_as_xarray_reads_it() -> None:
+    path = ARCHIVE.parent / "results-of-0.3.0.nc"
+    groups = read_groups(path, "result")
+    assert len(groups) == 10
+    for group, dataset in groups.items():
+        expected = xr.load_dataset(path, group=group, engine="h5netcdf")
+        assert dataset.identical(expected)
+        assert dataset.dtypes == expected.dtypes
+        about = {name: type(value) for name, value in expected.attrs.items()}
+        assert {name: type(value) for name, value in dataset.attrs.items()} == about
