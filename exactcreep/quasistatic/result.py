@@ -368,11 +368,6 @@ class Creep(Result):
             raise InputError("result", name, f"holds {len(members)} members; use load_members")
         return members[0]
 
-    @classmethod
-    def from_dataset(cls, data: xr.Dataset) -> Creep:
-        """Return the result that `dataset` shows."""
-        return cls(**next(_datasets().members_of({None: data}, COUNTS)))
-
 
 def save_members(
     results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False

@@ -21,17 +21,12 @@ from exactcreep.solvers.verlet.solver import Verlet
 _CLASSES: tuple[type[Solver], ...] = (Exact, Reference, Mpmath, Certified, Sliding, Verlet)
 SOLVERS = {algorithm.name: algorithm for algorithm in _CLASSES}
 """Every solver class by its name."""
-_AUTO = (
-    "is gone: exactcreep plan names the solver that suffices, and accuracy = X lets a run go on"
-    " until its velocity is known so well"
-)
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
-        allowed = _AUTO if name == "auto" else "must be one of " + ", ".join(SOLVERS)
-        raise InputError("solver", name, allowed)
+        raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm: Any = SOLVERS[name]  # every solver is a dataclass, which its base class cannot say
     known = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in known):

@@ -50,7 +50,7 @@ REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
     *(("mu_s", "sliding", moving(chain=NO_SLIPS, solver=name)) for name in EVENTS_HAPPEN),
     ("solver", "use 'exact'", moving(solver="sliding")),
     ("solver", "must be one of exact, reference", moving(solver="euler")),
-    ("solver", "exactcreep plan names the solver", moving(solver="auto")),
+    ("solver", "must be one of exact", moving(solver="auto")),
     ("solver", "must be one of", moving(solver=["exact"])),
     ("option", "did you mean locate", moving(solver="verlet", locate_=True)),
     ("option", "it takes digits", moving(solver="mpmath", dt=1)),
