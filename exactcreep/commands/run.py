@@ -298,6 +298,19 @@ def _predicted(result: Creep, digits: int) -> tuple[str, str]:
     return found.label, " or ".join(f"{value:.{digits}g}" for value in values)
 
 
+def _held(result: Creep) -> str:
+    """Return what the law that holds for a run gives, its deviation, and its name."""
+    from exactcreep.laws import prediction
+
+    experiment = result.experiment
+    found = prediction(result.chain, result.drive, experiment.start)
+    if found is None or result.solver == "sliding":
+        return ""
+    values = " or ".join(f"{value:.6g}" for value in found.values)
+    off = f" ± {found.deviation:.2g}" if found.deviation > 0 else ""
+    return f"{values}{off} ({found.law})"
+
+
 def _print_one(result: Creep, descent: Descent | None) -> None:
     since = "" if result.since is None else f" since cycle {result.since}"
     remark = f": {result.reason}" if result.reason else ""
@@ -313,6 +326,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
         rows.append(("  because", result.velocity_reason))
     label, law = _predicted(result, 6)
     rows += [(f"  paper, Eq. ({label})", law or "none: below its threshold")] if label else []
+    rows += [("  law that holds", held)] if (held := _held(result)) else []
     rows += [] if descent is None else descent.lines()
     ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
     course = f": {result.course}" if result.course else ""

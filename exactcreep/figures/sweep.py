@@ -26,7 +26,16 @@ from exactcreep.figures.style import (
     styled,
     symbol_of,
 )
-from exactcreep.laws import law_values, sliding_velocity, sliding_velocity_random
+from exactcreep.laws import (
+    STICKING_DEVIATION,
+    beyond_sticking,
+    law_values,
+    sliding_velocity,
+    sliding_velocity_random,
+    sticking_gain,
+    sticking_velocity,
+    sticking_velocity_random,
+)
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.studies.sweep import dimensions
 
@@ -37,6 +46,8 @@ MAPPED = 5
 """Values of each of two quantities from which on a sweep is drawn as a map."""
 LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
 """What a legend calls the law of the sliding limit."""
+STICKING = "measured law of sticking sliders, with its deviation"
+"""What a legend calls `laws.sticking_velocity`."""
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
@@ -194,7 +205,8 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     """Draw the velocities of a sweep over the quantity with most values, all seeds together.
 
     What varies besides makes families, each in a colour of its own. The law of the sliding
-    limit, where there is one, is a broken line. Two quantities of which each has at least
+    limit, where there is one, is a broken line; that of sliders that stick and slip, in its range,
+    a full one in a band of its deviation. Two quantities of which each has at least
     `MAPPED` values, and nothing else, make a map with contours of the law.
     """
     points = points_of(dataset)
@@ -242,13 +254,21 @@ def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
-    fine = _between([point.varied[over] for point in points])
+    fine, sticks = _between([point.varied[over] for point in points]), False
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
         draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
         law = [_law(family[0].parameters | {over: value}) for value in fine]
         axes.plot(fine, law, **EXACT | {"color": ink})
+        measured = [_sticking(family[0].parameters | {over: value}) for value in fine]
+        if np.isfinite(measured).any():
+            value, deviation = np.transpose(measured)
+            axes.plot(fine, value, color=ink, linewidth=1.0)
+            axes.fill_between(fine, value - deviation, value + deviation, color=ink, alpha=0.2)
+            sticks = True
     axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
+    if sticks:
+        axes.plot([], [], color="0.3", linewidth=1.0, label=STICKING)
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
     if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
@@ -272,3 +292,16 @@ def _law(given: Mapping[str, Any]) -> float:
             if given.get(size):
                 return mean_law(law, given)
     return math.nan
+
+
+def _sticking(given: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the law of sliders that stick and slip and its deviation, nan beyond its range."""
+    sizes = [size for size in ("amplitude", "sigma_theta") if given.get(size)]
+    if not sizes or not {"n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha"} <= set(given):
+        return math.nan, math.nan
+    about = {key: value for key, value in given.items() if key in _SHARED}
+    if not 0 <= about["tan_alpha"] < about["mu_d"] or beyond_sticking(about):
+        return math.nan, math.nan
+    law = sticking_velocity if sizes[0] == "amplitude" else sticking_velocity_random
+    (value,) = law_values(law, about)
+    return value, STICKING_DEVIATION * sticking_gain(about)
