@@ -125,11 +125,14 @@ LADDER = (ORDERS + 9) // 8
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
     BLUR,  # how far from ROOT it may leave its range
-    _,
+    *_,
     MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
-) = range(KNOWN + 2, KNOWN + 11)
-CLOCKS = KNOWN + 13
-"""An odd number; after all strips follow rows with the first key of each strip."""
+) = range(KNOWN + 2, KNOWN + 13)
+CLOCKS = KNOWN + 15
+"""An odd number, and not 33: strips would fight for the same cache lines as with 32.
+
+After all strips follow rows with the first key of each strip.
+"""
 
 CHAIN = np.dtype(
     [
