@@ -3,8 +3,8 @@
 The forces of all sliders add up to ``N s``. So the slope decides how many go downhill and how many
 uphill, but for the sum of their phases ``(|F_n| - mu_d c)/D``, which fluctuates while they slip:
 near the end of a plateau two pivots share the time, and the velocity passes smoothly from one
-plateau to the next. What is derived of that and what is measured stands in the notebook *Where a
-plateau ends*; the chains are those of ``tests/laws/sticking_chains.py``.
+plateau to the next. What is derived of that and what is measured stands in
+``notebooks/reference/misprints.md``; the chains are those of ``tests/laws/sticking_chains.py``.
 """
 
 from __future__ import annotations
