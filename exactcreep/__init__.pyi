@@ -36,6 +36,7 @@ from .studies.fates.result import Fate as Fate
 from .studies.fates.survival import Survival as Survival, survival as survival
 from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
+from .studies.quiescence import Quiescence as Quiescence, quiescent as quiescent
 from .studies.sweep import sweep as sweep
 from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as half_life
 from .studies.thresholds.questions import GivenUp as GivenUp

@@ -1,0 +1,195 @@
+"""Rests of creep: in which cycles the centre of mass stands still, and how long it waits to jump.
+
+Near its threshold a chain creeps in jumps between long rests (Fig. jumps of the paper). A cycle is
+quiescent if x_G ends it where it began to within the size of a jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.numbers import InputError, Number, nearest_float, number_from_zero
+from exactcreep.model.result import Result
+from exactcreep.quasistatic.result import Creep
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Quiescence(Result):
+    """In which cycles a chain stood still, and the waiting times between its jumps.
+
+    Attributes
+    ----------
+    jump : float
+        An advance of x_G in a cycle beyond this, down or up, is a jump; unit ``g tau_dyn**2``.
+    cycles : int
+        Cycles after the burn-in, of all runs.
+    fraction : float
+        Share of the cycles without a jump.
+    fraction_error : float
+        Its standard error, from the scatter of the runs; nan for one run alone, whose pieces
+        are not independent: a chain at rest stays so for longer than pieces of any length tell.
+    jumps : int
+        Cycles with a jump.
+    waiting_mean : float
+        Mean number of cycles from one jump to the next; nan without two jumps in a run.
+    waiting_ratio : float
+        Standard deviation of the waiting times over their mean: 1 for an exponential law.
+    waiting : ndarray of int64
+        All waiting times, run by run.
+    open_ends : ndarray of int64, shape (runs, 2)
+        Cycles before the first jump of each run and after its last one, which bound a waiting time
+        from below: all cycles, twice, if there is no jump.
+    advances : tuple of ndarray
+        By how much x_G advanced in each cycle, run by run; unit ``g tau_dyn**2``.
+    first_cycles : tuple of int
+        Which cycle of its run is the first of `advances`, counted from 1.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep, quiescent
+    >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    >>> rests = quiescent([creep(chain, Cycles("0.0008", 100), seed=k) for k in range(4)])
+    >>> rests.jumps == len(rests.table), rests.fraction_error > 0
+    (True, True)
+    """
+
+    told = (
+        "jump", "cycles", "fraction", "fraction_error", "jumps", "waiting_mean", "waiting_ratio",
+    )  # fmt: skip
+
+    jump: float
+    cycles: int
+    fraction: float
+    fraction_error: float
+    jumps: int
+    waiting_mean: float
+    waiting_ratio: float
+    waiting: NDArray[np.int64]
+    open_ends: NDArray[np.int64]
+    advances: tuple[NDArray[np.float64], ...]
+    first_cycles: tuple[int, ...]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row for each jump: `run`, `cycle`, `advance` and cycles `waited` since the last one.
+
+        Runs and cycles are counted from 0 and 1; `waited` is -1 for the first jump of a run.
+        """
+        import pandas as pd  # noqa: PLC0415
+
+        runs = []
+        for index, (advance, first) in enumerate(
+            zip(self.advances, self.first_cycles, strict=True)
+        ):
+            at = np.flatnonzero(np.abs(advance) > self.jump)
+            waited = np.diff(at, prepend=at[:1] + 1)  # -1 for the first
+            columns = {"cycle": at + first, "advance": advance[at], "waited": waited}
+            runs.append(pd.DataFrame({"run": index, **columns}))
+        return pd.concat(runs, ignore_index=True)
+
+
+def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quiescence:
+    """Return in which cycles chains stood still, and their waiting times between jumps.
+
+    Parameters
+    ----------
+    runs : Creep or sequence of Creep
+        Runs under cycles that recorded ``x_G``; several, such as those from different starts, are
+        pooled.
+    jump : number, optional
+        An advance of x_G in a cycle beyond this, down or up, is a jump; unit ``g tau_dyn**2``.
+        Default: D/N, half of what one slip of an end slider from its threshold moves x_G.
+
+    Returns
+    -------
+    Quiescence
+
+    Raises
+    ------
+    InputError
+        If a run was not driven by `Cycles`, did not record ``x_G``, or has no whole cycle after its
+        burn-in; if chains differ and no `jump` is given.
+
+    Notes
+    -----
+    Guarantee: none but that of the runs. With chaos rests are statistics, whatever the evidence.
+
+    Source: Fig. jumps and its discussion.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep, quiescent
+    >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    >>> rests = quiescent(creep(chain, Cycles("0.0008", 300), seed=3, record=("x_G",)))
+    >>> rests.cycles, rests.jumps == len(rests.table), round(rests.fraction, 1)
+    (270, True, 0.6)
+    """
+    runs = [runs] if isinstance(runs, Creep) else list(runs)
+    if not runs:
+        raise InputError("runs", "none", "must be at least one run")
+    size = _size_of_jump(runs, jump)
+    advances = [_advances(run) for run in runs]
+    jumped = [np.flatnonzero(np.abs(advance) > size) for advance in advances]
+    waits = [np.diff(cycle) for cycle in jumped]
+    waiting = np.concatenate(waits).astype(np.int64)
+    ends = [
+        (cycle[0], advance.size - 1 - cycle[-1]) if cycle.size else (advance.size, advance.size)
+        for cycle, advance in zip(jumped, advances, strict=True)
+    ]
+    cycles = sum(advance.size for advance in advances)
+    jumps = sum(cycle.size for cycle in jumped)
+    mean = float(waiting.mean()) if waiting.size else math.nan
+    return Quiescence(
+        size, cycles, 1 - jumps / cycles, _error(advances, size), jumps, mean,
+        float(waiting.std(ddof=1)) / mean if waiting.size > 1 else math.nan,
+        waiting, np.array(ends, np.int64), tuple(advances),
+        tuple(_left_out(run) + 1 for run in runs),
+    )  # fmt: skip
+
+
+def _size_of_jump(runs: Sequence[Creep], jump: Number | None) -> float:
+    if jump is not None:
+        return nearest_float(number_from_zero(jump, "jump"))
+    sizes = {run.chain.excess / run.chain.n for run in runs}
+    if len(sizes) > 1:
+        raise InputError("jump", None, "must be given, since D/N of these chains differ")
+    return sizes.pop()
+
+
+def _advances(run: Creep) -> NDArray[np.float64]:
+    """Return by how much x_G advanced in every whole cycle after the burn-in."""
+    if not run.drive.cyclic:
+        raise InputError("runs", type(run.drive).__name__, "must be driven by Cycles")
+    if "x_G" not in run.recorded:
+        raise InputError("runs", "x_G not recorded", 'need runs with record = ["x_G"]')
+    begin = np.mean([float(x) for x in run.experiment.initial.displacements])
+    ends = np.append(begin, run.recorded["x_G"][1::2].astype(float))
+    advances: NDArray[np.float64] = np.diff(ends)[_left_out(run) :]
+    if not advances.size:
+        raise InputError("runs", "0 cycles", "need a whole cycle after the burn-in")
+    return advances
+
+
+def _left_out(run: Creep) -> int:
+    """Return how many whole cycles the burn-in of a run takes."""
+    return -(-run.burn_in // 2)
+
+
+def _error(advances: Sequence[NDArray[np.float64]], size: float) -> float:
+    """Return the standard error of the share of quiescent cycles, to first order."""
+    if len(advances) < 2:
+        return math.nan
+    lengths = np.array([advance.size for advance in advances], float)
+    quiet = np.array([np.count_nonzero(np.abs(advance) <= size) for advance in advances], float)
+    apart = quiet - quiet.sum() / lengths.sum() * lengths
+    several = lengths.size / (lengths.size - 1)
+    return float(math.sqrt(several * (apart**2).sum()) / lengths.sum())
