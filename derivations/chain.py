@@ -64,8 +64,6 @@ class RationalChain:
     y : Fraction
         l0 theta.
     slips : int
-    pivot : int
-        The slider that rested alone at the end of the last ramp; 0 if more than one did.
     """
 
     n: int
@@ -77,7 +75,6 @@ class RationalChain:
     x: list[Q] = field(default_factory=list)
     y: Q = _ZERO
     slips: int = 0
-    pivot: int = 0
 
     def __post_init__(self) -> None:
         static = self.mu_d if self.mu_s is None else self.mu_s
@@ -123,10 +120,9 @@ class RationalChain:
 
     def _slide(self, left: Q, up: int) -> None:
         """Two fronts of sliding sliders grow from the ends inwards: 1..above and below..n slide."""
-        above, below, self.pivot = 0, self.n + 1, 0
+        above, below = 0, self.n + 1
         while left > 0:
             if below - 1 - above == 1:
-                self.pivot = above + 1
                 self._slid(up, left, above, below)
                 return
             # the two groups of sliders, from above and from below, that are at their thresholds

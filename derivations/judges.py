@@ -48,7 +48,7 @@ def positive(expression: Expression) -> bool:
 
 def follows(bindings: Mapping[Any, Any]) -> Judge:
     """Return a judge: all sides of the formula agree once the derived expressions are put in."""
-    return compared(bindings, lambda one, other: vanishes(one - other))
+    return compared(bindings, lambda left, right: vanishes(left - right))
 
 
 def compared(bindings: Mapping[Any, Any], holds: Callable[..., object]) -> Judge:
@@ -57,7 +57,7 @@ def compared(bindings: Mapping[Any, Any], holds: Callable[..., object]) -> Judge
     def judge(formula: Formula) -> bool:
         if not formula.relations or not set(formula.relations) <= {"=", "~"}:
             return False
-        return all(holds(one, other) for one, other in pairwise(formula.bound(bindings).sides))
+        return all(holds(left, right) for left, right in pairwise(formula.bound(bindings).sides))
 
     return judge
 
@@ -69,7 +69,7 @@ def equals(value: Expression) -> Judge:
 
 def ratio(bindings: Mapping[Any, Any], holds: Callable[[Expression], object]) -> Judge:
     """Return a judge of an approximate law: what the ratio of its two sides must be."""
-    return compared(bindings, lambda one, other: one * other != 0 and holds(one / other))
+    return compared(bindings, lambda left, right: left * right != 0 and holds(left / right))
 
 
 def proportional(bindings: Mapping[Any, Any]) -> Judge:
@@ -85,6 +85,11 @@ def proportional(bindings: Mapping[Any, Any]) -> Judge:
 def leading(bindings: Mapping[Any, Any], large: Expression) -> Judge:
     """Return a judge of a leading term: the sides' ratio tends to 1 when `large` grows."""
     return ratio(bindings, lambda quotient: sp.limit(sp.cancel(quotient), large, sp.oo) == 1)
+
+
+def both(first: Judge, second: Judge) -> Judge:
+    """Return a judge that accepts what two judges accept."""
+    return lambda formula: first(formula) and second(formula)
 
 
 @dataclass(frozen=True)

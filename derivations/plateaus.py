@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations import pivots, thresholds
-from derivations.judges import follows, leading
+from derivations.judges import both, follows, leading
 from derivations.model import Model, after, here, solved
 from derivations.notation import (
     CAPTIONS,
@@ -77,10 +77,10 @@ def derive(p: Proof, model: Model) -> None:
     turns = {rise: model.swing, fall: -model.swing}
     p.alone("cycle_jumps", turns)
     partner = pivots.derive(model).partner
-    both = (up + down).subs(turns).subs(j, partner)
+    gained = (up + down).subs(turns).subs(j, partner)
     cycle = p.show(
         f"a cycle, with the pivots' j = {partner}: by, whatever n,",
-        sp.factor(sp.expand(both)),
+        sp.factor(sp.expand(gained)),
         2 * (N + 3 - 2 * i) * l0 * amplitude,
         "cycle",
     )
@@ -135,7 +135,7 @@ def derive(p: Proof, model: Model) -> None:
     limit = leading(law, amplitude)
     exact = creeps((N + 3 - 2 * i) * positive_part(finite / (N + 3 - 2 * i)))
     lacks = sp.cancel(finite / velocity) - 1
-    p.entry("vitesse", lambda formula: plain(formula) and limit(formula), exact, lacks=lacks)
+    p.entry("vitesse", both(plain, limit), exact, lacks=lacks)
     threshold = sliding.subs(CAPTIONS)
     p.show("at that amplitude the velocity is", finite.subs(amplitude, sliding), 0)
     p.entry("critical_velocity", threshold=threshold)

@@ -70,11 +70,18 @@ def nested() -> bool:
         most + beyond: most - width,
     }
     for place, expected in places.items():
-        found = clamped(place, least, most) - clamped(place - lag, sp.Integer(0), width)
+        apart = clamped(place, least, most) - clamped(place - lag, sp.Integer(0), width)
         inside = (expected - least).is_nonnegative and (most - width - expected).is_nonnegative
-        if sp.expand(found - expected) != 0 or not inside:
+        if sp.expand(apart - expected) != 0 or not inside:
             return False
     return True
+
+
+def pulls(before: Expression, behind: Expression) -> bool:
+    """Return whether a front turns compression into tension, m, s and D being positive."""
+    margins = {mu_d: (rest + weight) / c, mu_s: (rest + weight) / c + 1, s: weight}
+    pushed, pulled = (sp.factor(tension.subs(margins)) for tension in (before, behind))
+    return bool(pushed.is_negative and pulled.is_positive)
 
 
 def follows_the_play(random: Random, size: int, targets: int) -> bool:
@@ -161,16 +168,13 @@ def _fronts(p: Proof, model: Model) -> None:
         model.tension(n, 0, -uphill),
         n * slope_margin,
     )
-    # signs for mu_d c = m + s, mu_s > mu_d, slopes above 0
-    signs = {mu_d: (rest + weight) / c, mu_s: (rest + weight) / c + 1, s: weight}
-    before, after = (sp.factor(tension.subs(signs)) for tension in (outer, behind))
-    pulls = before.is_negative and after.is_positive
     front = p.show(
         "tensions grow with the fall of l0 theta until slider n joins: above the pivot at",
         behind - outer,
         2 * n * mu_d * c,
     )
-    p.entry("compression_wave", holds=pulls, lines=4, before=outer, behind=behind, front=front)
+    turned = pulls(outer, behind)
+    p.entry("compression_wave", holds=turned, lines=4, before=outer, behind=behind, front=front)
     lower_front = p.show(
         "the front from below reaches slider n at",
         model.tension(n - 1, 1, -downhill) - inner.subs(n, n - 1),

@@ -27,6 +27,40 @@ def test_a_slip_that_sets_another_slider_in_motion_is_refused() -> None:
         RationalChain(3, F(1, 4), F(1, 2), F(3, 5)).to(F(5))
 
 
+def test_a_slider_that_a_slip_brings_to_its_threshold_stays() -> None:
+    """Two lone slips of slider 3 bring slider 2 there exactly, where floats pass it."""
+    chain = RationalChain(3, F(1, 5), F(1, 2), F(3, 5))
+    chain.to(F(4, 5) - F(1, 10**6))
+    assert (chain.slips, chain.forces[1]) == (2, chain.holds)
+
+
+def test_a_slider_alone_has_no_spring_that_could_move_it() -> None:
+    for static in (None, F(3, 5)):
+        alone = RationalChain(1, F(1, 4), F(1, 2), static)
+        alone.to(F(7))
+        assert (alone.x, alone.forces, alone.y, alone.slips) == ([0], [F(1, 4)], 7, 0)
+
+
+def test_slips_of_no_length_are_refused() -> None:
+    with pytest.raises(ValueError, match="mu_s > mu_d"):
+        RationalChain(2, F(1, 4), F(1, 2), F(1, 2)).to(F(1))
+
+
+@pytest.mark.parametrize("static", [None, F(3, 5)], ids=["slides", "slips"])
+def test_forces_are_those_of_the_places_whatever_the_path(static: F | None) -> None:
+    """Tensions of the displacements; friction; and slides that spend the ramp to its end."""
+    random, sizes = Random(5), range(2, 9) if static is None else (2,)
+    for size in sizes:
+        chain = RationalChain(size, F(random.randint(31, 40), 100), F(1, 2), static)
+        for _ in range(12):
+            chain.to(F(random.randint(-90, 90), 17))
+            x, y = chain.x, chain.y
+            inner = [below - above - y for above, below in pairwise(x)]
+            tensions = [F(0), *inner, F(0)]
+            assert chain.forces == [b - a + chain.slope for a, b in pairwise(tensions)]
+            assert max(map(abs, chain.forces)) <= chain.holds
+
+
 def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
     """From a start that the first value does not push, and fixed by the first that does."""
     random = Random(7)

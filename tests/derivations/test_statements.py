@@ -8,9 +8,10 @@ import pytest
 import sympy as sp
 
 from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders
+from derivations.judges import both
 from derivations.ledger import CHAPTERS, entries, entry_of, literals, proof_of
 from derivations.model import ASSUMED, MODEL, PREMISES, Model, T
-from derivations.notation import N, mu_d, symbol
+from derivations.notation import N, mu_d, read, symbol
 from derivations.proof import Line
 from tests.derivations.statements import DERIVATIONS, literals_of, of_ledger, survivors
 
@@ -101,6 +102,25 @@ def test_a_speed_that_changes_sign_or_shape_is_not_positive_until_its_end() -> N
     assert slip.positive_until_its_end(slip.a0 * sine)
     for wrong in (-slip.a0 * sine, slip.a0 * sp.sin(2 * slip.w * slip.t), slip.t * sine):
         assert not slip.positive_until_its_end(wrong)
+
+
+def test_a_front_that_does_not_turn_push_into_pull_is_refused() -> None:
+    proof = sliding_limit.derive()
+    push, pull = proof.outer, proof.behind
+    assert sliding_limit.pulls(push, pull)
+    for before, behind in ((pull, pull), (push, push), (pull, push), (push, 0 * pull)):
+        assert not sliding_limit.pulls(before, behind)
+
+
+def test_a_leading_term_has_to_be_both_the_plateau_and_the_limit_of_the_law() -> None:
+    held, refused = (lambda formula: True), (lambda formula: False)
+    formula = read("x = 1")
+    assert both(held, held)(formula)
+    assert not any(both(*judges)(formula) for judges in ((held, refused), (refused, held)))
+    entry = NAMED["vitesse"]
+    assert entry.accepts_printed(entry.formula or "")
+    same_limit = f"{entry.formula} + \\frac{{\\tilde{{l}}_0}}{{2}}"
+    assert not entry.accepts_printed(same_limit)
 
 
 def test_angles_and_shapes_of_other_ends_are_refused() -> None:
