@@ -16,16 +16,24 @@ STATUS = 128
 """The exit status of a program that a signal ended is this plus the signal's number."""
 _heard: list[int] = []
 """The signals that the command line has received."""
-_deferring: list[Callable[[int, Any], None]] = []
-"""What the blocks that are running do with a signal, the innermost last."""
+_deferring: list[object] = []
+"""The blocks that are running, the innermost last."""
 _waiting: list[int] = []
-"""The signals that wait for the end of such a block."""
+"""The signals that wait for the end of the outermost of them."""
 
 
 def _hear(number: int, frame: Any) -> None:
     _heard.append(number)
-    press = _deferring[-1] if _deferring else signal.default_int_handler
-    press(number, frame)
+    if _deferring:
+        _defer(number, frame)
+    else:
+        signal.default_int_handler(number, frame)
+
+
+def _defer(number: int, frame: Any) -> None:
+    if _waiting:
+        raise KeyboardInterrupt
+    _waiting.append(number)
 
 
 def listen() -> None:
@@ -58,28 +66,22 @@ def status() -> int | None:
 def deferred() -> Iterator[Callable[[], bool]]:
     """Let a signal wait for the end of a block, so that a simulation is never left half changed.
 
-    Yields a function that returns whether there was one; the second interrupts at once.
+    Yields a function that returns whether there was one, since the outermost of such blocks has
+    begun; the second interrupts at once.
     """
-    pressed: list[int] = []
-
-    def press(number: int, frame: Any) -> None:
-        if pressed:
-            raise KeyboardInterrupt
-        pressed.append(number)
-        _waiting.append(number)
-
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
+    check()
     alone = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    _deferring.append(press)
+    _deferring.append(_defer)
     if alone:
-        signal.signal(signal.SIGINT, press)
+        signal.signal(signal.SIGINT, _defer)
     try:
-        yield lambda: bool(pressed)
+        yield waiting
     finally:
-        _deferring.remove(press)
-        if not _deferring:
-            _waiting.clear()
         if alone:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+        _deferring.pop()
+        if not _deferring:
+            _waiting.clear()

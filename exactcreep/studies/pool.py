@@ -7,19 +7,18 @@ whose worker died.
 
 from __future__ import annotations
 
-import math
 import os
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 from exactcreep import interrupts
 from exactcreep.model.numbers import InputError, Number, whole_number
 
-_GLANCE = 0.25  # seconds between two reports of progress
+_GLANCE = 0.25  # seconds between two looks at signals, and at the display of progress
 _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished
 
 
@@ -39,52 +38,61 @@ class Pool:
     ahead: int
     signals: Signals | None = None
 
-    def run(
-        self,
-        function: Callable[..., Any],
-        tasks: Mapping[int, Any],
-        take: Callable[[int, Future[Any]], None],
-        show: Callable[[], None],
-    ) -> None:
-        """Have ``function(task)`` computed, with the signals if there are any.
+    def completed(
+        self, function: Callable[..., Any], tasks: Iterable[tuple[int, Any]]
+    ) -> Iterator[tuple[int, Future[Any]] | None]:
+        """Yield the key and the future of each task as it ends, and None while none does.
 
-        `take` is called with the key of a task and its future as it finishes; what it raises ends
-        the others, and those that had finished by then are taken, too. `show` is called about four
-        times a second. `InputError` if the executor takes no tasks any more.
+        ``function(task)`` is computed, with the signals if there are any; a task is taken when
+        there is room for it. Something comes back at least four times a second. Of tasks that end
+        together those that failed come last, so that what has finished is saved before one of
+        them ends the study. After a signal that waits for the end of a block no task is taken any
+        more; those in threads come back soon, others are left.
+
+        Raises
+        ------
+        InputError
+            If the executor takes no tasks any more; what had finished was yielded before.
         """
-        waiting: dict[Future[Any], int] = {}
-        shown, remaining = -math.inf, iter(tasks.items())
+        running: dict[Future[Any], int] = {}
+        remaining = iter(tasks)
         signals = () if self.signals is None else (self.signals,)
         try:
-            while True:
-                for key, task in remaining:
-                    try:
-                        waiting[self.executor.submit(function, task, *signals)] = key
-                    except (RuntimeError, OSError) as error:  # it has been shut down, or cut off
-                        raise self.lost(error) from None
-                    if len(waiting) >= self.ahead:
-                        break
-                if not waiting or time.monotonic() - shown >= _GLANCE:
-                    shown = time.monotonic()
-                    show()
-                if not waiting:
-                    return
-                if self.signals is not None and interrupts.waiting():
+            while not (interrupts.waiting() and self.signals is None):
+                if interrupts.waiting() and self.signals is not None:
                     self.signals.stop = True
-                for future in wait(waiting, _GLANCE, return_when=FIRST_COMPLETED).done:
-                    take(waiting.pop(future), future)
-        except BaseException:
-            for future in waiting:
+                    remaining = iter(())
+                for key, task in islice(remaining, self.ahead - len(running)):
+                    running[self.executor.submit(function, task, *signals)] = key
+                if not running:
+                    return
+                ended = wait(running, _GLANCE, return_when=FIRST_COMPLETED).done
+                for future in sorted(ended, key=_failed):
+                    yield running.pop(future), future
+                if not ended:
+                    yield None
+            yield from _finished(running)
+        except (RuntimeError, OSError) as error:  # of `submit`: it has been shut down, or cut off
+            yield from _finished(running)
+            raise self.lost(error) from None
+        finally:
+            for future in running:
                 future.cancel()
-            for future, key in waiting.items():
-                if future.done() and not future.cancelled() and future.exception() is None:
-                    take(key, future)
-            raise
 
     def lost(self, error: BaseException) -> InputError:
         allowed = f"was lost ({reason_of(error)}); what has finished is saved if there is an output"
         allowed += ", and resume computes the rest"
         return InputError("executor", type(self.executor).__name__, allowed)
+
+
+def _failed(future: Future[Any]) -> bool:
+    return future.cancelled() or future.exception() is not None
+
+
+def _finished(running: dict[Future[Any], int]) -> Iterator[tuple[int, Future[Any]]]:
+    for future, key in running.items():
+        if future.done() and not _failed(future):
+            yield key, future
 
 
 def reason_of(error: BaseException) -> str:

@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from exactcreep import __version__
+from exactcreep import __version__, interrupts
 from exactcreep.display import shows_progress
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
 from exactcreep.progress import Hearer, Progress, reporter
@@ -134,7 +134,6 @@ def sweep(
         ):
             cells.compute(pool, progress)
     except (KeyboardInterrupt, CellsFailed):
-        cells.load()  # the folder may know of one that was being noted at that moment
         cells.finished()
         raise
     dataset = cells.finished()
@@ -156,13 +155,10 @@ class _Cells:
         self.scene, self.settings = scene, scene.settings()
         self.experiments = [_experiment(scene, setting) for setting in self.settings]
         self.folder = None if out is None else CellFolder(out, resume=resume)
-        self.values: list[Cell | None] = [None] * len(self.experiments)
-        self.load()
-
-    def load(self) -> None:
-        if self.folder is not None:
-            for k, experiment in enumerate(self.experiments):
-                self.values[k] = self.values[k] or self.folder.load(experiment)
+        self.values: list[Cell | None] = [
+            None if self.folder is None else self.folder.load(experiment)
+            for experiment in self.experiments
+        ]
 
     def compute(self, pool: Pool, progress: Hearer) -> None:
         """Compute what is missing, and save each cell as it finishes.
@@ -172,34 +168,47 @@ class _Cells:
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # a slider of a half-cycle costs about the same everywhere
         weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
-        total, say, failed = len(self.values), reporter(progress), dict[int, CellsFailed]()
-        found = total - len(todo)
-        made: dict[int, Cell] = {}
+        say, total, whole = reporter(progress), len(self.values), sum(weights.values())
+        found, failed = total - len(todo), dict[int, CellsFailed]()
+        made = events = worked = 0
 
-        def collect(index: int, future: Future[Cell]) -> None:
-            try:
-                value = self._value(pool, future, index)
-            except CellsFailed as error:
-                failed[index] = error
-                if self.folder is None or (not found + len(made) and len(failed) >= _MOST_FAILURES):
-                    raise
-                return
-            if self.folder is not None:
-                self.folder.save(self.experiments[index], value)
-            self.values[index] = made[index] = value
-
-        def show() -> None:
-            work = sum(weights[k] for k in made) / sum(weights.values()) if weights else 1.0
+        def tell() -> None:
             compiling = pool.signals is not None and pool.signals.compiling
-            events = sum(value["events"] for value in made.values())
-            say("compiling" if compiling else "running", found + len(made), total, "cells",
-                events=events, found=found, work=work)  # fmt: skip
+            say("compiling" if compiling else "running", found + made, total, "cells",
+                events=events, found=found, work=worked / whole if whole else 1.0)  # fmt: skip
 
-        pool.run(finished_cell, todo, collect, show)
+        tell()
+        with interrupts.deferred() as interrupted:
+            for ended in pool.completed(finished_cell, todo.items()):
+                if ended is not None:
+                    index, future = ended
+                    try:
+                        cell = self._value(pool, future, index)
+                    except CellsFailed as error:
+                        failed[index] = error
+                        hopeless = not found + made and len(failed) >= _MOST_FAILURES
+                        if self.folder is None or hopeless:
+                            raise
+                    except KeyboardInterrupt:
+                        if not interrupted():  # in another process alone
+                            raise
+                    else:
+                        self.keep(index, cell)
+                        made, events = made + 1, events + cell["events"]
+                        worked += weights[index]
+                tell()
+            if interrupted():
+                raise KeyboardInterrupt
         if failed:
             first = failed[min(failed)]
             count = f"{len(failed)} of {total} cells failed, and all others are computed"
             raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
+
+    def keep(self, index: int, cell: Cell) -> None:
+        """Note what a cell came to, and save it where there is a folder."""
+        if self.folder is not None:
+            self.folder.save(self.experiments[index], cell)
+        self.values[index] = cell
 
     def _value(self, pool: Pool, future: Future[Cell], index: int) -> Cell:
         """Return what a cell came to; an error in it names the cell."""
@@ -235,6 +244,8 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
             if signals.stop:
                 raise KeyboardInterrupt
 
+    if signals is not None and signals.stop:
+        raise KeyboardInterrupt
     (result,) = run_members([experiment], progress=glance)
     recorded = {name: result.recorded[name] for name in experiment.record}
     if experiment.record and not experiment.drive.cyclic:

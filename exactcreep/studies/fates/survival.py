@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import time
 import warnings
-from concurrent.futures import Executor, Future
+from collections.abc import Iterator
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -63,6 +64,7 @@ class Curve(NamedTuple):
 class StartRecord(NamedTuple):
     """What one start came to; `_COLUMNS` says what most of it means."""
 
+    start: int  # its number, from 1
     outcome: str
     evidence: str
     cycles: int
@@ -100,7 +102,8 @@ class Survival(Result):
     chain, amplitude, size, starts, cycles, seed, dormant
         As asked for.
     records : tuple of StartRecord
-        What every start came to, in their order.
+        What every start that was begun came to, in their order: all `starts`, unless a limit ended
+        the computation.
     reason : str
         Which limit ended the computation, and censored the starts that it cut short; or "".
 
@@ -169,7 +172,7 @@ class Survival(Result):
         return Curve(moving.quantiles.astype(float), moving.probabilities, low, high)
 
     def _share(self, which: NDArray[np.bool_]) -> Share:
-        count, of = int(which.sum()), self.starts
+        count, of = int(which.sum()), len(self.records)
         between = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
         return Share(count, count / of, float(between.low), float(between.high))
 
@@ -240,6 +243,7 @@ class Survival(Result):
         }
         return {
             **self._about(),
+            "followed": len(self.records),
             "deaths": self.lifetimes.size,
             "marginal": int(self._column("marginal").sum()),
             "cycles_lived": int(self.durations.sum()),
@@ -262,7 +266,7 @@ class Survival(Result):
         columns["arrested"] = ("start", self.arrested)
         rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=False))
         about = self._about() | rate | {"confidence": CONFIDENCE, "reason": self.reason}
-        return xr.Dataset(columns, {"start": np.arange(1, self.starts + 1)}, about)
+        return xr.Dataset(columns, {"start": self._column("start")}, about)
 
 
 class _Task(NamedTuple):
@@ -315,7 +319,8 @@ def survival(
     workers : int, optional
         Without an executor: so many threads; default one for each processor.
     max_seconds : number, optional
-        Come back after so much wall time with what is known; `reason` then says so.
+        Come back after so much wall time with what is known; `reason` then says so. Starts that
+        were not begun by then are not followed.
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
@@ -353,35 +358,40 @@ def survival(
     spread = exact_number(size, "size")
     start_of(chain, spread, key, 1)  # refuses a size
     wait_for = whole_number(dormant, "dormant", least=1)
-    limits = Limits.of(max_seconds=max_seconds)
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     until = None if max_seconds is None else time.time() + limits.seconds
     asked = Survival(chain, drive.amplitude, spread, count, drive.cycles, key, wait_for)
-    numbers, say = range(1, count + 1), reporter(progress)
-    parts = dict[int, list[StartRecord]]()
+    numbers = range(1, count + 1)
 
-    def take(first: int, future: Future[list[StartRecord]]) -> None:
-        parts[first] = future.result()
+    def tasks() -> Iterator[tuple[int, _Task]]:
+        for first in numbers[::_STARTS_OF_A_TASK]:
+            if first > 1 and limits.passed():
+                return
+            yield first, _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
 
-    def show() -> None:
-        say("starts", sum(map(len, parts.values())), count, "starts")
-
-    tasks = {
-        first: _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
-        for first in numbers[::_STARTS_OF_A_TASK]
-    }
+    records: list[StartRecord] = []
+    say("starts", 0, count, "starts")
     with pool_of(executor, workers) as pool:
-        pool.run(records_of, tasks, take, show)
-    records = tuple(record for first in sorted(parts) for record in parts[first])
-    over = any(record.over for record in records)
-    return replace(asked, records=records, reason=limits.reason(Stop.DEADLINE) if over else "")
+        for ended in pool.completed(records_of, tasks()):
+            if ended is not None:
+                records += ended[1].result()
+            say("starts", len(records), count, "starts")
+    if not records:  # another process was to follow the first
+        raise KeyboardInterrupt
+    records.sort(key=lambda record: record.start)
+    over = len(records) < count or any(record.over for record in records)
+    reason = limits.reason(Stop.DEADLINE) if over else ""
+    return replace(asked, records=tuple(records), reason=reason)
 
 
 def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
+    """Follow the starts of a task; once the time is over none but start 1 is begun."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if signals is not None:
         limits = replace(limits, interrupted=lambda: signals.stop)
-    return [_record(task.asked, number, limits) for number in task.numbers]
+    begun = (number for number in task.numbers if number == 1 or not limits.passed())
+    return [_record(task.asked, number, limits) for number in begun]
 
 
 def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
@@ -390,6 +400,7 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     course = SettlingChain(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
     fate, stop = numerical_fate(course, start, limits)
     return StartRecord(
+        number,
         fate.outcome.value,
         fate.evidence.value,
         fate.cycles,

@@ -18,7 +18,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.creep import creep
+from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
 from exactcreep.studies.thresholds.answer import Measured
@@ -156,8 +156,12 @@ def intercept(
     for k in [*range(0, count, 2), *range(1, count, 2)]:
         start, disorder = start_of(chain, spread, key, k + 1)
         drive = Cycles(amplitudes[k], cycles)
-        seconds = limits.seconds_left
-        run = creep(chain, drive, seed=disorder, start=start, record=(), max_seconds=seconds)
+        begin: dict[str, Any] = {"seed": disorder, "start": start, "record": ()}
+        try:
+            run = creep(chain, drive, max_seconds=limits.seconds_left, **begin)
+        except Interrupted:
+            if not limits.passed():  # no block of the caller's takes what is known
+                raise
         if limits.passed():
             over = limits.reason(Stop.DEADLINE)
             break

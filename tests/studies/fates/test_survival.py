@@ -30,7 +30,7 @@ def made(lifetimes: np.ndarray, censored: np.ndarray) -> Survival:
 
     def record(outcome: Outcome, cycles: int) -> StartRecord:
         return StartRecord(
-            outcome.value, "computed", cycles, cycles, cycles, -1, 0, -1,
+            0, outcome.value, "computed", cycles, cycles, cycles, -1, 0, -1,
             marginal=False, dormant=False, over=False,
         )  # fmt: skip
 
@@ -139,9 +139,18 @@ def test_the_time_limit_censors_what_it_cut_short() -> None:
     found = survival(chain, "0.0045", starts=6, cycles=10**9, max_seconds=0.3)
     assert found.reason == "max_seconds = 0.3 was reached"
     assert found.lifetimes.size == 0
-    assert found.censored.size == 6
+    assert 1 <= found.censored.size < 6
     assert found.censored.max() > 0
     assert found.evidence in (Evidence.COMPUTED, Evidence.UNDECIDED)
+
+
+def test_starts_that_the_time_leaves_no_room_for_are_not_begun_and_count_nowhere() -> None:
+    found = survival(captions(30), "0.0045", starts=10**9, cycles=10**9, max_seconds=0)
+    assert found.dataset["start"].values.tolist() == [1]
+    assert found.censored.size == found.moving.starts == found.moving.share == 1
+    assert found.summary()["followed"] == 1
+    assert found.summary()["starts"] == 10**9
+    assert found.reason == "max_seconds = 0 was reached"
 
 
 def test_the_command_prints_and_writes_what_the_function_returns(command: Command) -> None:

@@ -208,14 +208,14 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
 def test_a_half_life_out_of_time_keeps_the_sides_that_are_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def interrupted(calls: float) -> HalfLife:
-        """Return what is known after so many reports of progress."""
-        told: list[object] = []
-        limits = Limits(interrupted=lambda: len(told) > calls)
+    def interrupted(most: float) -> HalfLife:
+        """Return what is known when so many amplitudes have been tried."""
+        done = [0.0]
+        limits = Limits(interrupted=lambda: done[-1] >= most)
         monkeypatch.setattr(Limits, "of", lambda *_, **__: limits)
-        return half_life(captions(2), starts=12, cycles=10, progress=told.append)
+        return half_life(captions(2), starts=12, cycles=10, progress=lambda p: done.append(p.done))
 
-    whole, *parts = map(interrupted, (math.inf, 0, 8, 16, 24, 32))
+    whole, *parts = map(interrupted, (math.inf, 0, 4, 8, 12, 16))
     assert whole.reason == ""
     for found in parts:
         assert (found.reason, found.evidence) == ("interrupted", Evidence.UNDECIDED)
