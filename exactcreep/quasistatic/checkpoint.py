@@ -3,8 +3,8 @@
 A file is a line that names the format and its version, and then records, one a line: the SHA-256 of
 the digest before and of the rest of the line, and JSON, in which arrays are base64. The first holds
 the experiments; each that follows a snapshot of one run, and the rows that it has recorded since
-the one before. Nothing is ever written twice, nothing in a file is executed, and what a program
-that was killed left unfinished at the end is passed over.
+the one before. Nothing is ever written twice, nothing in a file is executed, one process at a time
+writes, and from a damage on a file is passed over: the run goes on from the record before.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import re
 import time
 import warnings
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import check_output, file_name, write_file
+from exactcreep.quasistatic.files import check_output, file_name, locked, write_file
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.run import ObservedRun
 from exactcreep.solvers.registry import SOLVERS
@@ -39,6 +39,7 @@ from exactcreep.solvers.registry import SOLVERS
 VERSION = 9
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n" % VERSION
+_FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failure to write, and after many
 
 
 class CheckpointWarning(UserWarning):
@@ -69,47 +70,67 @@ class Checkpoint:
         self.runs: dict[int, tuple[Any, dict[str, list[Any]]]] = {}
         self.stale = ""
         self._force, self._last = force, -math.inf
+        self._wait = self.every  # until it is due again
         self._size, self._digest = 0, ""  # of what is written
+        self._seen: tuple[int, ...] = ()  # the file that was read
         self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # rows of it, by members
         self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # what is to be written
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
         """Return the checkpoint in a file, which goes on, or raise `InputError`."""
-        found = cls(path, every, force=True)
-        (first, *others), found._size, found._digest, whole = _records(_content(path), found.path)
+        checkpoint = cls(path, every, force=True)
+        with locked(_existing(path), "checkpoint"):
+            content = _content(path)
+            checkpoint._seen = _identity(path)
+        (first, *others), checkpoint._size, checkpoint._digest = _records(content, checkpoint.path)
         try:
-            found.note = first["note"]
-            found.experiments = [Experiment.from_description(one) for one in first["experiments"]]
+            checkpoint.note = first["note"]
+            described = first["experiments"]
+            checkpoint.experiments = [Experiment.from_description(each) for each in described]
             for record in others:
                 member = record["member"]
-                _, rows = found.runs.get(member, (None, defaultdict(list)))
+                _, rows = checkpoint.runs.get(member, (None, defaultdict(list)))
                 for name, block in record["rows"].items():
                     rows[name].append(block)
-                found.runs[member] = record["run"], rows
+                checkpoint.runs[member] = record["run"], rows
         except InputError:
             raise
         except (KeyError, TypeError) as error:  # it holds something else
-            raise _refusal(found.path, error) from None
-        if not whole:
-            said = f"{found.path} ends within a record: the run goes on from the one before"
+            raise _refusal(checkpoint.path, error) from None
+        if lost := len(content) - checkpoint._size:
+            said = f"{checkpoint.path} ends within a record, or is damaged: its last {lost} bytes"
+            said += " are passed over, and the run goes on from the record before"
             warnings.warn(said, CheckpointWarning, stacklevel=3)
-        return found
+        return checkpoint
 
-    def begin(self, experiments: Sequence[Experiment]) -> None:
-        """Take over the experiments that are to be run, unless the file has its own."""
-        if not self.experiments:
-            for solver in (experiment.algorithm for experiment in experiments):
-                if not solver.on_file:
-                    kept = ", ".join(name for name, known in SOLVERS.items() if known.on_file)
-                    allowed = f"keeps runs of {kept}, not of {solver.name}"
+    @contextmanager
+    def begun(self, experiments: Sequence[Experiment]) -> Iterator[None]:
+        """Keep the file to this process for a block in which experiments are run.
+
+        Those of a file that was read are in it; others begin it.
+        """
+        for solver in (experiment.algorithm for experiment in experiments):
+            if not solver.on_file:
+                kept = ", ".join(name for name, known in SOLVERS.items() if known.on_file)
+                allowed = f"keeps runs of {kept}, not of {solver.name}"
+                raise InputError("checkpoint", self.path, allowed)
+        with locked(self.path, "checkpoint"):
+            if self._size:
+                if _identity(self.path) != self._seen:
+                    allowed = "was written by another process since it was read: resume it again"
                     raise InputError("checkpoint", self.path, allowed)
-            self.experiments = list(experiments)
-            described = [experiment.description() for experiment in experiments]
-            try:
-                self._add({"version": __version__, "note": self.note, "experiments": described})
-            except TypeError as error:
-                raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
+            else:
+                self._begin(experiments)
+            yield
+
+    def _begin(self, experiments: Sequence[Experiment]) -> None:
+        self.experiments = list(experiments)
+        described = [experiment.description() for experiment in experiments]
+        try:
+            self._add({"version": __version__, "note": self.note, "experiments": described})
+        except TypeError as error:
+            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
 
     def restore(self, index: int, run: ObservedRun) -> None:
         """Take a run to where it is in the file, if it has begun; or raise `InputError`."""
@@ -125,11 +146,11 @@ class Checkpoint:
         """Remember how far a run has come, if it is at rest; write that if it is time to."""
         if run.simulation.at_rest and not run.recorder.begun:
             self._ready[index] = run.kept(), run.recorder
-        if time.monotonic() - self._last >= self.every:
+        if time.monotonic() - self._last >= self._wait:
             self.write()
 
     def write(self) -> None:
-        """Add what was remembered; if that fails, warn, and be due again."""
+        """Add what was remembered; if that fails, warn, and try again after twice as long."""
         self._last = time.monotonic()
         for index, (run, recorder) in list(self._ready.items()):
             rows = recorder.rows(self._counts[index], run["rows"])
@@ -139,10 +160,13 @@ class Checkpoint:
                 if not self.stale:
                     warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
                 self.stale = str(error)
+                # each try packs all that was recorded since the last one that succeeded
+                self._wait = min(max(2 * self._wait, _FIRST_WAIT), max(self.every, _LONGEST_WAIT))
+                self._last = time.monotonic()
                 return
             self._counts[index] = run["rows"]
             del self._ready[index]
-        self.stale = ""
+        self.stale, self._wait = "", self.every
 
     def _add(self, content: Mapping[str, Any]) -> None:
         """Add a record at the end of the file, whole or not at all."""
@@ -236,35 +260,50 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     return from_bytes(_content(path), os.fspath(path))
 
 
-def _content(path: str | os.PathLike[str]) -> bytes:
+def _existing(path: str | os.PathLike[str]) -> Path:
     name = file_name(path, "checkpoint")
     if not Path(path).is_file():
         raise InputError("checkpoint", name, "must be a file")
+    return Path(path)
+
+
+def _content(path: str | os.PathLike[str]) -> bytes:
     try:
-        return Path(path).read_bytes()
+        return _existing(path).read_bytes()
     except OSError as error:
-        raise InputError("checkpoint", name, f"cannot be read: {error.strerror}") from None
+        reason = f"cannot be read: {error.strerror or error}"
+        raise InputError("checkpoint", os.fspath(path), reason) from None
 
 
-def _records(data: bytes, name: str) -> tuple[list[Any], int, str, bool]:
-    """Return the records of a file, where they end, their digest, and whether that is the end."""
+def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
+    """Return what changes of a file if it is written or replaced; () if there is none."""
+    try:
+        about = os.stat(path)
+    except OSError:
+        return ()
+    return about.st_dev, about.st_ino, about.st_size
+
+
+def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
+    """Return the whole records at the begin of a file, where they end, and their digest."""
     line = _FIRST_LINE.match(data)
     if line is None:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
     if int(line[1]) != VERSION:
         told = f"is of version {int(line[1])}; this program reads version {VERSION}: let the"
         raise InputError("checkpoint", name, f"{told} version that wrote it go on, or begin again")
-    *lines, rest = data[line.end() :].split(b"\n")
-    digest, records = "", []
-    for held in lines:
-        sealed, _, tree = held.partition(b" ")
-        digest = hashlib.sha256(digest.encode() + tree).hexdigest()
-        if sealed != digest.encode():
-            raise InputError("checkpoint", name, "is damaged: its checksum does not match")
+    digest, records, end = "", [], line.end()
+    for record in data[end:].splitlines(keepends=True):
+        sealed, _, tree = record.removesuffix(b"\n").partition(b" ")
+        sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()
+        if sealed != sum_of_both.encode() or not record.endswith(b"\n"):
+            break
         try:
             records.append(json.loads(tree, object_hook=_decoded))
         except ValueError as error:
             raise _refusal(name, error) from None
+        digest, end = sum_of_both, end + len(record)
     if not records:
-        raise InputError("checkpoint", name, f"is truncated or damaged: it holds {len(data)} bytes")
-    return records, len(data) - len(rest), digest, not rest
+        allowed = f"is truncated or damaged: of its {len(data)} bytes none can be gone on from"
+        raise InputError("checkpoint", name, allowed)
+    return records, end, digest

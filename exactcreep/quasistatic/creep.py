@@ -13,6 +13,7 @@ import os
 import time
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -252,9 +253,8 @@ def run_members(
         if checkpoint is not None and phase == "running":
             checkpoint.take(index, run)
 
-    if checkpoint is not None:
-        checkpoint.begin(experiments)
-    with interrupts.deferred() as interrupted:
+    kept = nullcontext() if checkpoint is None else checkpoint.begun(experiments)
+    with kept, interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
             begun = checkpoint is not None and index in checkpoint.runs

@@ -1,19 +1,21 @@
-"""Write files in one piece or not at all: a part beside the target, fsync, rename."""
+"""Write files in one piece or not at all, and keep those that grow to one process at a time."""
 
 from __future__ import annotations
 
-import io
 import itertools
 import os
 import secrets
-from collections.abc import Callable
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from exactcreep.model.numbers import InputError
 
 PICTURES = (".png", ".pdf", ".svg")
-Content = bytes | memoryview | Callable[[io.FileIO], None]
+_PATIENCE = 0.2  # seconds, in which another process that is at its end lets go of a file
 
 
 class Occupied(InputError):
@@ -86,38 +88,6 @@ def check_picture(path: Path) -> None:
         raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
 
 
-class _Part(io.FileIO):
-    """A new file beside its target, for libraries that must not see a disk fill up.
-
-    Once writing has failed nothing more is written, and `failed` holds the error.
-    """
-
-    def __init__(self, target: Path) -> None:
-        self.path = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-        # made, as any file, with the permissions that the user's mask leaves
-        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-        super().__init__(os.open(self.path, flags, 0o666), "r+")
-        self.failed: OSError | None = None
-
-    def write(self, data: Any) -> int:
-        rest = memoryview(data).cast("B")
-        length = len(rest)
-        try:
-            while len(rest) and self.failed is None:
-                rest = rest[super().write(rest) :]
-        except OSError as error:
-            self.failed = error
-        self.seek(len(rest), io.SEEK_CUR)
-        return length
-
-    def truncate(self, size: int | None = None) -> int:
-        try:
-            return super().truncate(size)
-        except OSError as error:
-            self.failed = self.failed or error
-            return self.tell() if size is None else size
-
-
 def _name(part: Path, target: Path, *, force: bool) -> None:
     """Give a part its name, or raise `FileExistsError` if that is taken."""
     if not force:
@@ -132,27 +102,25 @@ def _name(part: Path, target: Path, *, force: bool) -> None:
 
 
 def write_file(
-    path: str | os.PathLike[str], content: Content, field: str, *, force: bool = True
+    path: str | os.PathLike[str], content: bytes | memoryview, field: str, *, force: bool = True
 ) -> None:
     """Make `content` that of a file, in one piece or not at all, even if the power fails.
 
-    Links are followed. Raises `Occupied` if the file exists, perhaps since a moment ago, without
-    `force`; `InputError`, with the name `field`, if it cannot be written.
+    It is written to a part beside the file, which then takes its name; links are followed. Raises
+    `Occupied` if the file exists, perhaps since a moment ago, without `force`; `InputError`, with
+    the name `field`, if it cannot be written.
     """
     target = _regular_file(path, field)
+    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
-        with _Part(target) as part:
-            try:
-                if callable(content):
-                    content(part)
-                else:
-                    part.write(content)
-                if part.failed is not None:
-                    raise part.failed
-                os.fsync(part.fileno())
-                _name(part.path, target, force=force)
-            finally:
-                part.path.unlink(missing_ok=True)
+        try:
+            with open(part, "xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            _name(part, target, force=force)
+        finally:
+            part.unlink(missing_ok=True)
         if os.name == "posix":  # the new name, too, must be on the disk
             folder = os.open(target.parent, os.O_RDONLY)
             try:
@@ -164,3 +132,41 @@ def write_file(
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise InputError(field, os.fspath(path), reason) from None
+
+
+@contextmanager
+def locked(path: str | os.PathLike[str], field: str) -> Iterator[None]:
+    """Keep a file, or a folder, to this process for a block; `InputError` names who else has it.
+
+    The lock is the operating system's, on a hidden file beside it that says who holds it. That file
+    stays, since to remove it might let two processes in, and on its own it keeps nobody out.
+    """
+    target = Path(os.path.realpath(path))
+    beside = target.with_name(f".{target.name}.lock")
+    filelock = import_module("filelock")  # whoever writes no such file does not wait for it
+    # a lock without the operating system's would outlive a killed process
+    lock = filelock.FileLock(beside, fallback_to_soft=False)
+    holder = _holder(beside)
+    try:
+        lock.acquire(timeout=_PATIENCE)
+    except filelock.Timeout:
+        allowed = f"is being written by {holder or _holder(beside) or 'another process'}"
+        raise InputError(field, os.fspath(path), f"{allowed}: wait for its end") from None
+    except OSError as error:
+        reason = f"cannot be locked: {error.strerror or error}"
+        raise InputError(field, os.fspath(path), reason) from None
+    try:
+        with suppress(OSError):  # without a word the lock holds, too
+            beside.write_text(f"process {os.getpid()} on {socket.gethostname()}", "utf-8")
+        yield
+    finally:
+        with suppress(OSError):
+            beside.write_text("")
+        lock.release()
+
+
+def _holder(lock: Path) -> str:
+    """Return what the holder of a lock has written about itself; "" if that cannot be read."""
+    with suppress(OSError, UnicodeDecodeError):
+        return lock.read_text("utf-8")[:200]
+    return ""

@@ -1,8 +1,8 @@
 """NetCDF files of datasets, sealed with a digest.
 
-HDF5 brings its process down when a disk is full, and can search a damaged file for ever. It is
-therefore given a file that never fails, and that ends with the SHA-256 of itself (behind the end
-that HDF5 knows of); one that does not is refused.
+HDF5 brings its process down when a disk is full, and can search a damaged file for ever. It
+therefore works in memory, and a file ends with the SHA-256 of itself (behind the end that HDF5
+knows of); one that does not is refused.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,19 +32,16 @@ _OF_HDF5 = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid"
 """Attributes by which NetCDF tells dimensions, and what wrote a file."""
 
 
-def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], None]:
-    """Return what writes a NetCDF file that holds datasets in groups; None is the root."""
-
-    def write(file: io.FileIO) -> None:
-        with h5netcdf.File(file, "w") as made:
-            for group, dataset in groups.items():
-                dataset.dump_to_store(H5NetCDFStore(made, group=group, mode="a"))
-        file.seek(0)
-        digest = hashlib.file_digest(file, "sha256")
-        file.seek(0, io.SEEK_END)
-        file.write(b"\nexactcreep sha256 %s\n" % digest.hexdigest().encode())
-
-    return write
+def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
+    """Return the content of a NetCDF file that holds datasets in groups; None is the root."""
+    file = io.BytesIO()
+    with h5netcdf.File(file, "w") as made:
+        for group, dataset in groups.items():
+            dataset.dump_to_store(H5NetCDFStore(made, group=group, mode="a"))
+    digest = hashlib.sha256(file.getbuffer()).hexdigest()
+    file.seek(0, io.SEEK_END)
+    file.write(b"\nexactcreep sha256 %s\n" % digest.encode())
+    return file.getbuffer()
 
 
 def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr.Dataset]:

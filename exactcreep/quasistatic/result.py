@@ -373,8 +373,8 @@ def save_members(
     results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
 ) -> None:
     """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ..."""
-    write = import_module("exactcreep.quasistatic.netcdf").netcdf(_datasets().groups_of(results))
-    write_file(path, write, "out", force=force)
+    content = import_module("exactcreep.quasistatic.netcdf").netcdf(_datasets().groups_of(results))
+    write_file(path, content, "out", force=force)
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:

@@ -3,9 +3,10 @@
 import math
 import os
 import random
+import socket
+import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,14 @@ import pytest
 
 from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as Targets
+from exactcreep.limits import NO_LIMITS
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
 from exactcreep.quasistatic.creep import resume, run_members
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.run import ObservedRun
 from tests.paper import paper_chain
+from tests.processes import begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
 
 ALL = (*RECORDS, "rearrangements", "slip_table")
@@ -94,29 +98,35 @@ def test_a_record_keeps_every_kind_of_value() -> None:
     assert np.signbit(back["arrays"]["f"][0, 1])
 
 
-def test_a_file_damaged_anywhere_is_refused_or_goes_on_from_a_record_before(tmp_path: Path) -> None:
+def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) -> None:
     file, whole = tmp_path / "run.ckpt", creep(TWO, Cycles("0.01", 3))
     creep(TWO, Cycles("0.01", 3), checkpoint=file, every=0)
     good, rng = file.read_bytes(), np.random.default_rng(1)
-    refused = 0
+    first = good.index(b"\n", good.index(b"\n") + 1) + 1  # where the experiment ends
     for place in rng.integers(0, len(good), 80).tolist():
         bad = bytearray(good)
         bad[place] ^= 1 << int(rng.integers(8))
         file.write_bytes(bad)
-        with suppress(InputError):
-            assert resume(file) == whole
-            refused -= 1
-        refused += 1
-    assert refused > 75
+        if place < first:
+            with pytest.raises(InputError, match=r"is not a checkpoint|version|damaged"):
+                resume(file)
+            assert file.read_bytes() == bad
+        else:
+            with pytest.warns(CheckpointWarning, match="is damaged: its last"):
+                assert resume(file) == whole
     for length in (0, 5, 30, 60):
         file.write_bytes(good[:length])
         with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
             resume(file)
-    for length in range(len(good) - 400, len(good), 50):  # as a writer leaves it that is killed
-        file.write_bytes(good[:length])
-        with pytest.warns(CheckpointWarning, match="ends within a record"):
+    lengths = range(max(first + 1, len(good) - 400), len(good), 50)
+    lost = [good[:length] for length in lengths]  # as a writer leaves it that is killed
+    lost += [good + b"more", good + bytes(4096), good + b"\n\r\n", good + good[first:]]
+    for bad in lost:
+        file.write_bytes(bad)
+        with pytest.warns(CheckpointWarning, match="ends within a record, or is damaged"):
             assert resume(file) == whole
         assert resume(file) == whole
+    file.write_bytes(good)
     for version in (VERSION - 1, VERSION + 1):
         other = good.replace(b"checkpoint %d\n" % VERSION, b"checkpoint %d\n" % version, 1)
         file.write_bytes(other)
@@ -188,6 +198,79 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     with pytest.warns(CheckpointWarning, match="No space left"):
         assert run_members([Experiment.of(SIX, Cycles("0.005", 20))], checkpoint=kept) == [whole]
     assert kept.stale == ""
+    assert resume(file) == whole
+
+
+def test_on_a_full_disk_a_run_waits_longer_after_each_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, room = tmp_path / "run.ckpt", 1
+    experiment = Experiment.of(TWO, Cycles("0.01", 3))
+    kept, packings = Checkpoint(file, 1), []
+    add, clock = Checkpoint._add, [0]
+
+    def full(checkpoint: Checkpoint, content: Any) -> None:
+        packings.append(clock[0])
+        if len(packings) > room:
+            raise InputError("checkpoint", str(file), "cannot be written: No space left on device")
+        add(checkpoint, content)
+
+    monkeypatch.setattr(Checkpoint, "_add", full)
+    monkeypatch.setattr(checkpoints.time, "monotonic", lambda: clock[0])
+    with kept.begun([experiment]):
+        run = ObservedRun(experiment)
+        run.advance(NO_LIMITS, 0.0, lambda: None, math.inf)
+        for clock[0] in range(1, 3600):
+            kept.take(0, run)
+        assert np.diff(packings[1:]).tolist() == [2, 4, 8, 16, 32, 64, 128, 256, 512, *[600] * 4]
+        assert "No space left" in kept.stale
+        room = 10**9
+        for clock[0] in range(3600, 4300):
+            kept.take(0, run)
+    assert kept.stale == ""
+    assert packings[-1] - packings[-2] == 1  # as often as before
+
+
+_ENDLESS = """
+import sys
+from exactcreep import Chain, Cycles, creep
+creep(Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), Cycles("0.01", 10**9),
+      checkpoint=sys.argv[1], every=0)
+"""
+
+
+def test_a_second_process_is_refused_while_a_run_writes_and_goes_on_when_it_was_killed(
+    tmp_path: Path,
+) -> None:
+    file, linked = tmp_path / "run.ckpt", tmp_path / "link"
+    with begun(sys.executable, "-c", _ENDLESS, str(file)) as process:
+        wait_until(lambda: file.exists() and file.stat().st_size > 50_000, process)
+        linked.symlink_to(file)
+        named = f"is being written by process {process.pid} on {socket.gethostname()}"
+        for name in (file, linked):
+            with pytest.raises(InputError, match=named):
+                resume(name, max_events=10)
+            with pytest.raises(InputError, match=named):
+                creep(TWO, Cycles("0.01", 3), checkpoint=name, force=True)
+        assert process.poll() is None
+        process.kill()
+        process.wait()
+    assert str(process.pid) in (tmp_path / ".run.ckpt.lock").read_text()  # left behind
+    reached = resume(file, max_events=1)
+    assert reached.outcome is Outcome.LIMIT
+    assert reached.half_cycles > 0
+    further = resume(file, max_events=reached.event_count + 1000)
+    assert further.half_cycles > reached.half_cycles
+
+
+def test_a_file_that_was_written_since_it_was_read_is_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "run.ckpt"
+    creep(TWO, Cycles("0.01", 3), checkpoint=file, max_events=5)
+    early = Checkpoint.read(file)
+    whole, content = resume(file), file.read_bytes()
+    with pytest.raises(InputError, match="by another process since it was read"):
+        run_members(early.experiments, checkpoint=early)
+    assert file.read_bytes() == content
     assert resume(file) == whole
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,9 +23,10 @@ from exactcreep.quasistatic import files
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import Occupied, check_output, write_file
+from exactcreep.quasistatic.files import Occupied, check_output, locked, write_file
 from exactcreep.quasistatic.netcdf import netcdf
 from tests.paper import paper_chain
+from tests.processes import finished
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
@@ -57,7 +59,8 @@ def test_an_interrupted_writer_leaves_the_old_file_alone(
         raise error(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(files.os, step, interrupted)
+        room = files if step == "open" else files.os
+        patch.setattr(room, step, interrupted, raising=room is files.os)
         with pytest.raises(InputError if error is OSError else error) as told:
             write_file(tmp_path / "a", NEW, "checkpoint")
     if error is OSError:
@@ -139,27 +142,103 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
     assert not list(tmp_path.rglob("*.part"))
 
 
-@pytest.mark.parametrize("room", [0, 20_000, 10**9])
-def test_a_library_that_fills_the_disk_lives_on_and_leaves_what_was_there(
+@pytest.mark.parametrize("room", [0, 20_000])
+def test_a_disk_that_fills_up_leaves_what_was_there(
     room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Disk(io.FileIO):
-        def write(self, data: Any) -> int:
-            left = room - self.tell()
-            if left <= 0:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            return super().write(data[:left])
-
-        def truncate(self, size: int | None = None) -> int:
-            raise OSError(errno.ENOSPC, "No space left on device")
-
-    class Full(files._Part, Disk):
+    class Full(io.FileIO):
         """A file on a disk with so little room."""
 
+        def write(self, data: Any) -> int:
+            if self.tell() + len(data) > room:
+                super().write(data[:room])
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data)
+
     write_file(tmp_path / "a.nc", OLD, "out")
-    monkeypatch.setattr(files, "_Part", Full)
+    monkeypatch.setattr(files, "open", Full, raising=False)
     data = xr.Dataset({"v": ("t", np.ones(9000))})
     with pytest.raises(InputError, match="No space left"):
         write_file(tmp_path / "a.nc", netcdf({None: data}), "out")
     assert (tmp_path / "a.nc").read_bytes() == OLD
     assert left(tmp_path) == ["a.nc"]
+
+
+_WRITERS = """
+import os, sys
+from multiprocessing import get_context
+from pathlib import Path
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.files import Occupied, locked, write_file
+
+folder, fork = Path(sys.argv[1]), get_context("fork")
+together, WRITERS, ROUNDS, TURNS = fork.Barrier(4), 4, 100, 25
+
+
+def write(number, won):
+    for turn in range(ROUNDS):
+        together.wait()
+        try:
+            write_file(folder / f"new{turn}", bytes([number]) * 5000, "out", force=False)
+            won.append((turn, number))
+        except Occupied:
+            pass
+
+
+def write_in_turn(number, refused):
+    for turn in range(TURNS):
+        together.wait()
+        try:
+            with locked(folder / "shared", "out"):
+                alone = os.open(folder / "somebody", os.O_CREAT | os.O_EXCL)
+                with open(folder / "shared", "ab") as file:
+                    file.write(bytes([number]))
+                os.close(alone)
+                os.unlink(folder / "somebody")
+        except InputError:
+            refused.append(number)
+
+
+def raced(task):
+    with fork.Manager() as manager:
+        told = manager.list()
+        writers = [fork.Process(target=task, args=(k, told)) for k in range(WRITERS)]
+        for writer in writers:
+            writer.start()
+        for writer in writers:
+            writer.join()
+        assert not any(writer.exitcode for writer in writers)
+        return list(told)
+
+
+won = raced(write)
+assert sorted(turn for turn, _ in won) == list(range(ROUNDS)), won
+for turn, number in won:
+    assert (folder / f"new{turn}").read_bytes() == bytes([number]) * 5000
+refused = raced(write_in_turn)
+assert len((folder / "shared").read_bytes()) + len(refused) == WRITERS * TURNS
+print(len(won), len(refused))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_of_four_writers_at_once_one_has_the_name_or_the_lock_100_times(tmp_path: Path) -> None:
+    done = finished(sys.executable, "-c", _WRITERS, str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("100 ")
+    assert not list(tmp_path.glob(".*.part"))
+
+
+def test_a_lock_within_one_process_names_it_and_ends_with_its_block(tmp_path: Path) -> None:
+    with locked(tmp_path / "a", "out"):
+        with (
+            pytest.raises(InputError, match=f"process {os.getpid()} on"),
+            locked(tmp_path / "a", "out"),
+        ):
+            pass
+        with locked(tmp_path / "b", "out"):
+            pass
+    with pytest.raises(KeyboardInterrupt), locked(tmp_path / "a", "out"):
+        raise KeyboardInterrupt
+    with locked(tmp_path / "a", "out"):
+        pass
