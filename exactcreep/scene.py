@@ -14,8 +14,9 @@ import re
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
@@ -54,16 +55,26 @@ _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_
 """Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
 _RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start")
 _START = ("tensions", "theta", "size", "seed")
-_OPTIONS = _keys_of(*(solver for solver in SOLVERS.values() if is_dataclass(solver)))
-_KEYS = {
-    "chain": [*_keys_of(Chain)],
-    "drive": ["kind", *_IN_KELVIN, *sorted(_keys_of(*DRIVES.values()))],
-    "run": [*_RUN, *sorted(_OPTIONS)],
-    "physical": [*_keys_of(physical), "time_unit"],
-}
-"""The keys of every table; which of those of ``[drive]`` are known depends on its kind."""
-_SETTABLE = [f"{table}.{key}" for table, keys in _KEYS.items() for key in keys]
-_SETTABLE += [f"run.start.{key}" for key in _START]
+
+
+@cache
+def _keys() -> dict[str, list[str]]:
+    """Return the keys of every table; those known of ``[drive]`` depend on its kind."""
+    options = _keys_of(*(solver() for solver in SOLVERS.values()))
+    return {
+        "chain": [*_keys_of(Chain)],
+        "drive": ["kind", *_IN_KELVIN, *sorted(_keys_of(*DRIVES.values()))],
+        "run": [*_RUN, *sorted(options)],
+        "physical": [*_keys_of(physical), "time_unit"],
+    }
+
+
+@cache
+def _settable() -> list[str]:
+    """Return the dotted keys that ``[vary]`` and settings may name."""
+    keys = [f"{table}.{key}" for table, names in _keys().items() for key in names]
+    return keys + [f"run.start.{key}" for key in _START]
+
 
 
 class Literal(str):
@@ -119,7 +130,7 @@ class Scene:
         cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
     ) -> Scene:
         """Return the scene that nested mappings describe; raise `InputError` if it is none."""
-        _known(data, ("title", *_KEYS, "vary"), "")
+        _known(data, ("title", *_keys(), "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
             raise InputError("title", title, "must be a string")
@@ -130,14 +141,14 @@ class Scene:
                     raise InputError(table, entries, f"must be a table, [{table}]")
                 tables[table] = dict(entries)
         vary = dict(_flattened(tables.pop("vary")))
-        _known(vary, _SETTABLE, "vary.")
+        _known(vary, _settable(), "vary.")
         for key, values in vary.items():
             if isinstance(values, Mapping) and _SPAN & {*values}:
                 vary[key] = _equal_steps(f"vary.{key}", values)
             elif not isinstance(values, list) or not values:
                 allowed = "must be a list of at least one value, or { from, to, step }"
                 raise InputError(f"vary.{key}", values, allowed)
-        known = dict(_KEYS)
+        known = dict(_keys())
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
             known["drive"] = ["kind", *of_kind]
@@ -166,7 +177,7 @@ class Scene:
             vary = {key: values for key, values in vary.items() if not key.startswith("drive.")}
         for key, value in settings.items():
             varied = key.removeprefix("vary.")
-            _known({varied: value}, _SETTABLE, "vary." if varied != key else "")
+            _known({varied: value}, _settable(), "vary." if varied != key else "")
             vary.pop(varied, None)
             if varied != key:
                 vary[varied] = value

@@ -8,7 +8,7 @@ import ast
 import enum
 import inspect
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from pathlib import Path
 
 import sympy as sp
@@ -170,8 +170,8 @@ def keys(_):
         parts += [f'## `[drive]` with `kind = "{word}"`', about, _table(head, _rows(kind))]
     parts.append("## Options of the solvers, in `[run]`")
     for name, solver in SOLVERS.items():
-        made = solver if isinstance(solver, type) else type(solver)
-        if is_dataclass(made) and fields(made):
+        made = solver()
+        if fields(made):
             parts += [f"### `{name}`", f"{made.summary[0].upper()}{made.summary[1:]}.",
                       _table(head, _rows(made))]  # fmt: skip
     return "\n\n".join(parts)

@@ -112,7 +112,7 @@ class Checkpoint:
         """
         for solver in (experiment.algorithm for experiment in experiments):
             if not solver.on_file:
-                kept = ", ".join(name for name, known in SOLVERS.items() if known.on_file)
+                kept = ", ".join(name for name, known in SOLVERS.items() if known().on_file)
                 allowed = f"keeps runs of {kept}, not of {solver.name}"
                 raise InputError("checkpoint", self.path, allowed)
         with locked(self.path, "checkpoint"):

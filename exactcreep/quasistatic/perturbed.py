@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from exactcreep import solvers
 from exactcreep.limits import Limits
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.solver import Simulation, Stretch
 
 TRUSTED = 1e-9
@@ -99,7 +99,7 @@ class PerturbedCopy(Observer):
         apart[(slips != there["slips"]).any(axis=1)] = np.inf
         if other.stop.final:
             apart = np.append(apart, np.inf)
-        self._doubt(first, MARGIN * apart > TENSION_TOLERANCE)
+        self._doubt(first, MARGIN * apart > solvers.TENSION_TOLERANCE)
         agrees = MARGIN * apart <= TRUSTED
         parted = not agrees.all()
         self.parted |= parted

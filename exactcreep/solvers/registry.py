@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
+from exactcreep import solvers
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.solver import Exact
-from exactcreep.solvers.field.certified import Certified
-from exactcreep.solvers.field.reference import Mpmath, Reference
-from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Solver
-from exactcreep.solvers.verlet.solver import Verlet
 
-_CLASSES: tuple[type[Solver], ...] = (Exact, Reference, Mpmath, Certified, Sliding, Verlet)
-SOLVERS = {algorithm.name: algorithm for algorithm in _CLASSES}
-"""Every solver class by its name."""
+SOLVERS: dict[str, Callable[[], type[Solver]]] = {
+    "exact": lambda: solvers.Exact,
+    "reference": lambda: solvers.Reference,
+    "mpmath": lambda: solvers.Mpmath,
+    "certified": lambda: solvers.Certified,
+    "sliding": lambda: solvers.Sliding,
+    "verlet": lambda: solvers.Verlet,
+}
+"""Every solver by its name: what imports its class and returns it."""
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
-    algorithm: Any = SOLVERS[name]  # every solver is a dataclass, which its base class cannot say
+    algorithm: Any = SOLVERS[name]()  # every solver is a dataclass, which its base class cannot say
     known = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in known):
         near = difflib.get_close_matches(option, known, 1)

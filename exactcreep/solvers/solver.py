@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep import compiling
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
@@ -441,7 +440,7 @@ def compiled(
     It depends on the number of sliders and what is recorded. `say` is called if the compiler works.
     """
     begin = time.perf_counter()
-    with compiling.told(say):
+    with import_module("exactcreep.compiling").told(say):
         for n in lengths:
             if (solver.name, n, record) not in _COMPILED:
                 chain = replace(_TWO_SLIDERS, n=n)

@@ -296,7 +296,7 @@ RIVALS = {"scipy": SciPy} | ({} if heyoka is None else {"heyoka": Heyoka})
 @contextmanager
 def registered():
     """Let the rivals be solvers by name."""
-    SOLVERS.update(RIVALS)
+    SOLVERS.update({name: lambda rival=rival: rival for name, rival in RIVALS.items()})
     try:
         yield
     finally:

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, stats
 
 from exactcreep.model.numbers import InputError
 
@@ -238,11 +238,12 @@ def _deviations_below(told: float) -> float:
     """Return how far below a normal estimate its interval begins if it is told beyond `_TOLD`."""
 
     def beyond(true: float) -> float:
-        return float(stats.norm.logsf(told - true) - stats.norm.logsf(_TOLD - true))
+        return float(scipy.stats.norm.logsf(told - true) - scipy.stats.norm.logsf(_TOLD - true))
 
     if told <= _TOLD or beyond(0.0) >= math.log(_TAIL):
         return math.inf
-    return told - float(optimize.brentq(lambda true: beyond(true) - math.log(_TAIL), 0.0, told))
+    root = scipy.optimize.brentq(lambda true: beyond(true) - math.log(_TAIL), 0.0, told)
+    return told - float(root)
 
 
 def _geometric(ends: Floats, others: Floats) -> float:
@@ -260,7 +261,7 @@ def _geometric(ends: Floats, others: Floats) -> float:
     lived = np.append(0.0, np.cumsum(every))[over] + cycles * (every.size - over)
     arrested = np.minimum(np.searchsorted(ends, cycles, side="right"), number) / number
     away = float(abs(arrested - lived / every.sum()).max())
-    return float(stats.kstwo.sf(away, number))
+    return float(scipy.stats.kstwo.sf(away, number))
 
 
 def _rounded_up(cycles: float) -> int:

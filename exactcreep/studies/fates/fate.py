@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from exactcreep import solvers
 from exactcreep.display import shows_progress
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
@@ -29,14 +30,14 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
 from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.fates.proof import proved_fate, quiet
 from exactcreep.studies.fates.result import Fate, Period
 
 _SAYING = 0.1  # seconds between two reports of progress
+_SILENT = reporter(None)
 
 
 @shows_progress
@@ -98,8 +99,8 @@ def fate(
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
     if solver == "exact":
-        return numerical_fate(SettlingChain(chain, drive, begin), begin, limits, say)[0]
-    return proved_fate(chain, drive, begin, limits, say).fate
+        return numerical_fate(solvers.SettlingChain(chain, drive, begin), begin, limits, say)[0]
+    return fates.proved_fate(chain, drive, begin, limits, say).fate
 
 
 def refuse_sliding(chain: Chain) -> None:
@@ -110,10 +111,10 @@ def refuse_sliding(chain: Chain) -> None:
 
 
 def numerical_fate(
-    course: SettlingChain,
+    course: solvers.SettlingChain,
     start: State,
     limits: Limits = NO_LIMITS,
-    say: Callable[..., None] = quiet,
+    say: Callable[..., None] = _SILENT,
 ) -> tuple[Fate, Stop]:
     """Follow a trajectory from `start` to its end; return its fate, and what ended it."""
     while True:
@@ -151,7 +152,7 @@ def numerical_fate(
     return found, stop
 
 
-def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
+def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
     """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
     chain = course.simulation.chain
     steps = course.steps(course.alike // 2)
@@ -187,7 +188,7 @@ def _approach(course: SettlingChain) -> tuple[str, dict[str, Any]] | None:
     }
 
 
-def _one_period(course: SettlingChain, period: int) -> tuple[float, Period]:
+def _one_period(course: solvers.SettlingChain, period: int) -> tuple[float, Period]:
     simulation = course.simulation.copied(("events",))
     before = simulation.state().displacements
     first = 2 * course.cycles + 1

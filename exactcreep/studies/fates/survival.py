@@ -15,13 +15,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
+import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
-from scipy import stats
 
+from exactcreep import solvers
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
@@ -32,10 +33,12 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
@@ -163,8 +166,8 @@ class Survival(Result):
     @cached_property
     def curve(self) -> Curve:
         """The Kaplan-Meier estimate, a step after each lifetime and each censoring."""
-        times = stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
-        moving = stats.ecdf(times).sf
+        times = scipy.stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
+        moving = scipy.stats.ecdf(times).sf
         with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
             warnings.simplefilter("ignore", RuntimeWarning)  # no interval where all move, or none
             between = moving.confidence_interval(CONFIDENCE, method="log-log")
@@ -173,7 +176,7 @@ class Survival(Result):
 
     def _share(self, which: NDArray[np.bool_]) -> Share:
         count, of = int(which.sum()), len(self.records)
-        between = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
+        between = scipy.stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
         return Share(count, count / of, float(between.low), float(between.high))
 
     @property
@@ -266,7 +269,9 @@ class Survival(Result):
         columns["arrested"] = ("start", self.arrested)
         rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=False))
         about = self._about() | rate | {"confidence": CONFIDENCE, "reason": self.reason}
-        return xr.Dataset(columns, {"start": self._column("start")}, about)
+        numbers = {"start": self._column("start")}
+        made: xr.Dataset = import_module("xarray").Dataset(columns, numbers, about)
+        return made
 
 
 class _Task(NamedTuple):
@@ -397,7 +402,8 @@ def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]
 def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
-    course = SettlingChain(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
+    drive = Cycles(asked.amplitude, asked.cycles)
+    course = solvers.SettlingChain(chain, drive, start, seed, asked.dormant)
     fate, stop = numerical_fate(course, start, limits)
     return StartRecord(
         number,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
-from scipy import stats
 
 from exactcreep.display import shows_progress
 from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
@@ -209,7 +209,7 @@ def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str,
             "error": math.sqrt(turn @ covariance @ turn),
             "slope_error": math.sqrt(covariance[0, 0]),
             "chi2": chi2,
-            "chi2_probability": stats.chi2.sf(chi2, count - 2),
+            "chi2_probability": scipy.stats.chi2.sf(chi2, count - 2),
         }
     known: dict[str, Any] = {name: float(value) for name, value in found.items()}
     if not scatter.size:

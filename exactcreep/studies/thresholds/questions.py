@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from exactcreep import solvers
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
@@ -20,12 +21,11 @@ from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.recurrence import SettlingChain
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
-from exactcreep.studies.fates.proof import logged, lone, proved_fate
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.amplitudes import SHORT, Bracket
 
@@ -86,7 +86,7 @@ class Question:
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         record, tangent = ("x_G", "tension", "events"), self.chain.tan_alpha
         stretch, evidence = self._followed(amplitude, solver, options, record)
-        log, known = logged(stretch.recorded), self._last_advance(stretch)
+        log, known = fates.logged(stretch.recorded), self._last_advance(stretch)
         runs_away = stretch.stop is Stop.RUNAWAY
         creeps = runs_away or known.middle > ADVANCE
         near = not runs_away and abs(known.middle - ADVANCE) <= known.radius
@@ -136,7 +136,7 @@ def _last_outcome(
     """Return what the chain does in the last cycle of a run, and how well that is known."""
     if not last:
         return Outcome.AT_REST, evidence
-    if all(lone(one.itinerary) for one in last):
+    if all(fates.lone(one.itinerary) for one in last):
         # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
         moves: Counter[int] = Counter()
         for one in last:
@@ -168,7 +168,7 @@ class Lasting(Question):
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         drive = Cycles(amplitude, self.cycles)
-        course = SettlingChain(self.chain, drive, start)
+        course = solvers.SettlingChain(self.chain, drive, start)
         found, stop = numerical_fate(course, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(found.reason)
@@ -240,8 +240,8 @@ class Lasting(Question):
             edge = parting(self.locked, log) if edge is None else edge
             return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
 
-        enough: dict[str, Any] = {"enough": far_beyond} if digits and self.locked else {}
-        found, log, between = proved_fate(self.chain, drive, self.start, self.limits, **enough)
+        end: dict[str, Any] = {"enough": far_beyond} if digits and self.locked else {}
+        found, log, between = fates.proved_fate(self.chain, drive, self.start, self.limits, **end)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps, known = found.outcome not in _IDLE, (found.outcome, found.evidence, found.direction)

@@ -19,11 +19,11 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from exactcreep import solvers
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
-from exactcreep.solvers.field.known_itinerary import KnownItinerary
 from exactcreep.solvers.solver import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
@@ -93,7 +93,7 @@ def deciding_amplitude(question: Question, one: Log, other: Log, digits: int) ->
     way = ways[event.half_cycle % 2]
     try:
         with balls_of(bits).active():
-            known = KnownItinerary(Start(question.chain, question.start, 0), bits)
+            known = solvers.KnownItinerary(Start(question.chain, question.start, 0), bits)
             for rearrangement in one[: event.rearrangement]:
                 question.limits.require()
                 known.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)

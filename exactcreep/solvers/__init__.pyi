@@ -1,0 +1,8 @@
+from .exact.layout import TENSION_TOLERANCE as TENSION_TOLERANCE
+from .exact.recurrence import SettlingChain as SettlingChain
+from .exact.solver import Exact as Exact
+from .field.certified import Certified as Certified
+from .field.known_itinerary import KnownItinerary as KnownItinerary
+from .field.reference import Mpmath as Mpmath, Reference as Reference
+from .sliding import Sliding as Sliding
+from .verlet.solver import Verlet as Verlet
