@@ -1,5 +1,6 @@
 """How the book is made of this folder; `pages.py` writes what the code itself knows."""
 
+import pkgutil
 import re
 import sys
 from pathlib import Path
@@ -11,8 +12,10 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE.parent), str(HERE)]  # the package and its derivations, installed or not
 
 import pages  # noqa: E402
+import shown  # noqa: E402
 
 import exactcreep  # noqa: E402
+from exactcreep.figures.style import STYLE  # noqa: E402
 
 project = "exactcreep"
 author = "exactcreep"
@@ -49,6 +52,8 @@ numpydoc_show_class_members = False
 plot_html_show_source_link = False
 plot_html_show_formats = False
 plot_formats = [("png", 110)]
+plot_rcparams = dict(STYLE)
+plot_apply_rcparams = True  # drawings have the style of every other picture
 
 html_theme = "pydata_sphinx_theme"
 html_title = "exactcreep"
@@ -76,12 +81,24 @@ def _math(translator, node):
 
 
 def _read(app, name, content):
-    content[0] = pages.filled(content[0])
+    content[0] = shown.shown(pages.filled(content[0]), name)
 
 
 def _skipped(app, what, name, value, skip, options):
     """Leave out what Python writes below the fields of a named tuple."""
     return True if (getattr(value, "__doc__", "") or "").startswith("Alias for field") else None
+
+
+def _named(app, env, node, contnode):
+    """Let the name of a parameter, or of what exists without a page, stand as it is written.
+
+    What begins with the name of the package has to exist.
+    """
+    target = node["reftarget"]
+    if node["reftype"] != "obj":
+        return None
+    known = not target.startswith("exactcreep.") or pkgutil.resolve_name(target) is not None
+    return contnode if known else None
 
 
 def setup(app):
@@ -90,5 +107,6 @@ def setup(app):
         "mathml", inline_renderers=(_math, None), block_renderers=(_math, None)
     )
     app.connect("source-read", _read)
+    app.connect("missing-reference", _named)
     app.connect("autodoc-skip-member", _skipped)
     app.connect("autodoc-process-docstring", pages.readable, priority=100)

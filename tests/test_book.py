@@ -4,7 +4,9 @@ import doctest
 import re
 import shlex
 import sys
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -81,12 +83,49 @@ def test_every_module_that_a_page_names_is_there() -> None:
     assert absent == []
 
 
+@pytest.fixture
+def shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return the module that runs a page's examples; its pictures go into a folder of the test."""
+    monkeypatch.syspath_prepend(str(BOOK))
+    module = import_module("shown")
+    monkeypatch.setattr(module, "BOOK", tmp_path)
+    monkeypatch.setattr(module, "MADE", tmp_path / "made")
+    return module
+
+
+def test_below_an_example_stands_what_it_printed_and_drew(shown: ModuleType) -> None:
+    page = """
+```python
+from matplotlib.figure import Figure
+figure = Figure()
+```
+
+```python
+print(figure.savefig("empty.png") or 6 * 7)
+```
+
+<<printed>>
+
+<<drawn empty.png: nothing at all>>
+"""
+    text = shown.shown(page, "howto/page")
+    assert "```text\n42\n```" in text
+    assert "![nothing at all](/made/howto-page-empty.png)" in text
+    assert (shown.MADE / "howto-page-empty.png").stat().st_size > 100
+
+
+@pytest.mark.parametrize("code", ["print()", "1 / 0"])
+def test_a_page_whose_example_fails_or_is_silent_is_not_built(code: str, shown: ModuleType) -> None:
+    with pytest.raises((AssertionError, ZeroDivisionError)):
+        shown.shown(f"\n```python\n{code}\n```\n\n<<printed>>\n", "page")
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""
     pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
     folder = tmp_path_factory.mktemp("book")
-    words = ["-m", "sphinx", "-W", "-q", "-d", folder / "trees", BOOK, folder / "html"]
+    words = ["-m", "sphinx", "-W", "-n", "-q", "-d", folder / "trees", BOOK, folder / "html"]
     done = finished(sys.executable, *map(str, words))
     assert done.returncode == 0, done.stderr
     return folder / "html"

@@ -122,3 +122,21 @@ def test_a_notebook_is_stored_as_it_ran_with_its_pictures(path: Path) -> None:
     assert not [output for output in outputs if output.get("name") == "stderr"]
     assert "assert " in cells[-1].source
     assert path.stat().st_size < LARGEST_FILE
+
+
+NOT_YET = ("08", "12")
+DRAWING = [path for path in NOTEBOOKS if not path.name.startswith(NOT_YET)]
+
+
+@pytest.mark.parametrize("path", DRAWING, ids=lambda path: path.stem)
+def test_a_notebook_is_in_the_style_of_the_house(path: Path) -> None:
+    cells = code_cells(read(path))
+    style = 'plt.style.use("exactcreep.figures.exactcreep")'
+    assert sum(style in cell.source for cell in cells) == 1
+    assert [line for cell in cells for line in cell.source.splitlines() if len(line) > 79] == []
+    for cell in cells:
+        if any("image/png" in output.get("data", {}) for output in cell.outputs):
+            assert cell.metadata.get("tags") == ["hide-input"]
+        shown = [output.get("data", {}).get("text/plain") for output in cell.outputs]
+        assert "" not in shown  # an empty box
+    assert cells[-1].metadata.get("tags") == ["hide-cell"]

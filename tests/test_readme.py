@@ -2,6 +2,7 @@
 
 import inspect
 import re
+import shlex
 from importlib import import_module
 from pathlib import Path
 
@@ -41,7 +42,10 @@ def test_the_map_of_the_rooms_says_of_each_what_it_says_of_itself() -> None:
 
 
 @pytest.mark.parametrize("text", [t for t in blocks("python") if not t.startswith(">>>")])
-def test_a_python_block_runs(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_python_block_runs(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
     exec(compile(text, "README.md", "exec"), {})
     assert capsys.readouterr().out
 
@@ -52,7 +56,7 @@ def test_a_toml_block_is_a_scene(text: str) -> None:
 
 
 COMMANDS = [
-    line.removeprefix("exactcreep ").split()
+    shlex.split(line.removeprefix("exactcreep "), comments=True)
     for text in blocks("sh")
     for line in text.splitlines()
     if line.startswith("exactcreep ") and "bristol-roof" not in line  # see test_solid
@@ -72,4 +76,4 @@ def test_the_commands_run(
     monkeypatch.chdir(tmp_path)
     for words in COMMANDS:
         assert status([*words, *SHORTER.get(words[0], [])]) == 0, capsys.readouterr()
-    assert {path.name for path in tmp_path.iterdir()} >= {"run.nc", "run.png", "jumps.nc"}
+    assert {path.name for path in tmp_path.iterdir()} >= {"run.nc", "run.png", "grid"}

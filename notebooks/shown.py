@@ -1,0 +1,96 @@
+"""What the examples of a page print and draw, made by running them when the book is built.
+
+Below a block of code ``<<printed>>`` stands for what it printed, and ``<<drawn FILE: what is seen>>``
+for a picture that it wrote. The blocks of a page run in their order, in one empty directory: Python
+in one namespace, lines of a shell that begin with ``exactcreep`` as commands.
+"""
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib as mpl
+
+from exactcreep.figures.style import STYLE
+
+BOOK = Path(__file__).parent
+MADE = BOOK / "pictures" / "made"
+WIDTH = 96
+"""Columns of a terminal that the commands believe to print on."""
+_PART = re.compile(
+    r"^```(?P<language>python|sh|toml)\n(?P<code>.*?)^```$"
+    r"|^<<(?P<printed>printed)>>$"
+    r"|^<<drawn (?P<file>[\w.-]+): (?P<seen>[^>]*)>>$",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+def shown(text, page):
+    """Return the text of a page with what its examples print and draw."""
+    if "\n<<printed>>\n" not in text and "\n<<drawn " not in text:
+        return text
+    with tempfile.TemporaryDirectory() as folder, mpl.rc_context(STYLE):
+        session = _Session(Path(folder), page.replace("/", "-"))
+        return _PART.sub(session.replaced, text)
+
+
+class _Session:
+    """The examples of one page, each run where the ones before it left off."""
+
+    def __init__(self, folder, page):
+        self.folder, self.page, self.names, self.printed = folder, page, {}, ""
+
+    def replaced(self, part):
+        """Run a block and keep it as it is, or put what the last one made in place of a line."""
+        if part["printed"]:
+            assert self.printed.strip(), f"{self.page}: nothing was printed"
+            return f"```text\n{self.printed.rstrip()}\n```"
+        if part["file"]:
+            return self._picture(part["file"], " ".join(part["seen"].split()))
+        run = {"python": self._python, "sh": self._shell, "toml": self._scene}[part["language"]]
+        self.printed = run(part["code"])
+        return part[0]
+
+    def _picture(self, file, seen):
+        MADE.mkdir(exist_ok=True)
+        kept = MADE / f"{self.page}-{file}"
+        shutil.copyfile(self.folder / file, kept)
+        return f"![{seen}](/{kept.relative_to(BOOK).as_posix()})"
+
+    def _python(self, code):
+        if code.startswith(">>>"):  # what an example of this kind prints stands in it
+            lines = [line[4:] for line in code.splitlines() if line.startswith((">>> ", "... "))]
+            code = "\n".join(lines)
+        heard = io.StringIO()
+        with contextlib.chdir(self.folder), contextlib.redirect_stdout(heard):
+            exec(compile(code, f"<{self.page}>", "exec"), self.names)
+        return heard.getvalue()
+
+    def _shell(self, code):
+        where = {
+            "COLUMNS": str(WIDTH),
+            "PYTHONPATH": str(BOOK.parent),
+            "TERM": "dumb",
+            "NO_COLOR": "1",
+        }
+        said = ""
+        for line in code.splitlines():
+            if line.startswith("exactcreep "):
+                words = [sys.executable, "-m", *shlex.split(line, comments=True)]
+                done = subprocess.run(
+                    words, cwd=self.folder, env=os.environ | where, capture_output=True, text=True
+                )
+                assert done.returncode == 0, f"{self.page}: {line}: {done.stderr}"
+                said += done.stdout
+        return said
+
+    def _scene(self, code):
+        (self.folder / "my-scene.toml").write_text(code, encoding="utf-8")
+        return ""
