@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
+import warnings
 from typing import Any
+
+_UNSAID = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 
 
 def main() -> None:
@@ -12,6 +15,9 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _leave)  # until there is something that could be saved
+    warnings.resetwarnings()  # what PYTHONWARNINGS makes an error is a sentence here
+    for kind in _UNSAID:
+        warnings.simplefilter("ignore", kind)
     from exactcreep.cli import main as command_line
 
     command_line()

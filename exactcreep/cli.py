@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import io
 import os
 import sys
 import warnings
@@ -13,7 +15,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from exactcreep import __version__, interrupts
 from exactcreep.commands import files, studies
-from exactcreep.commands.answer import complain
+from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
@@ -33,6 +35,8 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "compare": studies.compare,
 }
 """The commands by name; None: a public function, which is imported when its command is called."""
+_PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
+"""What stands for signs where letters alone can be printed."""
 _HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
 Start with exactcreep scenes, then exactcreep run two-sliders-cycles.
@@ -92,14 +96,14 @@ def status(words: Sequence[str]) -> int:
                 given, exit_on_error=False, print_error=False, result_action="return_value"
             )
         except SystemExit as leaving:
-            code = int(leaving.code or 0)
-        sys.stdout.flush()
+            # a help whose reader has seen enough leaves with 1
+            gone = isinstance(leaving.__context__, BrokenPipeError)
+            code = 0 if gone else int(leaving.code or 0)
+        with unread():
+            sys.stdout.flush()
     except KeyboardInterrupt:
         complain("interrupted")
         return 130
-    except BrokenPipeError:  # the reader, e.g. `head`, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except Exception as error:
         if debug:
             raise
@@ -126,9 +130,22 @@ def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
     complain(str(message))
 
 
+def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
+    """Return what stands for signs that a stream cannot encode; an error handler of `codecs`."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    signs = error.object[error.start : error.end]
+    plain = (_PLAIN.get(sign) or ascii(sign)[1:-1] for sign in signs)
+    return "".join(plain), error.end
+
+
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
+    codecs.register_error("plain", _in_plain_letters)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="plain")
     os.environ["MPLBACKEND"] = "agg"  # whatever it was: pictures are files here
     warnings.showwarning = _warn  # a sentence, without the line of code that says it
     code = status(sys.argv[1:])

@@ -140,9 +140,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     kept: list[Figure] = []
     write: Callable[..., None] = style.save_picture
 
-    def save(figure: Figure, path: object) -> None:
+    def save(figure: Figure, path: object, **how: bool) -> None:
         if str(path) != "unused.png":
-            write(figure, path)
+            write(figure, path, **how)
         assert_shows_data(figure)
         kept.append(figure)
 

@@ -6,6 +6,7 @@ import decimal
 import itertools
 import json
 import math
+import os
 import re
 import sys
 from collections import Counter
@@ -27,6 +28,7 @@ LIMIT, STALE, INTERRUPTED = 3, 4, 130
 _RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
+_WITHOUT_END = 10**5  # columns of what is no terminal: whoever reads it does not fold lines
 _LABELS = {
     "law_seuil": "paper, Eq. (seuil)",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
@@ -83,11 +85,30 @@ def complain(sentence: str) -> None:
         print(f"exactcreep: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
 
 
+@contextmanager
+def unread() -> Iterator[None]:
+    """Let what is printed go nowhere once its reader, e.g. ``head``, has seen enough."""
+    try:
+        yield
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def put(text: str, end: str = "\n") -> None:
+    """Print text as it stands."""
+    with unread():
+        print(text, end=end)
+
+
 def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
-    """Print words with rich's markup, or a table; a terminal wraps their lines by default."""
+    """Print words with rich's markup, or a table, which is folded to a terminal alone."""
     from rich.console import Console
 
-    Console(highlight=False).print(words, soft_wrap=soft_wrap, **style)
+    folded = sys.stdout.isatty() or "COLUMNS" in os.environ
+    console = Console(highlight=False, width=None if folded else _WITHOUT_END)
+    with console.capture() as printed:
+        console.print(words, soft_wrap=soft_wrap, **style)
+    put(re.sub(r" +$", "", printed.get(), flags=re.MULTILINE), end="")
 
 
 def say_heading(scene: str, title: str) -> None:
@@ -257,7 +278,7 @@ class Answer:
     say : callable, optional
         Prints it for the eye; default: a line for each key.
     save : callable
-        Writes its data to the path of ``--out``.
+        Writes its data to the path of ``--out``, over a file that exists with ``force=True``.
     draw : callable
         Returns the figure that goes to ``--plot``.
     status : int
@@ -268,7 +289,7 @@ class Answer:
 
     summary: Mapping[str, Any]
     say: Callable[[], object] | None = None
-    save: Callable[[Path], object] = Path.touch
+    save: Callable[..., object] = Path.touch
     draw: Callable[[], Any] = object
     status: int = 0
     remark: str = ""
@@ -313,31 +334,48 @@ class Printed:
         The disk may be full: what was computed is told all the same.
         """
 
-        def draw(path: Path) -> None:
-            from exactcreep.figures.style import save_picture
+        def draw(path: Path, *, force: bool) -> None:
+            from exactcreep.figures import style
 
-            save_picture(answer.draw(), path)
+            style.save_picture(answer.draw(), path, force=force)
 
         written, failed = list[Path](), None
-        for path, write in ((self.out, answer.save), (self.plot, draw)):
+        for name, path, write in (("out", self.out, answer.save), ("plot", self.plot, draw)):
             if path is not None:
                 try:
-                    write(path)
-                    written.append(path)
+                    written.append(_written(write, path, force=self.force))
+                    if written[-1] != path:
+                        allowed = "was made by another program meanwhile; this result is in"
+                        allowed += f" {written[-1]}"
+                        failed = failed or exactcreep.InputError(name, str(path), allowed)
                 except exactcreep.InputError as error:
                     failed = failed or error
         if self.json:
-            print(as_json(answer.summary))
+            put(as_json(answer.summary))
         else:
             answer.say() if answer.say else say_summary(answer.summary)
             for path in written:
-                print(f"written: {path}")
+                put(f"written: {path}")
         if failed is not None:
             raise failed
         if answer.remark:
             complain(answer.remark)
         if answer.status:
             raise SystemExit(answer.status)
+
+
+def _written(write: Callable[..., object], path: Path, *, force: bool) -> Path:
+    """Write a file and return its name: another one, if a program has taken it meanwhile."""
+    from exactcreep.quasistatic.files import Occupied, free_name
+
+    name = path
+    while True:  # a third program may take the next name at the same time
+        try:
+            write(name, force=force and name == path)
+        except Occupied:
+            name = free_name(path)
+        else:
+            return name
 
 
 @Parameter(name="*")

@@ -18,6 +18,7 @@ from exactcreep.commands.answer import (
     Output,
     Printed,
     counted,
+    put,
     say,
     say_table,
     shown,
@@ -45,7 +46,7 @@ from exactcreep.commands.values import (
 )
 
 if TYPE_CHECKING:
-    from exactcreep.figures.paper import Table
+    from exactcreep.figures.paper import Picture, Table
 
 ALL, DEFAULT = "all", Printed()
 
@@ -71,7 +72,7 @@ def scenes(*, show: Name | None = None, output: Printed = DEFAULT) -> None:
         if show not in texts:
             raise exactcreep.InputError("show", show, one_of(show, texts))
         about = {"name": show, "toml": texts[show]}
-        return output.deliver(Answer(about, lambda: print(texts[show], end="")))
+        return output.deliver(Answer(about, lambda: put(texts[show], end="")))
     loaded = [exactcreep.load_scene(name) for name in texts]
     listed = [
         {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
@@ -79,7 +80,7 @@ def scenes(*, show: Name | None = None, output: Printed = DEFAULT) -> None:
     ]
     width = max(len(scene.name) for scene in loaded)
     lines = "\n".join(f"{scene.name:<{width}}  {scene.title}" for scene in loaded)
-    output.deliver(Answer({"scenes": listed}, lambda: print(lines)))
+    output.deliver(Answer({"scenes": listed}, lambda: put(lines)))
 
 
 def show(
@@ -120,7 +121,7 @@ def show(
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
     view = portrait(seen, wanted, wide or 1)
     said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
-    say_all = partial(print, said, end="")
+    say_all = partial(put, said, end="")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 
 
@@ -168,7 +169,7 @@ def export(
             needed = 'needs pyarrow: pip install "exactcreep[export]"'
             raise exactcreep.InputError("to", str(to), needed) from None
     write_file(to, content, "to", force=force)
-    print(f"written: {to} ({len(rows)} rows)")
+    put(f"written: {to} ({len(rows)} rows)")
 
 
 def animate(
@@ -229,9 +230,9 @@ def animate(
     output.check()
     avalanche = find_avalanche(experiment, number, limits)
 
-    def save(path: Path) -> None:
+    def save(path: Path, *, force: bool) -> None:
         if ending == ".gif":
-            return draw_avalanche(avalanche, path, frames=count or 2)
+            return draw_avalanche(avalanche, path, frames=count or 2, force=force)
         from exactcreep.figures import explorer as page
 
         shown = page.page(course=page.course(experiment), avalanche=page.avalanche(avalanche))
@@ -242,7 +243,7 @@ def animate(
         f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
-    output.deliver(Answer({}, partial(print, said), save))
+    output.deliver(Answer({}, partial(put, said), save))
 
 
 def explore(*, port: Annotated[str, taken("PORT")] = "0", browser: bool = True) -> None:
@@ -265,7 +266,7 @@ def explore(*, port: Annotated[str, taken("PORT")] = "0", browser: bool = True) 
 
     with page_server(whole(port, "port", 0, 65_535) or 0) as server:
         url = f"http://127.0.0.1:{server.server_address[1]}/"
-        print(f"{url} (Ctrl-C ends it)")
+        put(f"{url} (Ctrl-C ends it)")
         if browser:
             webbrowser.open(url)
         server.serve_forever()
@@ -345,7 +346,7 @@ def sweep(
 
         return draw_sweep(grid, wanted.title or wanted.name)
 
-    output.deliver(Answer({}, partial(print, said), draw=draw))
+    output.deliver(Answer({}, partial(put, said), draw=draw))
 
 
 def _cluster(scheduler: str) -> Any:
@@ -386,29 +387,35 @@ def reproduce(
     exactcreep reproduce chain-plateaus --out pictures
     """
     from exactcreep.figures.paper import PICTURES
-    from exactcreep.quasistatic.files import check_output, output_directory
+    from exactcreep.quasistatic.files import check_output, locked, output_directory
 
     if not name:
         for picture in PICTURES.values():
-            print(f"{picture.name:24}Fig. {picture.figure}")
+            put(f"{picture.name:24}Fig. {picture.figure}")
         return
     if name not in (ALL, *PICTURES):
         raise exactcreep.InputError("picture", name, one_of(name, [ALL, *PICTURES]))
     wanted = list(PICTURES.values()) if name == ALL else [PICTURES[name]]
     threads = whole(workers, "workers")
     output_directory(out, "out")
-    for picture, ending in itertools.product(wanted, ("png", "pdf", "nc", "csv")):
-        check_output(out / f"{picture.name}.{ending}", "out", force=force)
+
+    def check(pictures: Sequence[Picture]) -> None:
+        for picture, ending in itertools.product(pictures, ("png", "pdf", "nc", "csv")):
+            check_output(out / f"{picture.name}.{ending}", "out", force=force)
+
+    check(wanted)
     begin = time.perf_counter()
     for number, picture in enumerate(wanted):
         hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
-        with shown(picture.name, hint=hint) as display:
+        with locked(out / picture.name, "out"), shown(picture.name, hint=hint) as display:
+            check([picture])  # another program may have drawn it since
             data = picture.data(quick=quick, workers=threads, progress=display.show)
-        for table in picture.write(data, out):
+            tables = picture.write(data, out, force=force)
+        for table in tables:
             _print_table(table)
-        print(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
+        put(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
     if len(wanted) > 1:
-        print(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
+        put(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
 
 
 def _print_table(table: Table) -> None:

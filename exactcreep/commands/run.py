@@ -7,8 +7,8 @@ import math
 import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -82,6 +82,7 @@ class Session(Output):
         from exactcreep.limits import Limits
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
+        from exactcreep.quasistatic.result import save_members
 
         limits = Limits.of(self.max_events, self.max_seconds)
         self.check(checkpoint=None if kept is None else Path(kept.path))
@@ -124,8 +125,8 @@ class Session(Output):
             say_heading(scene, title)
             _print(results, settings, descent)
 
-        answer = Answer(summary, tell, lambda path: _save(results, path, self.force), draw, status)
-        self.deliver(replace(answer, remark=remark))
+        save = partial(save_members, results)
+        self.deliver(Answer(summary, tell, save, draw, status, remark))
 
 
 DEFAULT = Session()
@@ -137,23 +138,6 @@ def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | N
     if len(members) != 1 or solid is None or seconds is None or not results[0].half_cycles:
         return None
     return exactcreep.Descent.of(solid, results[0], seconds)
-
-
-def _save(results: Sequence[Creep], out: Path, force: bool) -> None:
-    """Save results; under another name, if a program has taken theirs during the run."""
-    from exactcreep.quasistatic.files import Occupied, free_name
-    from exactcreep.quasistatic.result import save_members
-
-    try:
-        save_members(results, out, force=force)
-    except Occupied:
-        other = None
-        while other is None:  # a third program may take the next name at the same time
-            with suppress(Occupied):
-                save_members(results, free := free_name(out))
-                other = free
-        allowed = f"was made by another program meanwhile; this result is in {other}"
-        raise Occupied("out", str(out), allowed) from None
 
 
 def run(

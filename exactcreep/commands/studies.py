@@ -122,12 +122,12 @@ QUESTIONS = {
 _PRINTED, _WRITTEN = Printed(), Output()
 
 
-def write_dataset(data: xr.Dataset, path: Path) -> None:
+def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
     """Write a dataset to a NetCDF file, in one piece."""
     from exactcreep.quasistatic.files import write_file
     from exactcreep.quasistatic.netcdf import netcdf
 
-    write_file(path, netcdf({None: data}), "out")
+    write_file(path, netcdf({None: data}), "out", force=force)
 
 
 def question(command: str) -> Callable[..., None]:
@@ -158,7 +158,7 @@ def question(command: str) -> Callable[..., None]:
         limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
         output.deliver(Answer(
             result.summary(),
-            save=lambda path: write_dataset(result.dataset, path),
+            save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: resolve_name(f"exactcreep.figures.{about.draw}")(result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is what is known" if interrupted else "",

@@ -185,7 +185,7 @@ class _Writer(PillowWriter):
 
 @styled
 def draw_avalanche(
-    found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120
+    found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120, force: bool = True
 ) -> None:
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
@@ -194,7 +194,7 @@ def draw_avalanche(
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written; without `force` if it exists.
     """
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
@@ -229,7 +229,7 @@ def draw_avalanche(
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder, "avalanche.gif")
         moving.save(drawn, writer=_Writer(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
-        write_file(path, drawn.read_bytes(), "out")
+        write_file(path, drawn.read_bytes(), "out", force=force)
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Move:

@@ -219,15 +219,15 @@ class Picture:
             _mark_outside(axes)
         return figure
 
-    def write(self, data: Data, out: Path) -> list[Table]:
+    def write(self, data: Data, out: Path, *, force: bool = True) -> list[Table]:
         """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables."""
         tables = self.tables(data)
         figure = self.draw(data, tables)
         for ending in ("png", "pdf"):
-            save_picture(figure, out / f"{self.name}.{ending}")
+            save_picture(figure, out / f"{self.name}.{ending}", force=force)
         groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
-        write_file(out / f"{self.name}.nc", netcdf(groups), "out")
-        write_file(out / f"{self.name}.csv", to_csv(tables).encode(), "out")
+        write_file(out / f"{self.name}.nc", netcdf(groups), "out", force=force)
+        write_file(out / f"{self.name}.csv", to_csv(tables).encode(), "out", force=force)
         return tables
 
 

@@ -42,20 +42,20 @@ def new_figure(width: float, height: float, title: str = "", dpi: int | None = N
     return figure
 
 
-def save_picture(figure: Figure, path: Path | str) -> None:
+def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> None:
     """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
 
     Raises
     ------
     InputError
-        If the ending is another one, or the file cannot be written.
+        If the ending is another one, or the file cannot be written; without `force` if it exists.
     """
     target = Path(path)
     check_picture(target)
     drawn = io.BytesIO()
     with mpl.rc_context(STYLE):
         figure.savefig(drawn, format=target.suffix[1:].lower(), dpi=figure.dpi)
-    write_file(target, drawn.getbuffer(), "plot")
+    write_file(target, drawn.getvalue(), "plot", force=force)
 
 
 def symbol_of(key: str) -> str:

@@ -92,6 +92,29 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
         assert "max_seconds = 0 was reached" in words(late.out + late.err)
 
 
+def test_an_answer_whose_name_was_taken_meanwhile_is_kept_under_another(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answer, written = exactcreep.threshold, ("t.nc", "t.png")
+
+    @functools.wraps(answer)
+    def meanwhile(*given: object, **further: object) -> object:
+        for name in written:
+            Path(name).write_text("of another program")
+        return answer(*given, **further)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(exactcreep, "threshold", meanwhile)
+    line = ("threshold", "--n", "2", "--digits", "6", "--out", "t.nc", "--plot", "t.png")
+    told = command(*line)
+    assert told.code == 2
+    assert "another program meanwhile; this result is in t-2.nc" in told.err
+    assert {Path(name).read_text() for name in written} == {"of another program"}
+    assert "written: t-2.nc" in told.out
+    assert Path("t-2.png").read_bytes().startswith(BEGINNINGS[".png"])
+    assert command(*line, "--force").code == 0
+    assert Path("t.nc").read_bytes().startswith(BEGINNINGS[".nc"])
+
+
 def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
     assert {*EVERY, "reproduce", "explore"} == {*COMMANDS}
     listed = re.findall(r"^│ ([a-z][a-z-]*) ", command("--help").out, re.MULTILINE)

@@ -1,0 +1,91 @@
+"""What commands print where no terminal is: into pipes and files, in any encoding and set-up."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.processes import PATIENCE, environment
+from tests.test_readme import README
+
+RUN = ("run", "chain-jumps", "--set", "drive.cycles=2")
+FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
+
+
+def piped(*words: str, read: bool = True, **changed: str) -> subprocess.CompletedProcess[str]:
+    """Return what a program prints into a pipe; its reader leaves at once unless it shall read."""
+    variables = environment(**changed)
+    del variables["COLUMNS"]
+    started = subprocess.Popen(
+        (sys.executable, "-m", "exactcreep", *words), env=variables, text=True, encoding="utf-8",
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    assert started.stdout is not None
+    assert started.stderr is not None
+    if not read:
+        started.stdout.close()
+        said = started.stderr.read()
+        started.stderr.close()
+        return subprocess.CompletedProcess(words, started.wait(PATIENCE), "", said)
+    out, err = started.communicate(timeout=PATIENCE)
+    return subprocess.CompletedProcess(words, started.returncode, out, err)
+
+
+@pytest.mark.parametrize(
+    ("line", "status"),
+    [
+        (("scenes",), 0),
+        (("run", "--help"), 0),
+        ((*RUN, "--json"), 0),
+        (RUN, 0),
+        (FEW_EVENTS, 3),
+    ],
+)
+def test_a_reader_that_has_seen_enough_changes_no_status(
+    line: tuple[str, ...], status: int
+) -> None:
+    told = piped(*line, read=False)
+    assert (told.returncode, told.stderr) == (status, "")
+
+
+def test_a_pipe_gets_every_row_of_a_table_whole() -> None:
+    rows = piped(*RUN).stdout.splitlines()
+    table = [row for row in README.splitlines() if row.startswith(" 0.00360")]
+    assert len(table) == 8
+    starts = [re.split("  +", row.strip())[1] for row in table]
+    assert [re.split("  +", row.strip())[1] for row in rows if row.startswith(" 0.00360")] == starts
+    assert not any(row.endswith(" ") for row in rows)
+    assert max(map(len, rows)) > 200  # what is known of all of them, in one line
+
+
+def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
+    """ASCII alone, warnings as errors, and pictures that ask for LaTeX."""
+    tmp_path.joinpath("matplotlibrc").write_text("text.usetex: True\nfont.family: no-such-font\n")
+    forbidding = {
+        "PYTHONIOENCODING": "ascii",
+        "PYTHONWARNINGS": "error",
+        "MATPLOTLIBRC": str(tmp_path / "matplotlibrc"),
+    }
+    picture = tmp_path / "run.png"
+    line = ("run", "six-sliders-cycles", "--set", "drive.cycles=80", "--plot", str(picture))
+    told = piped(*line, **forbidding)
+    assert (told.returncode, told.stderr) == (0, "")
+    assert re.search(r"velocity per half-cycle +\d+\.\d+ \+- 0\.\d+\n", told.stdout)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert piped("fate", "--help", **forbidding).returncode == 0
+
+
+@pytest.mark.slow
+def test_the_readme_shows_what_a_pipe_gets(tmp_path: Path) -> None:
+    words = re.search(r"exactcreep (run .*) --plot \S+ --force$", README, re.MULTILINE)
+    shown = re.search(r"^```text\n(chain-jumps: .*?)^```$", README, re.MULTILINE | re.DOTALL)
+    assert words is not None
+    assert shown is not None
+    untimed = re.compile(r"[\d.]+ s$", re.MULTILINE)
+    told = piped(*words[1].split(), "--plot", str(tmp_path / "a.png"))
+    printed, _, _ = told.stdout.rpartition("written: ")
+    assert untimed.sub("", printed) == untimed.sub("", shown[1])
