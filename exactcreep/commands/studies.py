@@ -364,8 +364,9 @@ def _print_plan(plan: Plan) -> None:
     say(f"[bold]{plan.solver}[/bold]: {plan.reason}")
     if plan.law:
         values = " or ".join(f"{value:.10g}" for value in plan.law)
-        what = "velocity" if plan.solver == "law" else "velocity by the paper's law"
-        say(f"{what} per {plan.experiment.drive.per}: {values}")
+        off = f" ± {plan.law_deviation:.2g}" if plan.law_deviation > 0 else ""
+        which = "" if plan.solver == "law" else f" ({plan.law_name})"
+        say(f"velocity per {plan.experiment.drive.per}: {values}{off}{which}")
     if plan.theorems:
         say("amplitudes: " + ", ".join(f"{k} {v:.6g}" for k, v in plan.theorems.items()))
     if not math.isnan(plan.events):

@@ -34,11 +34,13 @@ from exactcreep.figures.sweep import (
     EXACT,
     LIMIT,
     SEED,
+    STICKING,
     Law,
     Point,
     draw_points,
     mean_law,
     points_of,
+    sticking,
 )
 from exactcreep.laws import (
     creep_velocity,
@@ -465,6 +467,11 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
             for slopes, values in _plateaus(law, parameters):
                 axes.plot(slopes, values, **style, label=label)
                 label = ""
+        slopes = np.linspace(0, float(parameters["mu_d"]), 160).tolist()
+        law_and_deviation = [sticking(parameters | {"tan_alpha": slope}) for slope in slopes]
+        values, deviations = np.transpose(law_and_deviation)
+        axes.fill_between(slopes, values - deviations, values + deviations, color=INKS[1],
+                          alpha=0.45, linewidth=0, label=STICKING if n == 6 else "")  # fmt: skip
         draw_points(axes, rows, "tan_alpha", **marks, label=rf"computed, $N={n}$")
         _mark_angles(axes, n, parameters)
     axes.axvline(float(parameters["mu_d"]), **GUIDE)

@@ -46,7 +46,8 @@ MAPPED = 5
 """Values of each of two quantities from which on a sweep is drawn as a map."""
 LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
 """What a legend calls the law of the sliding limit."""
-STICKING = "measured law of sticking sliders, with its deviation"
+STICKING_MAP = "measured law of sticking sliders"
+STICKING = f"{STICKING_MAP}, with its deviation"
 """What a legend calls `laws.sticking_velocity`."""
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
@@ -207,7 +208,7 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     What varies besides makes families, each in a colour of its own. The law of the sliding
     limit, where there is one, is a broken line; that of sliders that stick and slip, in its range,
     a full one in a band of its deviation. Two quantities of which each has at least
-    `MAPPED` values, and nothing else, make a map with contours of the law.
+    `MAPPED` values, and nothing else, make a map with contours of the law that holds.
     """
     points = points_of(dataset)
     values = {key: list(dict.fromkeys(point.varied[key] for point in points))
@@ -236,7 +237,11 @@ def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> 
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
     shared = points[0].parameters
-    law = np.array([[_law(shared | {across: a, up: b}) for a in fine_x] for b in fine_y])
+    grid = [[shared | {across: a, up: b} for a in fine_x] for b in fine_y]
+    law = np.array([[_law(parameters) for parameters in row] for row in grid])
+    measured_law = np.array([[sticking(parameters)[0] for parameters in row] for row in grid])
+    sticks = np.isfinite(measured_law)
+    law = np.where(sticks, measured_law, law)
     if np.isfinite(law).sum() < 2 or np.nanmin(law) == np.nanmax(law):
         return
     ticks = MaxNLocator(8).tick_values(np.nanmin(law), np.nanmax(law))
@@ -244,7 +249,8 @@ def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> 
     lines = axes.contour(fine_x, fine_y, law, levels=levels, colors="white", linewidths=0.9)
     axes.clabel(lines, fontsize=7)
     bar.add_lines(lines)
-    axes.set_title(f"lines: {LIMIT}", fontsize=8)
+    measured_words = f"{STICKING_MAP}; elsewhere {LIMIT}" if not sticks.all() else STICKING_MAP
+    axes.set_title(f"lines: {measured_words if sticks.any() else LIMIT}", fontsize=8)
 
 
 def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
@@ -260,7 +266,7 @@ def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
                     label=label)  # fmt: skip
         law = [_law(family[0].parameters | {over: value}) for value in fine]
         axes.plot(fine, law, **EXACT | {"color": ink})
-        measured = [_sticking(family[0].parameters | {over: value}) for value in fine]
+        measured = [sticking(family[0].parameters | {over: value}) for value in fine]
         if np.isfinite(measured).any():
             value, deviation = np.transpose(measured)
             axes.plot(fine, value, color=ink, linewidth=1.0)
@@ -294,7 +300,7 @@ def _law(given: Mapping[str, Any]) -> float:
     return math.nan
 
 
-def _sticking(given: Mapping[str, Any]) -> tuple[float, float]:
+def sticking(given: Mapping[str, Any]) -> tuple[float, float]:
     """Return the law of sliders that stick and slip and its deviation, nan beyond its range."""
     sizes = [size for size in ("amplitude", "sigma_theta") if given.get(size)]
     if not sizes or not {"n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha"} <= set(given):

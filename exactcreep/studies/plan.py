@@ -62,7 +62,12 @@ class Plan(Result):
     solver, reason, needs
         ``law`` if a closed form is the answer; why; what the scene needs.
     law : tuple of float
-        The mean velocity by the theorem that decides, or of the paper's law; empty: none.
+        The mean velocity by the law that holds; several values where the start decides; empty:
+        none.
+    law_name : str
+        Which law that is, in words.
+    law_deviation : float
+        By how much runs were measured to differ from it; nan where that is not known.
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
@@ -89,10 +94,12 @@ class Plan(Result):
     seconds: float = math.nan
     course: str = ""
     trusted_half_cycles: int | None = None
+    law_name: str = ""
+    law_deviation: float = math.nan
 
     told = (
         "solver", "reason", "law", "events", "seconds", "course",
-        "explicit", "digits", "theorems", "trusted_half_cycles",
+        "explicit", "digits", "theorems", "trusted_half_cycles", "law_name", "law_deviation",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
@@ -183,15 +190,17 @@ def _planned(
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
     solver, reason, *law = _chosen(experiment, wanted, explicit, solid=solid)
     chain, drive = experiment.chain, experiment.drive
-    if not law and (found := prediction(chain, drive, experiment.start)) is not None:
-        decides = solver == "law" and found.staircase is not None
-        law = [found.staircase] if decides else [*found.printed]
+    about_law: dict[str, Any] = {"law_name": reason, "law_deviation": 0.0} if law else {}
+    if not law and (predicted := prediction(chain, drive, experiment.start)) is not None:
+        law = [*predicted.values]
+        about_law = {"law_name": predicted.law, "law_deviation": predicted.deviation}
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
     own = {"digits": wanted} if solver == "certified" else {}
     method = Method(solver, **(experiment.options if explicit else own))
     cost = {} if solver in _NO_INERTIA else _expected(experiment, method, limits)
     needs = _needs(experiment, solver, wanted)
-    return Plan(experiment, wanted, explicit, solver, reason, needs, tuple(law), theorems, **cost)
+    return Plan(experiment, wanted, explicit, solver, reason, needs, tuple(law), theorems,
+                **about_law, **cost)  # fmt: skip
 
 
 def _chosen(

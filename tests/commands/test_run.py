@@ -68,11 +68,23 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     assert drawn[0].get_suptitle() == "six-sliders-cycles with drive.cycles=80"
     assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told)
     assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told)
+    # the measured law, for six sliders in the middle of a plateau
+    assert re.search(r"law that holds +2[78]\.\d+ ± 0\.\d+ \(sliders that stick and slip", told)
     assert "creeping" in told
     assert "evidence undecided: outcome and velocity are statistics" in words(told)
     assert re.search(r"positions are known to 1e-9 up to half-cycle \d+", words(told))
     below = command(*SIX, *cycles(5), "--set", "drive.amplitude=1e-5").out
     assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
+
+
+def test_where_the_start_decides_the_pivot_the_summary_has_both_velocities(
+    command: Command,
+) -> None:
+    both = ["chain.n=3", "chain.tan_alpha=0.18", "chain.sigma_mu=0", "drive.amplitude=0.004"]
+    settings = [part for setting in both for part in ("--set", setting)]
+    told = words(command(*SIX, *cycles(8), *settings).out)
+    assert "law that holds 0 or 7.05518 (sliding limit of each possible pivot, or locked;" in told
+    assert "how far it is off is not known here" in told
 
 
 def test_groups_are_of_neighbours_that_differ_in_one_thing() -> None:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import csv
 import math
+from random import Random
 from typing import Any
 
 import numpy as np
 import pytest
 
-from exactcreep import laws
+from exactcreep import creep, laws
 from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
+from exactcreep.model.state import State
 from tests.laws.sticking_chains import FILE, cases, run
 
 CASES = {case.number: case for case in cases()}
@@ -51,17 +53,22 @@ def test_the_table_holds_the_chains_that_were_fixed_beforehand() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "number", "law", "worst", "limit"),
-    [("within", 70, 0.038, 0.13, 0.44), ("random", 40, 0.044, 0.2, 0.38)],
+    [
+        ("within", 70, 0.038, 0.13, 0.44),
+        ("random", 40, 0.044, 0.2, 0.38),
+        ("stated", 30, 0.041, 0.1, 0.46),
+    ],
 )
 def test_the_law_is_as_good_on_chains_held_out_as_it_says(
     kind: str, number: int, law: float, worst: float, limit: float
 ) -> None:
     rows = [row for row in measured() if row["kind"] == kind]
-    rows = [row for row in rows if kind == "random" or int(row["number"]) % 2]
+    rows = [row for row in rows if kind != "within" or int(row["number"]) % 2]
     off = deviations(rows)
     assert len(off) == number
     assert np.sqrt((off**2).mean(axis=0)) == pytest.approx([law, limit], abs=0.0051)
     assert np.abs(off[:, 0]).max() == pytest.approx(worst, abs=0.0051)
+    assert law <= laws.STICKING_DEVIATION
 
 
 @pytest.mark.slow
@@ -94,6 +101,40 @@ def test_a_prediction_names_the_law_that_holds() -> None:
     assert abs(sticking.values[0] - 61.79) < 2 * sticking.deviation < 1
     assert held(10, "0.4", "0.55", "0.01", "-0.25", "0.01").values[0] == -sticking.values[0]
     assert held(3, "0.5", "0.6", "0.01", "0.25", "0.004").sticking is None
+
+
+@pytest.mark.slow
+def test_creep_ends_below_the_amplitudes_of_rest_and_of_the_onset() -> None:
+    """As predicted, though it is not proved: whatever the start; above, some starts creep on."""
+    random, tried, creep_above = Random("rest"), 0, 0
+    while tried < 24:
+        n, low = random.randint(3, 12), random.uniform(0.2, 0.9)
+        mu_d, mu_s = f"{low:.3f}", f"{low + random.uniform(0.02, 0.3):.3f}"
+        slope = f"{random.uniform(0.02, 0.97) * low:.4f}"
+        about = {"n": n, "l0": 1000, "mu_d": float(mu_d), "tan_alpha": float(slope)}
+        rest = laws.at_rest_amplitude(1000, float(slope), [float(mu_s)] * n)
+        onset = laws.onset_amplitude(**about, mu_s=float(mu_s))
+        least = laws.no_lasting_creep_amplitude(**about)
+        if not least < 0.9 * min(rest, onset):
+            continue
+        tried += 1
+        chain = Chain(n, 1000, mu_d, mu_s, 0, tan_alpha=slope)
+        below = f"{random.uniform(0.9, 0.999) * min(rest, onset):.8g}"
+        start = State.perturbed(chain, "0.3", start_seed=tried)
+        expected = prediction(chain, Cycles(below, 1), start)
+        assert expected is not None
+        assert expected.values == (0.0,)
+        assert advance(chain, below, start) == 0
+        if rest > onset:
+            creep_above += advance(chain, f"{0.95 * rest:.8g}", start) > 0
+    assert creep_above > 0
+
+
+def advance(chain: Chain, amplitude: str, start: State) -> float:
+    """Return how far a chain goes in the last 200 of 3000 cycles."""
+    run_of_it = creep(chain, Cycles(amplitude, 3000), start=start, record=("x_G",))
+    x_G = np.asarray(run_of_it.recorded["x_G"])
+    return float(x_G[-1] - x_G[-401])
 
 
 def test_windows_that_overlap_twice_leave_no_slope_to_one_pivot() -> None:
