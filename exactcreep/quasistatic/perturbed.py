@@ -17,12 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep import solvers
 from exactcreep.limits import Limits
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.solver import Simulation, Stretch
+from exactcreep.solvers.solver import TENSION_TOLERANCE, Simulation, Stretch
 
 TRUSTED = 1e-9
 """What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
@@ -99,7 +98,7 @@ class PerturbedCopy(Observer):
         apart[(slips != there["slips"]).any(axis=1)] = np.inf
         if other.stop.final:
             apart = np.append(apart, np.inf)
-        self._doubt(first, MARGIN * apart > solvers.TENSION_TOLERANCE)
+        self._doubt(first, MARGIN * apart > TENSION_TOLERANCE)
         agrees = MARGIN * apart <= TRUSTED
         parted = not agrees.all()
         self.parted |= parted

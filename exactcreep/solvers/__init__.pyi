@@ -1,4 +1,3 @@
-from .exact.layout import TENSION_TOLERANCE as TENSION_TOLERANCE
 from .exact.recurrence import SettlingChain as SettlingChain
 from .exact.solver import Exact as Exact
 from .field.certified import Certified as Certified

@@ -100,6 +100,9 @@ class ChainIntegrator(ChainAtRest):
         later = self.time + found.time
         self.crossed.clear()
         moving = np.flatnonzero(flow.signs)
+        if self.amplified is not None:
+            largest = max(map(abs, (*flow.forces, *flow.velocities, *flow.moved)))
+            self.amplified.advance(flow.signs, float(found.time), float(largest))
         for n in moving.tolist():
             for m in (n - 1, n, n + 1):
                 self.pinned.pop(m, None)
@@ -136,6 +139,7 @@ class ChainIntegrator(ChainAtRest):
     def resolve(self, flow: Flow, found: FirstEvent, speeds: NDArray[Any]) -> Iterator[Event]:
         """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
         stops = sorted(found.stops)
+        late = self._lateness(flow, found)
         if stops:
             signs = flow.signs[stops].tolist()
             flow.stop(stops)
@@ -153,8 +157,25 @@ class ChainIntegrator(ChainAtRest):
         starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
         if starts:
             self._start(flow, starts, [n for n, _ in found.starts])
+            if self.amplified is not None:
+                for n, sign in starts:
+                    drive = float(flow.forces[n]) - sign * float(self.friction)
+                    self.amplified.start(n, drive, late[n])
             sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
             yield self._event(EventKind.START, sliders, signs, distance)
+
+    def _lateness(self, flow: Flow, found: FirstEvent) -> dict[int, NDArray[np.float64]]:
+        """Return by how much rounding delays the event of each slider; stops forget their speed."""
+        amplified, late = self.amplified, {}
+        if amplified is not None:
+            speeds = [0.0, *map(float, flow.velocities), 0.0]
+            for n in found.stops:
+                sign = int(flow.signs[n])
+                late[n] = amplified.late(n, sign, float(flow.forces[n] - sign * self.friction))
+            for n, _ in found.starts:
+                late[n] = amplified.late(n, 0, speeds[n] + speeds[n + 2])
+            amplified.stop(found.stops)
+        return late
 
     def rest(self, flow: Flow) -> None:
         self.tensions, self.displacements = self._shape(flow)

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
+TENSION_TOLERANCE = 1e-12
+"""What float64 promises for one rearrangement: the largest error of a tension, in units ``m g``."""
 _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'
@@ -148,8 +150,8 @@ class Rearrangement(Shown):
     def error(self) -> float:
         """Estimate of the largest error that rounding leaves in a tension or a displacement.
 
-        Of `exact`; nan of others, inf where the order of events is in doubt. The rounding of the
-        state's numbers to float64 comes on top.
+        Of `exact`, `reference` and `mpmath`; nan of others, inf where the order of events is in
+        doubt. The rounding of the state's numbers to float64 comes on top.
         """
         return math.nan
 

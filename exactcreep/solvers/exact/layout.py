@@ -68,8 +68,6 @@ middle, and by 0.4 in nine of ten steps (from event to event, against 50 digits)
 here is an estimate, that all these pull the same way. What events amplify is not in it: see
 `perturbed`.
 """
-TENSION_TOLERANCE = 1e-12
-"""What float64 promises for one rearrangement: the largest error of a tension, in units ``m g``."""
 PROMISED_EVENTS = 200
 """Up to so many events the tensions after a rearrangement are promised to 1e-12.
 

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact.layout import PAD, TENSION_TOLERANCE, compiled, inlined
+from exactcreep.solvers.exact.layout import PAD, compiled, inlined
 from exactcreep.solvers.exact.loop import follow
 from exactcreep.solvers.exact.pack import Origin, Workspace, place, readied, roomier
 from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION, TENSION_LOW
+from exactcreep.solvers.solver import TENSION_TOLERANCE
 
 COPIES = 6
 OFF = 2.0**-51

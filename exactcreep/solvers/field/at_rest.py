@@ -21,6 +21,7 @@ from exactcreep.limits import NO_LIMITS
 from exactcreep.model.contacts import Contacts, start_direction
 from exactcreep.model.numbers import exact_number
 from exactcreep.model.state import State
+from exactcreep.motion.amplified import AmplifiedErrors
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
 from exactcreep.motion.first_event import FirstEvent
@@ -103,6 +104,7 @@ class ChainAtRest:
         self.fresh = True
         self.way = 0
         self.flow: Flow | None = None
+        self.amplified: AmplifiedErrors | None = None  # what rounding has grown to in it
         self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)
         self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
@@ -266,6 +268,11 @@ class ChainAtRest:
         self.event_number = 0
         self.tally.rearrangements += 1
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
+        if self.arithmetic.roundoff and self.chain.n > 1:
+            largest = float(max(abs(self.forces)) + self.friction)
+            self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
+            if crossing:  # theta takes them to their threshold, whatever they are off by
+                self.amplified.forces[[n for n, _ in starts]] = 0.0
 
     def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
         """Set sliders in motion, of which those of `crossing` are just at their threshold."""

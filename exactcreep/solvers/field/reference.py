@@ -20,6 +20,7 @@ from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
@@ -27,6 +28,7 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import (
+    TENSION_TOLERANCE,
     Ending,
     Rearrangement,
     Simulation,
@@ -37,10 +39,48 @@ from exactcreep.solvers.solver import (
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 
 
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Rounded(Rearrangement):
+    """A rearrangement in rounded numbers; undecided, too, where rounding has grown too large.
+
+    Attributes
+    ----------
+    rounding : float
+        What it may have grown to, see `AmplifiedErrors`.
+    promised : float
+        How large it may be.
+    """
+
+    rounding: float
+    promised: float
+
+    @property
+    def error(self) -> float:
+        """The estimate of the largest error; see `Rearrangement`."""
+        return math.inf if self.undecided else self.rounding
+
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
+        return self.decided if self.error <= self.promised else Evidence.UNDECIDED
+
+    @property
+    def doubt(self) -> str:
+        """Why `error` breaks the promise, if it does."""
+        if self.undecided or self.rounding <= self.promised:
+            return ""
+        return f"rounding may have grown to {self.rounding:.2g}, beyond {self.promised:g}"
+
+
 class FieldSolver(Solver):
     """A solver that is `ChainIntegrator` in one arithmetic."""
 
     on_file = False
+
+    @property
+    def promised(self) -> float:
+        """The largest error of a tension with which a rearrangement is called computed."""
+        return TENSION_TOLERANCE
 
     @abstractmethod
     def arithmetic(self) -> Arithmetic:
@@ -50,7 +90,9 @@ class FieldSolver(Solver):
         arithmetic = self.arithmetic()
         with arithmetic.active():
             mechanics = ChainIntegrator(start, arithmetic, residuals=True)
-            return completed(mechanics, direction, self.name, limits)
+            result = completed(mechanics, direction, self.name, limits)
+            rounding = mechanics.amplified.largest if mechanics.amplified is not None else 0.0
+            return Rounded(**vars(result), rounding=rounding, promised=self.promised)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return FieldSimulation(start, record, self.arithmetic())
@@ -295,6 +337,11 @@ class Mpmath(FieldSolver):
     def __post_init__(self) -> None:
         digits = whole_number(self.digits, "digits", least=1, most=100_000)
         object.__setattr__(self, "digits", digits)
+
+    @property
+    def promised(self) -> float:
+        """The last digit that was asked for."""
+        return 10.0**-self.digits
 
     def arithmetic(self) -> Arithmetic:
         """Return mpmath with 15 digits more than asked for."""

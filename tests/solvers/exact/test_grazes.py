@@ -39,9 +39,7 @@ def require_true(chain: Chain, tensions: list[float], direction: int, solver: st
     off = abs(result.state.tensions.astype(float) - truth.state.tensions.astype(float)).max()
     if result.evidence is Evidence.COMPUTED:
         assert result.itinerary == truth.itinerary
-        assert off < (result.error if solver == "exact" else 1e-12)
-    elif solver == "exact":
-        assert off < result.error
+    assert off < result.error
     return result.evidence
 
 

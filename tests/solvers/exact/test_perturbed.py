@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.exact.perturbed import rounding_error
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.solvers.solver import TENSION_TOLERANCE, Rearrangement
 from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 from tests.paper import unstable_chain
 
@@ -119,6 +118,20 @@ def test_a_start_near_grazing_costs_digits_is_told_and_done_again_in_balls(graze
     places = [x.str(25, radius=False) for x in again.state.displacements.tolist()]
     assert error_of(far, places) < far.error
     assert five_sliders(graze + Fraction(1, 10**6), escalate=True).solver == "exact"
+
+
+def test_reference_loses_digits_near_grazing_and_says_so(graze: Fraction) -> None:
+    for k in (6, 10):
+        near = five_sliders(graze + Fraction(1, 10**k), solver="reference")
+        truth = five_sliders(graze + Fraction(1, 10**k), solver="certified", digits=25)
+        off = error_of(near, [x.str(25, radius=False) for x in truth.state.displacements.tolist()])
+        assert off < near.error < 1000 * off
+        assert (near.evidence is Evidence.COMPUTED) == (near.error <= TENSION_TOLERANCE) == (k < 10)
+        if k == 10:
+            assert "rounding may have grown to" in near.doubt
+    sharp = five_sliders(graze + Fraction(1, 10**10), solver="mpmath", digits=30)
+    assert sharp.evidence is Evidence.COMPUTED
+    assert 0 < sharp.error < 1e-30
 
 
 def test_only_single_rearrangements_escalate() -> None:
