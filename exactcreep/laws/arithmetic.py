@@ -98,7 +98,28 @@ def positive_part(value: Number) -> Number:
 
 
 def cosine(tan_alpha: Number) -> Number:
-    """Return cos(alpha), rational for Pythagorean slopes; see ``derivations/scaling.py``."""
+    """Return cos(alpha), rational for Pythagorean slopes.
+
+    Parameters
+    ----------
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        cos(alpha), in the arithmetic of the slope.
+
+    Notes
+    -----
+    Source: ``derivations/scaling.py``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> cosine(Fraction(3, 4))
+    Fraction(4, 5)
+    """
     return 1 / square_root(1 + tan_alpha * tan_alpha)
 
 

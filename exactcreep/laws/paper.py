@@ -5,13 +5,13 @@ those of the dilations, `i` is the index of a plateau: slider i - 1 rests during
 velocity is tau_th <v_G>, the advance of the centre of mass per half-cycle (cycles) or per target
 (random dilations), in units of g tau_dyn**2; amplitudes and thresholds are dimensionless.
 
-For two sliders the paper prints mu_s where these laws, at N = 2 and i = 2, have mu_d: Eqs.
-(threshold_th_2_cycle_corrected) and (threshold_th_2_gaussienne_corrected) are `threshold_amplitude`
-and `threshold_width` of ``mu_d=mu_s``. The threshold's temperature is its amplitude over kappa.
+For two sliders the paper prints mu_s where these laws, at N = 2 and i = 2, have mu_d: Eqs. 16 and
+18 are `threshold_amplitude` and `threshold_width` of ``mu_d=mu_s``. The threshold's temperature is
+its amplitude over kappa.
 
 ``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s``,
-``D = (mu_s - mu_d) c``. Labels are those of the paper's equations; what is proved of each, and
-what is printed wrong, stands in ``derivations/ledger.toml``.
+``D = (mu_s - mu_d) c``. Equations have the paper's numbers; what is proved of each, and what is
+printed wrong, stands in ``derivations/ledger.toml``.
 """
 
 from __future__ import annotations
@@ -41,11 +41,37 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
 
     It is ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
     at the edge between the two, decided at the exact values of the arguments. Slider i - 1 rests
-    while the chain dilates, slider n + 2 - i while it contracts. ValueError if |tan_alpha| >= mu_d
-    or n < 1.
+    while the chain dilates, slider n + 2 - i while it contracts.
 
-    Derivation: ``derivations/pivots.py`` and ``derivations/sliding_limit.py``; window of
-    Eq. (critical_angle) for mu_s -> mu_d.
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    tan_alpha : number
+        Slope.
+    mu_d : number
+        Sliding friction coefficient.
+
+    Returns
+    -------
+    tuple of int
+        One index, or two neighbouring ones.
+
+    Raises
+    ------
+    ValueError
+        If ``|tan_alpha| >= mu_d`` or n is not a positive integer.
+
+    Notes
+    -----
+    Source: the window of Eq. 19 for mu_s -> mu_d; ``derivations/pivots.py`` and
+    ``derivations/sliding_limit.py``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> pivots(8, Fraction(1, 4), Fraction(1, 2)), pivots(30, 0.25, 0.5)
+    ((3, 4), (9,))
     """
     count, slope, friction = int(n), rational(tan_alpha), rational(mu_d)
     require(1 <= count == n, f"n must be a positive integer, not {n}")
@@ -58,7 +84,32 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
 
 
 def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
-    """Return the one index of `pivots`; raise ValueError where it is not unique, as `pivots`."""
+    """Return the one index of `pivots`.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    tan_alpha : number
+        Slope.
+    mu_d : number
+        Sliding friction coefficient.
+
+    Returns
+    -------
+    int
+        Index i of the plateau.
+
+    Raises
+    ------
+    ValueError
+        As `pivots`, and where the plateau is not unique.
+
+    Examples
+    --------
+    >>> pivot(30, 0.25, 0.5)
+    9
+    """
     found = pivots(n, tan_alpha, mu_d)
     name = " or ".join(f"i = {i}" for i in found)
     place = f"the sliding limit of n = {n} at tan_alpha = {tan_alpha}"
@@ -96,9 +147,28 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
 def law_values(
     law: Callable[..., Number], parameters: Mapping[str, Number], bits: int | None = None
 ) -> tuple[float, ...]:
-    """Return what a law gives for rationals by name, rounded to floats from `bits` if given.
+    """Return what a law gives for rationals by name, as floats.
 
-    Two values where the plateau is not unique, none where the slope has no plateau.
+    Parameters
+    ----------
+    law : callable
+        One of the laws of this module.
+    parameters : mapping of str to number
+        A chain and its drive, by the names that laws use; others are ignored.
+    bits : int, optional
+        Binary digits that the law is evaluated with, before it is rounded.
+
+    Returns
+    -------
+    tuple of float
+        Two values where the plateau is not unique, none where the slope has no plateau.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> chain = {"n": 8, "l0": 1000, "mu_d": Fraction(1, 2), "tan_alpha": Fraction(1, 4)}
+    >>> law_values(plateau_velocity, chain | {"amplitude": Fraction(1, 100)})
+    (50.0, 30.0)
     """
     names = signature(law).parameters
     given = {name: value for name, value in parameters.items() if name in names}
@@ -129,6 +199,16 @@ class PivotWindow(NamedTuple):
     `lower_alone` and `upper_alone` no other can: outside, the pivot depends on the chain's history.
     Where ``mu_s - mu_d > mu_d`` the windows of i - 1 and i + 1 overlap each other, so that there is
     no slope at which no other slider can rest: `lower_alone` and `upper_alone` are None.
+
+    Parameters
+    ----------
+    lower, lower_alone, upper_alone, upper : number
+        Slopes, from the least on.
+
+    Examples
+    --------
+    >>> pivot_window(10, 5, 0.2, 0.6).lower_alone is None
+    True
     """
 
     lower: Number
@@ -139,16 +219,82 @@ class PivotWindow(NamedTuple):
 
 @law
 def critical_angle(*, n, i, mu_d, mu_s):
-    """Return the slope ``mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N``, Eq. (critical_angle)."""
+    """Return the slope ``mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N`` of Eq. 19.
+
+    There slider i, resting while all others slide continuously, lets go downhill. Where sliders
+    stick and slip, most of that is done below it, see `sticking_velocity`.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    i : int
+        Index of the plateau: slider i - 1 rests while the chain dilates.
+    mu_d : number
+        Sliding friction coefficient.
+    mu_s : number
+        Static friction coefficient.
+
+    Returns
+    -------
+    number
+        tan(alpha*).
+
+    Raises
+    ------
+    ValueError
+        Unless n is positive.
+
+    Notes
+    -----
+    Source: Eq. 19; its premises and what was measured of them: ``derivations/pivots.py``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> critical_angle(n=7, i=3, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5))
+    Fraction(8, 35)
+    """
     return mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n
 
 
 def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     """Return the slopes between which slider i - 1 can rest while the chain dilates.
 
-    Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n: the upper edge is Eq.
-    (critical_angle) with i - 1 for i, and `lower_alone` is that equation itself. ValueError if not
-    2 <= i <= n + 1. Derivation: ``derivations/pivots.py``.
+    Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n: the upper edge is Eq. 19 with i - 1
+    for i, and `lower_alone` is that equation itself.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    i : int
+        Index of the plateau, from 2 to n + 1.
+    mu_d : number
+        Sliding friction coefficient.
+    mu_s : number
+        Static friction coefficient.
+
+    Returns
+    -------
+    PivotWindow
+        The window's edges.
+
+    Raises
+    ------
+    ValueError
+        Unless ``2 <= i <= n + 1``.
+
+    Notes
+    -----
+    Source: ``derivations/pivots.py``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> window = pivot_window(3, 2, Fraction(1, 2), Fraction(3, 5))
+    >>> [str(edge) for edge in window]
+    ['2/15', '1/5', '7/15', '8/15']
     """
     require(2 <= i <= n + 1, f"i must be between 2 and n + 1 = {n + 1}, not {i}")
     known = coerced({"mu_d": mu_d, "mu_s": mu_s, "n": n, "i": i})
@@ -161,33 +307,186 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
 
 
 def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
-    """Return the ends of the plateau of two sliders, ``sigma_mu/sqrt(2)`` off 0 and off mu_d."""
+    """Return the ends of the plateau of two sliders, ``sigma_mu/sqrt(2)`` off 0 and off mu_d.
+
+    Parameters
+    ----------
+    mu_d : number
+        Sliding friction coefficient.
+    sigma_mu : number
+        Standard deviation of the static coefficients.
+
+    Returns
+    -------
+    tuple of float
+        Slopes at both ends.
+
+    Notes
+    -----
+    Source: alpha_c-, alpha_c+ of the paper's Sec. III A 1.
+
+    Examples
+    --------
+    >>> low, high = plateau_ends(mu_d=0.5, sigma_mu=0.01)
+    >>> round(low, 5), round(high, 5)
+    (0.00707, 0.49293)
+    """
     width = float(sigma_mu) / math.sqrt(2)
     return width, float(mu_d) - width
 
 
 @law
 def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
-    """Return ``(N+3-2i) l0 A``, Eq. (vitesse); Eq. (velocity_th_2_cycle) for two sliders."""
+    """Return ``(N+3-2i) l0 A``, the plateau's velocity for large amplitudes.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: Eq. 20; Eq. 13 for two sliders.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> plateau_velocity(n=30, **chain, amplitude=0.005)
+    75.0
+    """
     return (n + 3 - 2 * i) * l0 * amplitude
 
 
 @law
 def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
-    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``; Eq. (velocity_th_2_gaussian) for N = 2."""
+    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, the same under random dilations.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    sigma_theta : number
+        Standard deviation of the random dilations.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: the text after Eq. 20; Eq. 14 for two sliders.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(plateau_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    84.6284
+    """
     return (n + 3 - 2 * i) * l0 * sigma_theta / root_of_pi(l0)
 
 
 @law
 def pivot_force(*, n, i, mu_d, tan_alpha):
-    """Return ``(N+1-i) m``, the force on the pivot after a dilation: Eq. (forcestatique)."""
+    """Return ``(N+1-i) m``, the force on the pivot after a dilation.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    i : int
+        Index of the plateau: slider i - 1 rests while the chain dilates.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Force in units of m g.
+
+    Raises
+    ------
+    ValueError
+        Unless n is positive.
+
+    Notes
+    -----
+    Source: Eq. 21.
+
+    Examples
+    --------
+    >>> round(pivot_force(n=30, i=9, mu_d=0.5, tan_alpha=0.25), 4)
+    5.3358
+    """
     return (n + 1 - i) * margin(mu_d, tan_alpha)
 
 
 @law
 def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
-    """Return ``A* = N m/(2 l0)``, Eq. (seuil).
+    """Return ``A* = N m/(2 l0)``, the amplitude at which a chain begins to creep.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
+    Raises
+    ------
+    ValueError
+        Unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: Eq. 22 as printed; `onset_amplitude` is the corrected one.
+
+    Examples
+    --------
     >>> from fractions import Fraction
     >>> threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
     Fraction(3, 1000)
@@ -197,43 +496,281 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
 @law
 def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
-    """Return ``(N m + D)/(2 l0)``, Eq. (seuil) corrected: the whole chain is set in motion."""
+    """Return ``(N m + D)/(2 l0)``: from there on a half-cycle sets all of a long chain in motion.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    mu_s : number
+        Static friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
+    Raises
+    ------
+    ValueError
+        Unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: Eq. 22 corrected, ``derivations/thresholds.py``; relaxed chains of three to ten sliders
+    begin at 1.1 to 1.4 times that, two at ``a/l0``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> onset_amplitude(
+    ...     n=30, l0=1000, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5), tan_alpha=Fraction(7, 24)
+    ... )
+    Fraction(381, 125000)
+    """
     return (n * margin(mu_d, tan_alpha) + _excess(mu_d, mu_s, tan_alpha)) / (2 * l0)
 
 
 @law
 def threshold_width(*, n, l0, mu_d, tan_alpha):
-    """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, before Eq. (vitesse_seuil_random)."""
+    """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, where the line of Eq. 24 is zero.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Standard deviation of the random dilations.
+
+    Raises
+    ------
+    ValueError
+        Unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: the text before Eq. 24. It is no threshold: creep goes on below it.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(threshold_width(n=30, **chain), 6)
+    0.004299
+    """
     return root_of_pi(l0) * n * margin(mu_d, tan_alpha) / (3 * l0)
 
 
 @law
 def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
-    """Return ``(N+3-2i) (l0 A - N m/2)``, Eq. (vitesse_seuil); it holds where not negative."""
+    """Return ``(N+3-2i) (l0 A - N m/2)``; it holds where it is not negative.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: Eq. 23; `sliding_velocity` is its exact form, `sticking_velocity` what was measured
+    where mu_s exceeds mu_d.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(creep_velocity(n=30, **chain, amplitude=0.005), 4)
+    20.4295
+    """
     return (n + 3 - 2 * i) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
 
 
 @law
 def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
-    """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, Eq. (vitesse_seuil_random)."""
+    """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, two terms of the exact law.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    sigma_theta : number
+        Standard deviation of the random dilations.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: Eq. 24; `sliding_velocity_random` is the exact law.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(creep_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    48.2481
+    """
     linear = l0 * sigma_theta / root_of_pi(l0)
     return (n + 3 - 2 * i) * (linear - n * margin(mu_d, tan_alpha) / 3)
 
 
 @law
 def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
-    """Return ``l0 A - a``, Eq. (velocity_th_2_cycle_corrected), as printed."""
+    """Return ``l0 A - a`` as the paper prints it for two sliders.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_s : number
+        Static friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        Unless l0 is positive.
+
+    Notes
+    -----
+    Source: Eq. 15, which has mu_s for mu_d; `staircase_two_sliders` is the exact law.
+
+    Examples
+    --------
+    >>> round(two_sliders_velocity(l0=1000, mu_s=0.6, tan_alpha=0.25, amplitude=0.005), 4)
+    4.6605
+    """
     return l0 * amplitude - margin(mu_s, tan_alpha)
 
 
 @law
 def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
-    """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a``, Eq. (velocity_th_2_gaussienne_corrected)."""
+    """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a`` as the paper prints it for two sliders.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_s : number
+        Static friction coefficient.
+    tan_alpha : number
+        Slope.
+    sigma_theta : number
+        Standard deviation of the random dilations.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        Unless l0 is positive.
+
+    Notes
+    -----
+    Source: Eq. 17, which has mu_s for mu_d; `sliding_velocity_random` is the exact law.
+
+    Examples
+    --------
+    >>> round(two_sliders_velocity_random(l0=1000, mu_s=0.6, tan_alpha=0.25, sigma_theta=0.01), 4)
+    5.4155
+    """
     return l0 * sigma_theta / root_of_pi(l0) - 2 * margin(mu_s, tan_alpha) / 3
 
 
 @law
 def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
-    """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, Eq. (vitessecontinue); mu_d > 0."""
+    """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, the limit of many contacts.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        Unless n, l0 and mu_d are positive.
+
+    Notes
+    -----
+    Source: Eq. 25.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(solid_velocity(n=30, **chain, amplitude=0.005), 4)
+    20.4295
+    """
     require(mu_d > 0, "mu_d must be positive")
     return n * (tan_alpha / mu_d) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)

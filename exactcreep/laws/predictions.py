@@ -36,10 +36,10 @@ _UNKNOWN = "; how far it is off is not known here"
 class Prediction:
     """The velocity that theory predicts, unit ``g tau_dyn**2`` per half-cycle or target.
 
-    Attributes
+    Parameters
     ----------
     label : str
-        Of the paper's equation.
+        Of the paper's equation, as the ledger has it.
     printed : tuple of float
         What that gives: two values where the plateau is not unique, none where there is none.
     sliding : tuple of float
@@ -55,6 +55,14 @@ class Prediction:
     deviation : float
         By how much, root mean square, chains were measured to differ from it: 0 where it is exact,
         nan where that is not known.
+
+    Examples
+    --------
+    >>> from exactcreep.model.chain import Chain
+    >>> from exactcreep.model.drive import Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> prediction(chain, Cycles("0.005", 100)).law
+    'staircase, exact'
     """
 
     label: str
@@ -82,7 +90,9 @@ def prediction(
     Parameters
     ----------
     chain : Chain
+        The chain.
     drive : Drive
+        Cycles or random dilations.
     start : State, optional
         Default: the relaxed chain, of which the staircase is.
     bits : int, optional

@@ -18,15 +18,46 @@ from exactcreep.laws.paper import law, margin
 @law
 @elementwise
 def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
-    """Return tau_th <v_G> of two sliders under dilation cycles, sigma_mu = 0, exactly.
+    """Return the velocity of two sliders under dilation cycles, sigma_mu = 0, exactly.
 
     It is ``D`` times the number of rho in ``r0 + D + 2D Z`` with ``|rho| < l0 amplitude - m``; for
     the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
-    where mu_s = mu_d. The number of slips is decided at the arguments' exact values. `r0` is
-    x_2 - x_1 - l0 at theta = 0, in units of g tau_dyn**2 (conserved modulo 2D). ValueError unless
-    0 < tan_alpha < mu_d <= mu_s.
+    where mu_s = mu_d. The number of slips is decided at the arguments' exact values.
 
-    Derivation: ``derivations/two_sliders.py``; exact form of Eq. (velocity_th_2_cycle_corrected).
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    mu_s : number
+        Static friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+    r0 : number
+        x_2 - x_1 - l0 at theta = 0, unit ``g tau_dyn**2``; conserved modulo 2D.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        Unless ``0 < tan_alpha < mu_d <= mu_s``.
+
+    Notes
+    -----
+    Source: ``derivations/two_sliders.py``; the exact form of Eq. 15.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.25}
+    >>> round(staircase_two_sliders(**chain, amplitude=0.005), 4)
+    4.8507
     """
     friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)
     said = f"not at tan_alpha = {tan_alpha}, mu_d = {mu_d}, mu_s = {mu_s}"

@@ -15,6 +15,7 @@ from typing import Any
 
 from exactcreep.laws.arithmetic import elementwise, positive_part, require
 from exactcreep.laws.paper import law, margin
+from exactcreep.laws.theorems import locked_ends_amplitude
 from exactcreep.laws.velocities import gaussian_integral
 
 STICKING_DEVIATION = 0.044
@@ -26,7 +27,7 @@ _STICKIEST = 2 / 3  # (mu_s - mu_d)/mu_d
 _ROUGHEST = 0.4  # sigma_mu/(mu_s - mu_d)
 FEWEST_CLEAN = 8
 """Sliders that do not lock without disorder beyond `locked_ends_amplitude`."""
-_LEAST_DRIVE = 2  # in units of Eq. (seuil)
+_LEAST_DRIVE = 2  # in units of Eq. 22
 
 
 @law
@@ -93,15 +94,17 @@ def sticking_velocity_random(*, n, l0, mu_d, mu_s, tan_alpha, sigma_theta, sigma
 
     The same sum times ``G = l0 sigma_theta I(h)``, ``h = N m/(2 l0 sigma_theta)``, as in
     `sliding_velocity_random`. On 40 chains of the same ranges, with sigma_theta 2 to 8 times Eq.
-    (seuil), none of which was used for a fit, it differs by 0.044 G (0.20 G at most; 1 %), the law
+    22, none of which was used for a fit, it differs by 0.044 G (0.20 G at most; 1 %), the law
     of the sliding limit by 0.38 G (10 %).
 
     Parameters
     ----------
-    n, l0, mu_d, mu_s, tan_alpha, sigma_mu : number
+    n, l0, mu_d, mu_s, tan_alpha : number
         As for `sticking_velocity`.
     sigma_theta : number
         Standard deviation of the dilations.
+    sigma_mu : number
+        Standard deviation of the static coefficients.
 
     Returns
     -------
@@ -188,7 +191,7 @@ def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     >>> beyond_sticking(chain | {"amplitude": 0.004})
     ''
     >>> beyond_sticking(chain | {"amplitude": 0.002})
-    'the drive is below 2 times Eq. (seuil)'
+    'the drive is below 2 times Eq. 22'
     """
     n, friction = parameters["n"], float(parameters["mu_d"])
     slope, sigma = abs(float(parameters["tan_alpha"])), float(parameters["sigma_mu"])
@@ -203,8 +206,18 @@ def beyond_sticking(parameters: Mapping[str, Any]) -> str:
         "mu_s - mu_d exceeds 2/3 mu_d": excess > _STICKIEST * friction,
         f"sigma_mu exceeds {_ROUGHEST} (mu_s - mu_d)": sigma > _ROUGHEST * excess,
         f"fewer than {FEWEST_CLEAN} sliders without disorder may lock": clean,
-        f"the drive is below {_LEAST_DRIVE} times Eq. (seuil)": (
+        f"the drive is below {_LEAST_DRIVE} times Eq. 22": (
             float(parameters["l0"] * drive) < least
         ),
+        "a locked cycle exists without disorder": sigma == 0 and _locks(parameters),
     }
     return next((bound for bound, passed in bounds.items() if passed), "")
+
+
+def _locks(parameters: Mapping[str, Any]) -> bool:
+    """Return whether cycles have an amplitude at which the ends alone may slip, for ever."""
+    if "amplitude" not in parameters or not parameters["mu_s"] > parameters["mu_d"]:
+        return False
+    names = ("n", "l0", "mu_d", "mu_s", "tan_alpha")
+    locked = locked_ends_amplitude(**{name: parameters[name] for name in names})
+    return bool(parameters["amplitude"] <= locked)

@@ -25,8 +25,35 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
     It is ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``,
-    the effective static coefficients of sliders 1..N. ValueError if there are fewer than two, or no
-    state is at rest even without cycles.
+    the effective static coefficients of sliders 1..N.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    tan_alpha : number
+        Slope.
+    coefficients : sequence of number
+        Static coefficients of sliders 1..N, two or more.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two, or no state is at rest even without cycles.
+
+    Notes
+    -----
+    Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Examples
+    --------
+    >>> round(at_rest_amplitude(1000, 0.25, [0.6] * 3), 8)
+    0.00050932
     """
     require(len(coefficients) >= 2, "coefficients must be those of two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}
@@ -41,9 +68,39 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
 @law
 @elementwise
 def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
-    """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0, for n >= 2.
+    """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0.
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N, two or more.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
+    Raises
+    ------
+    ValueError
+        Unless n is a whole number from 2 on, and l0 positive.
+
+    Notes
+    -----
+    Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Examples
+    --------
+    >>> round(no_lasting_creep_amplitude(n=3, l0=1000, mu_d=0.5, tan_alpha=0.25), 8)
+    0.0003638
     """
     least = min(mu_d, _several(n) * (mu_d - abs(tan_alpha)) / 2)
     return positive_part(least * cosine(tan_alpha) / l0)
@@ -52,11 +109,44 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 @law
 @elementwise
 def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
-    """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0`` for n >= 2.
+    """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0``.
 
     Up to it, and at it, there are locked cycles in which only sliders 1 and n slip; above it there
-    are none (sigma_mu = 0). 0: none at any amplitude; infinite: at every amplitude from mu_s c/l0
-    on, n = 3. Other locked cycles may exist above it. ValueError if mu_s < mu_d.
+    are none (sigma_mu = 0). Other locked cycles may exist above it.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N, two or more.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    mu_s : number
+        Static friction coefficient.
+    tan_alpha : number
+        Slope.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation; 0: none at any; infinite: at every one from mu_s c/l0 on,
+        n = 3.
+
+    Raises
+    ------
+    ValueError
+        If mu_s < mu_d; unless n is a whole number from 2 on, and l0 positive.
+
+    Notes
+    -----
+    Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Examples
+    --------
+    >>> chain = {"n": 6, "l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.25}
+    >>> round(locked_ends_amplitude(**chain), 8)
+    0.00101865
     """
     count = _several(n)
     slope, friction, static = abs(rational(tan_alpha)), rational(mu_d), rational(mu_s)
@@ -77,7 +167,24 @@ def _several(n: Number) -> int:
 
 
 def edges(chain: Chain) -> dict[str, float]:
-    """Return the amplitudes between the fates of a chain, by the names of the theorems."""
+    """Return the amplitudes between the fates of a chain, by the names of the theorems.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of any slope; without disorder three theorems hold, else one.
+
+    Returns
+    -------
+    dict of str to float
+        Of `at_rest_amplitude`, `no_lasting_creep_amplitude` and `locked_ends_amplitude`.
+
+    Examples
+    --------
+    >>> chain = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> {name: round(amplitude, 8) for name, amplitude in edges(chain).items()}
+    {'at_rest': 0.00058209, 'no_lasting_creep': 0.00048507, 'locked_ends': 0.00101865}
+    """
     if chain.n < 2:
         return {}
     given, found = chain.parameters(), {}

@@ -13,19 +13,90 @@ from exactcreep.laws.paper import law, margin
 
 @law
 def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
-    """Return ``(N+3-2i) max(0, l0 A - N m/2)``: Eq. (vitesse_seuil), exact for mu_s -> mu_d.
+    """Return ``(N+3-2i) max(0, l0 A - N m/2)``, exact for mu_s -> mu_d.
 
     For two sliders also the mean of the staircase over the phase of its start.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+
+    Notes
+    -----
+    Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(sliding_velocity(n=30, **chain, amplitude=0.005), 4)
+    20.4295
     """
     return (n + 3 - 2 * i) * positive_part(l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
 
 
 @law
 def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
-    """Return ``(N+3-2i) l0 sigma_theta I(h)``, ``h = N m/(2 l0 sigma_theta)``, see I(h) below.
+    """Return ``(N+3-2i) l0 sigma_theta I(h)`` with ``h = N m/(2 l0 sigma_theta)``.
 
-    The law behind Eqs. (vitesse_seuil_random) and (velocity_th_2_gaussienne_corrected), exact for
-    mu_s -> mu_d, or two sliders and the mean over the phase; sigma_theta > 0.
+    I(h) is `gaussian_integral`. Exact for mu_s -> mu_d, or for two sliders and the mean over the
+    phase.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : number
+        Sliding friction coefficient.
+    tan_alpha : number
+        Slope.
+    sigma_theta : number
+        Standard deviation of the random dilations.
+    i : int, optional
+        Index of the plateau; default: that of the sliding limit, see `pivot`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau; unless n and l0 are positive.
+        Unless sigma_theta > 0.
+
+    Notes
+    -----
+    Source: the law behind Eqs. 17 and 24, ``derivations/gaussian.py``.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    >>> round(sliding_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    52.7969
     """
     require(sigma_theta > 0, "sigma_theta must be positive")
     width = l0 * sigma_theta
@@ -40,10 +111,32 @@ def gaussian_integral(h):
     ``I(h) = integral over z of Phi(z-h) Phi(-z-h) / (Phi(z-h) + Phi(-z-h))``, Phi the normal
     distribution function. For small h,
     ``I(h) = 1/sqrt(pi) - 2h/3 + (1 - (2/pi) asin(1/3)) h**2/(2 sqrt(pi)) + ...``.
+    Precise to a unit of the last place of mpmath numbers, to 1e-15 (1 + h**2/10), relative, of
+    others.
 
-    `h` is the half-width of the play in units of the drive's standard deviation, finite and not
-    negative (ValueError). Precise to a unit of the last place of mpmath numbers, to
-    1e-15 (1 + h**2/10), relative, of others. Derivation: ``derivations/gaussian.py``.
+    Parameters
+    ----------
+    h : number
+        Half-width of the play in units of the drive's standard deviation.
+
+    Returns
+    -------
+    number
+        I(h).
+
+    Raises
+    ------
+    ValueError
+        Unless h is finite and not negative.
+
+    Notes
+    -----
+    Source: beyond the paper, ``derivations/gaussian.py``.
+
+    Examples
+    --------
+    >>> round(gaussian_integral(0), 10), round(gaussian_integral(1), 10)
+    (0.5641895835, 0.1241080768)
     """
     require(0 <= h < math.inf, f"h must be finite and not negative, not {h}")
     if not is_mpf(h):
