@@ -39,6 +39,7 @@ from exactcreep.solvers.registry import SOLVERS
 VERSION = 9
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n" % VERSION
+_LONGEST_LINE = 40  # bytes, of the first
 _FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failure to write, and after many
 
 
@@ -80,7 +81,8 @@ class Checkpoint:
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
         """Return the checkpoint in a file, which goes on, or raise `InputError`."""
         checkpoint = cls(path, every, force=True)
-        with locked(_existing(path), "checkpoint"):
+        _begin_of(_content(path, _LONGEST_LINE), checkpoint.path)  # no lock beside another file
+        with locked(path, "checkpoint"):
             content = _content(path)
             checkpoint._seen = _identity(path)
         (first, *others), checkpoint._size, checkpoint._digest = _records(content, checkpoint.path)
@@ -260,19 +262,16 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     return from_bytes(_content(path), os.fspath(path))
 
 
-def _existing(path: str | os.PathLike[str]) -> Path:
+def _content(path: str | os.PathLike[str], most: int = -1) -> bytes:
     name = file_name(path, "checkpoint")
     if not Path(path).is_file():
         raise InputError("checkpoint", name, "must be a file")
-    return Path(path)
-
-
-def _content(path: str | os.PathLike[str]) -> bytes:
     try:
-        return _existing(path).read_bytes()
+        with open(path, "rb") as file:
+            return file.read(most)
     except OSError as error:
         reason = f"cannot be read: {error.strerror or error}"
-        raise InputError("checkpoint", os.fspath(path), reason) from None
+        raise InputError("checkpoint", name, reason) from None
 
 
 def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
@@ -284,15 +283,20 @@ def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
     return about.st_dev, about.st_ino, about.st_size
 
 
-def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
-    """Return the whole records at the begin of a file, where they end, and their digest."""
+def _begin_of(data: bytes, name: str) -> int:
+    """Return where the first line of a checkpoint of this version ends, or raise `InputError`."""
     line = _FIRST_LINE.match(data)
     if line is None:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
     if int(line[1]) != VERSION:
         told = f"is of version {int(line[1])}; this program reads version {VERSION}: let the"
         raise InputError("checkpoint", name, f"{told} version that wrote it go on, or begin again")
-    digest, records, end = "", [], line.end()
+    return line.end()
+
+
+def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
+    """Return the whole records at the begin of a file, where they end, and their digest."""
+    digest, records, end = "", [], _begin_of(data, name)
     for record in data[end:].splitlines(keepends=True):
         sealed, _, tree = record.removesuffix(b"\n").partition(b" ")
         sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()

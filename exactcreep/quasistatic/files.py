@@ -139,30 +139,44 @@ def locked(path: str | os.PathLike[str], field: str) -> Iterator[None]:
     """Keep a file, or a folder, to this process for a block; `InputError` names who else has it.
 
     The lock is the operating system's, on a hidden file beside it that says who holds it. That file
-    stays, since to remove it might let two processes in, and on its own it keeps nobody out.
+    on its own, which a killed process leaves behind, keeps nobody out.
     """
     target = Path(os.path.realpath(path))
     beside = target.with_name(f".{target.name}.lock")
     filelock = import_module("filelock")  # whoever writes no such file does not wait for it
     # a lock without the operating system's would outlive a killed process
-    lock = filelock.FileLock(beside, fallback_to_soft=False)
+    lock = filelock.FileLock(beside, fallback_to_soft=False, on_acquired=_say_who_holds)
     holder = _holder(beside)
+    while not lock.is_locked:
+        try:
+            lock.acquire(timeout=_PATIENCE)
+        except _RemovedMeanwhile:
+            pass
+        except filelock.Timeout:
+            allowed = f"is being written by {holder or _holder(beside) or 'another process'}"
+            raise InputError(field, os.fspath(path), f"{allowed}: wait for its end") from None
+        except OSError as error:
+            reason = f"cannot be locked: {error.strerror or error}"
+            raise InputError(field, os.fspath(path), reason) from None
     try:
-        lock.acquire(timeout=_PATIENCE)
-    except filelock.Timeout:
-        allowed = f"is being written by {holder or _holder(beside) or 'another process'}"
-        raise InputError(field, os.fspath(path), f"{allowed}: wait for its end") from None
-    except OSError as error:
-        reason = f"cannot be locked: {error.strerror or error}"
-        raise InputError(field, os.fspath(path), reason) from None
-    try:
-        with suppress(OSError):  # without a word the lock holds, too
-            beside.write_text(f"process {os.getpid()} on {socket.gethostname()}", "utf-8")
         yield
     finally:
         with suppress(OSError):
-            beside.write_text("")
+            beside.unlink()
         lock.release()
+
+
+class _RemovedMeanwhile(Exception):
+    """The file that was locked has been removed by who held the lock before: try the next."""
+
+
+def _say_who_holds(descriptor: int) -> None:
+    """Write into a file that was just locked who has locked it."""
+    if os.fstat(descriptor).st_nlink == 0:
+        raise _RemovedMeanwhile
+    with suppress(OSError):  # without a word the lock holds, too
+        os.ftruncate(descriptor, 0)
+        os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
 
 
 def _holder(lock: Path) -> str:
