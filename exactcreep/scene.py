@@ -221,7 +221,7 @@ class Scene:
         with _keys_within("run.start"):
             start = _start(given.pop("start", "relaxed"), chain, given.get("seed", 0))
         with _keys_within("run"):
-            experiment = Experiment.of(chain, drive, start=start, options=run, **given)
+            experiment = Experiment(chain, drive, start=start, options=run, **given)
         if solid is not None and (seconds is not None or drive.dates is not None):
             with _keys_within("physical"):
                 unit = solid.time_unit_of(drive, seconds)

@@ -24,7 +24,7 @@ from tests.paper import captions
 
 CHAIN = captions(2)
 DRIVE = Cycles("0.01", 40)
-GIVEN, METHODS = Experiment.of(CHAIN, DRIVE), [Method("exact")]
+GIVEN, METHODS = Experiment(CHAIN, DRIVE), [Method("exact")]
 SCENE = load_scene("two-sliders-cycles")
 SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
 

@@ -78,7 +78,7 @@ def experiment_of(given: Mapping[str, str]) -> Experiment:
     cycles = whole_number(values.pop("cycles"), "cycles", least=1, most=10_000)
     seed = whole_number(values.pop("seed"), "seed", least=0)
     drive = Cycles(values.pop("amplitude"), cycles)
-    return Experiment.of(Chain(n, 1000, **values), drive, seed=seed)
+    return Experiment(Chain(n, 1000, **values), drive, seed=seed)
 
 
 def course(experiment: Experiment) -> dict[str, Any]:

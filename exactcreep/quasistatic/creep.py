@@ -187,9 +187,10 @@ def creep(
         `velocity_error` comes from averages over blocks (`statistics.standard_error`). It is nan
         where it still grows with the blocks; what no block of the run shows remains unseen.
     """
-    experiment = Experiment.of(
-        chain, drive, seed=seed, solver=solver, start=start, record=record, burn_in=burn_in,
-        twin=twin, accuracy=accuracy, options=options,
+    asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # in several forms
+    experiment = Experiment(
+        chain, drive, seed=seed, solver=solver, start=start, burn_in=burn_in, twin=twin,
+        options=options, **asked,
     )  # fmt: skip
     limits = Limits.of(max_events, max_seconds)
     kept = None if checkpoint is None else Checkpoint(checkpoint, every, force=force)

@@ -19,6 +19,7 @@ from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
+from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS
 from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
@@ -53,13 +54,8 @@ def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
     return {None: xr.Dataset(attrs=about)} | members
 
 
-def members_of(
-    groups: Mapping[str | None, xr.Dataset], counts: Mapping[str, str]
-) -> Iterator[dict[str, Any]]:
-    """Yield the fields of each result of a file; those that are `counts` by their names in it.
-
-    If the file shows none, it raises whatever it comes upon.
-    """
+def members_of(groups: Mapping[str | None, xr.Dataset]) -> Iterator[dict[str, Any]]:
+    """Yield the fields of each result of a file; if it has none, raise whatever comes."""
     about = groups[None].attrs
     written = str(about.get("format"))
     if not written.startswith(FORMAT.rpartition(" ")[0]):
@@ -73,7 +69,8 @@ def members_of(
         if len(members) != about["members"]:
             raise ValueError(f"it holds {len(members)} of {about['members']} members")
     for data in members:
-        yield _fields_of(data) | {name: int(data.attrs[kept]) for kept, name in counts.items()}
+        counts = {ATTRIBUTES.get(name, name): int(data.attrs[name]) for name in COUNTS}
+        yield _fields_of(data) | counts
 
 
 def dataset_of(result: Creep) -> xr.Dataset:
@@ -203,7 +200,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         theta = ratio_of(about["start_theta"])
         near = nearest_float(theta)
         start = _state(data, "initial", near if Fraction(near) == theta else theta)
-    return Experiment.of(
+    return Experiment(
         Chain(int(about["n"]), **{name: ratio_of(str(about[name])) for name in numbers}),
         make(**parameters),
         seed=int(about["seed"]),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.solvers.registry import solver_named
@@ -38,79 +38,71 @@ def drive_of_kind(kind: Any) -> type[Drive]:
 class Experiment:
     """A chain, a drive, the disorder, a solver, and what is to be recorded.
 
-    >>> from exactcreep import load_scene
+    Parameters
+    ----------
+    chain : Chain
+        What is driven.
+    drive : Drive
+        Through which dilations; one of somebody's own class is kept as the `Path` that it makes.
+    seed, solver
+        As for `exactcreep.creep`.
+    options : mapping
+        The solver's own options.
+    start, record, burn_in, twin, accuracy
+        As for `exactcreep.creep`.
+
+    Raises
+    ------
+    InputError
+        If one of them is out of range, or an option is not the solver's.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, Experiment, load_scene
     >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
     >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
     (2, 20, 'exact')
-
-    Attributes
-    ----------
-    chain, drive, seed, solver, start, record, burn_in, twin, accuracy
-        The parameters of `exactcreep.creep`.
-    options : mapping
-        The solver's own options, as given.
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> Experiment(chain, Cycles("0.001", 5), seed=7).description()["seed"]
+    7
     """
 
     chain: Chain
     drive: Drive
-    seed: int
-    solver: str
-    options: Mapping[str, Any]
-    start: State | None
-    record: tuple[str, ...]
-    burn_in: int | None
+    _: KW_ONLY
+    seed: int = 0
+    solver: str = "exact"
+    options: Mapping[str, Any] = field(default_factory=dict)
+    start: State | None = None
+    record: tuple[str, ...] = ("x_G",)
+    burn_in: int | None = None
     twin: bool = False
     accuracy: float | None = None
 
-    @classmethod
-    def of(
-        cls,
-        chain: Chain,
-        drive: Drive,
-        *,
-        seed: int = 0,
-        solver: str = "exact",
-        start: State | None = None,
-        record: Sequence[str] = ("x_G",),
-        burn_in: int | None = None,
-        twin: bool = False,
-        accuracy: Number | None = None,
-        options: Mapping[str, Any] | None = None,
-    ) -> Experiment:
-        """Return the experiment with parameters of `exactcreep.creep`, or raise `InputError`."""
-        if not isinstance(chain, Chain):
-            raise InputError("chain", chain, "must be a Chain")
-        if not isinstance(drive, Drive):
-            raise InputError("drive", drive, f"must be a drive: one of {', '.join(_CLASSES)}")
+    def __post_init__(self) -> None:
+        for name, kind, allowed in (
+            ("chain", Chain, "must be a Chain"),
+            ("drive", Drive, f"must be a drive: one of {', '.join(_CLASSES)}"),
+            ("twin", (bool, np.bool_), "must be true or false"),
+        ):
+            if not isinstance(value := getattr(self, name), kind):
+                raise InputError(name, value, allowed)
+        seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
-            drive = Path.of(drive, valid_seed(seed))
-        if start is not None:
-            if not isinstance(start, State):
-                raise InputError("start", start, "must be a State, or None for the relaxed chain")
-            if start.n != chain.n:
-                raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
-            start.require_finite()
-        if not isinstance(twin, (bool, np.bool_)):
-            raise InputError("twin", twin, "must be true or false")
-        if burn_in is not None:
-            burn_in = whole_number(burn_in, "burn_in", least=0, most=drive.half_cycles)
-        given = dict(options or {})
-        solver_named(solver, given)
-        experiment = cls(
-            chain=chain,
+            drive = Path.of(drive, seed)
+        solver_named(self.solver, options)
+        vars(self).update(
             drive=drive,
-            seed=valid_seed(seed),
-            solver=solver,
-            options=given,
-            start=start,
-            record=_valid_record(record),
-            burn_in=burn_in,
-            twin=bool(twin),
-            accuracy=_valid_accuracy(accuracy, drive),
+            seed=seed,
+            options=options,
+            start=_valid_start(self.start, self.chain),
+            record=_valid_record(self.record),
+            burn_in=_valid_burn_in(self.burn_in, drive),
+            twin=bool(self.twin),
+            accuracy=_valid_accuracy(self.accuracy, drive),
         )
-        chain.require_dilation(experiment.widest, "drive", drive)
-        chain.require_dilation(experiment.theta, "start.theta", experiment.theta)
-        return experiment
+        self.chain.require_dilation(self.widest, "drive", drive)
+        self.chain.require_dilation(self.theta, "start.theta", self.theta)
 
     @property
     def theta(self) -> float:
@@ -164,19 +156,33 @@ class Experiment:
 
     @classmethod
     def from_description(cls, data: Mapping[str, Any]) -> Experiment:
-        given, drive = dict(data), dict(data["drive"])
-        start = given["start"]
-        return cls.of(
-            **given
-            | {
-                "chain": Chain(**given["chain"]),
-                "drive": drive_of_kind(drive.pop("kind"))(**drive),
-                "start": None if start is None else State(**start),
-            }
-        )
+        drive, start = dict(data["drive"]), data["start"]
+        made = {
+            "chain": Chain(**data["chain"]),
+            "drive": drive_of_kind(drive.pop("kind"))(**drive),
+            "start": None if start is None else State(**start),
+        }
+        return cls(**{**data, **made})
 
 
-def _valid_accuracy(accuracy: Number | None, drive: Drive) -> float | None:
+def _valid_start(start: Any, chain: Chain) -> State | None:
+    if start is None:
+        return None
+    if not isinstance(start, State):
+        raise InputError("start", start, "must be a State, or None for the relaxed chain")
+    if start.n != chain.n:
+        raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
+    start.require_finite()
+    return start
+
+
+def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
+    if burn_in is None:
+        return None
+    return whole_number(burn_in, "burn_in", least=0, most=drive.half_cycles)
+
+
+def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
     if accuracy is None:
         return None
     value = exact_number(accuracy, "accuracy")

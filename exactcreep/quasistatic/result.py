@@ -23,6 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS, PERHAPS, RUN
 from exactcreep.solvers.solver import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
 
@@ -32,18 +33,6 @@ if TYPE_CHECKING:
 
     from exactcreep.figures.run import Plots
 
-COUNTS = {
-    "half_cycles": "half_cycles",
-    "burn_in": "burn_in",
-    "rearrangements": "rearrangements",
-    "events": "event_count",
-    "slips": "slip_count",
-    "draws_below_mu_d": "draws_below_mu_d",
-    "undecided": "undecided",
-    "long_rearrangements": "long_rearrangements",
-    "undecided_from": "undecided_from",
-}
-"""Attributes of `Creep` by their names in files, and in a `Tally`."""
 _FORESEEN = 10**6  # cycles
 _IN_SHORT = ("outcome", "evidence", "direction", "velocity", "velocity_error", "velocity_units",
              "velocity_of", "metastable", "half_cycles", "event_count", "reason")  # fmt: skip
@@ -182,6 +171,12 @@ class Creep(Result):
         return None if known is None or digits is None else known.text(digits)
 
     @property
+    def velocity_radius(self) -> str:
+        """The radius of `velocity_enclosure`; "" if it is zero, or there is none."""
+        known = self.velocity_enclosure
+        return known.radius_text() if known and known.radius else ""
+
+    @property
     def velocity_units(self) -> str:
         """The unit of `velocity` and `velocity_error`."""
         return f"g tau_dyn^2 per {self.drive.per}"
@@ -260,7 +255,7 @@ class Creep(Result):
     @property
     def counts(self) -> dict[str, int]:
         """The counts by the names that they have in files."""
-        return {name: getattr(self, field) for name, field in COUNTS.items()}
+        return {name: getattr(self, ATTRIBUTES.get(name, name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, bit for bit that of the run; 0 is the start.
@@ -292,21 +287,13 @@ class Creep(Result):
         return {"n": self.chain.n, "solver": self.solver} | short
 
     def _numbers(self) -> dict[str, Any]:
-        names = ("velocity", "velocity_error", "velocity_units", "velocity_of", "outcome",
-                 "evidence", "direction", "since", "solver")  # fmt: skip
-        known = self.velocity_enclosure
-        radius = known.radius_text() if known and known.radius else ""
-        perhaps: dict[str, Any] = {"metastable": self.metastable, "course": self.course}
-        perhaps |= {"velocity_radius": radius, "reason": self.reason}
-        for name in ("velocity_reason", "warnings", "report", "trusted_half_cycles"):
-            perhaps[name] = getattr(self, name)
-        return (
-            {name: getattr(self, name) for name in names}
-            | {"velocity": self.velocity_text or self.velocity}
-            | self.counts
-            | {"x_G": self.x_G, "seconds": self.seconds, "seed": self.seed}
-            | {name: value for name, value in perhaps.items() if value or value == 0}
-        )
+        entries = {name: getattr(self, ATTRIBUTES.get(name, name)) for name in RUN.fields}
+        entries["velocity"] = self.velocity_text or self.velocity
+        return {
+            name: value
+            for name, value in entries.items()
+            if name not in PERHAPS or value or value == 0
+        }
 
     def _compared(self) -> dict[str, Any]:
         return {"dataset": self.dataset.assign_attrs(seconds=0.0)}
@@ -381,7 +368,7 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
     groups = import_module("exactcreep.quasistatic.netcdf").read_groups(path, "result")
     try:
-        return [Creep(**fields) for fields in _datasets().members_of(groups, COUNTS)]
+        return [Creep(**fields) for fields in _datasets().members_of(groups)]
     except InputError:
         raise
     except Exception as error:  # what can be wrong with numbers that were changed has no end

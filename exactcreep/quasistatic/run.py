@@ -20,7 +20,8 @@ from exactcreep.quasistatic.perturbed import PerturbedCopy
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.recurrence import RecurrenceObserver
-from exactcreep.quasistatic.result import COUNTS, Creep
+from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.summary import ATTRIBUTES
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.solver import Stretch, require_like
 from exactcreep.solvers.tables import RECORDS
@@ -197,7 +198,7 @@ class ObservedRun:
             velocity_enclosure=mean if known else None,
             half_cycles=done,
             burn_in=burn_in,
-            **{COUNTS.get(name, name): count for name, count in vars(tally).items()},
+            **{ATTRIBUTES.get(name, name): count for name, count in vars(tally).items()},
             undecided_from=doubted,
             trusted_half_cycles=self.copy.trusted_up_to,
             warnings={name: count for name, count in beyond.items() if count},

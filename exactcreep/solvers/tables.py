@@ -6,6 +6,7 @@ schema, datasets take their labels from it, and studies read rows and events bac
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -48,6 +49,11 @@ class Column(NamedTuple):
             return array
         sizes = {"slider": n, "spring": n - 1}
         return array.reshape(len(values), *(sizes[name] for name in self.across))
+
+    @property
+    def missing(self) -> Any:
+        """What stands for it where there is none."""
+        return {"f": math.nan, "i": -1}.get(np.dtype(self.dtype).kind, "")
 
     @property
     def attributes(self) -> dict[str, str]:

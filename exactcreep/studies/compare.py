@@ -93,7 +93,7 @@ def compare(
     Parameters
     ----------
     experiment : Experiment
-        Of a scene, or ``Experiment.of(chain, drive)``; its solver and what it records do not
+        Of a scene, or ``Experiment(chain, drive)``; its solver and what it records do not
         matter.
     methods : sequence of Method, optional
         Default: `exact`, `certified`, Verlet at the steps 0.1, 0.03 and 0.01 without and with
@@ -137,13 +137,13 @@ def compare(
     --------
     >>> from exactcreep import Chain, Cycles, Experiment, Method
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> given = Experiment.of(chain, Cycles("0.001", 5))
+    >>> given = Experiment(chain, Cycles("0.001", 5))
     >>> data = compare(given, [Method("exact"), Method("verlet", dt="0.1")], events=20)
     >>> data.differs.values.tolist(), data.agreed.values.tolist()
     ([[False], [False]], [[20.0], [20.0]])
     """
     if not isinstance(experiment, Experiment):
-        raise InputError("experiment", experiment, "must be an Experiment, e.g. Experiment.of(...)")
+        raise InputError("experiment", experiment, "must be an Experiment, e.g. Experiment(...)")
     chain = experiment.chain
     chosen = ladder(chain) if methods is None else _valid(methods)
     best = _best(chain) if truth is None else _valid([truth])[0]

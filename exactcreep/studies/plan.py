@@ -149,7 +149,7 @@ def plan(
     >>> plan(chain, Cycles("0.001", 50)).solver
     'exact'
     """
-    experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
+    experiment = Experiment(chain, drive, seed=seed, start=start, record=record)
     return _planned(experiment, digits, None)
 
 

@@ -32,35 +32,20 @@ from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import output_directory, write_file
 from exactcreep.quasistatic.netcdf import netcdf
+from exactcreep.quasistatic.summary import RUN
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LENGTH, LOGS
+from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
-_NUMBERS = {
-    "velocity": (f"{LENGTH} per {{per}}", "mean displacement of x_G per {per}"),
-    "velocity_error": (f"{LENGTH} per {{per}}", "standard error of velocity"),
-    "x_G": (LENGTH, "displacement of the centre of mass at the end"),
-}
-_COUNTS = {
-    "half_cycles": "targets reached",
-    "rearrangements": "rearrangements",
-    "events": "start and stop events",
-    "slips": "slips",
-    "draws_below_mu_d": "static coefficients drawn below mu_d, which act as mu_d",
-    "undecided": "comparisons inside their rounding bound",
-}
-_WORDS = {
-    "outcome": "what the chain does, or why the computation stopped",
-    "direction": "which way it creeps or runs away",
-    "evidence": "how well that is known",
-    "reason": "for a limit or a runaway: one sentence",
-    "velocity_reason": "why velocity or velocity_error is nan",
-}
-_TAKEN = {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warnings"}
+_NUMBERS = ("velocity", "velocity_error", "x_G")
+_COUNTS = ("half_cycles", "rearrangements", "events", "slips", "draws_below_mu_d", "undecided")
+_WORDS = ("outcome", "direction", "evidence", "reason", "velocity_reason")
+_CELL = (*_NUMBERS, *_COUNTS, *_WORDS)
+"""What a cell holds of what a run comes to; `RUN` says what each means."""
+_TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
 """Names in a grid that no dimension may have."""
-_MISSING = -1  # of a count
 _MOST_FAILURES = 10  # of cells, as long as none has succeeded
 Cell = dict[str, Any]
 
@@ -341,13 +326,9 @@ def _assembled(
     dims, cells = tuple(names.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     known: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
-    for name, (units, meaning) in _NUMBERS.items():
-        about = {"units": units, "long_name": meaning}
-        known[name] = math.nan, {key: text.format(per=per) for key, text in about.items()}
-    for name, meaning in _COUNTS.items():
-        known[name] = _MISSING, {"units": "1", "long_name": meaning}
-    for name, meaning in _WORDS.items():
-        known[name] = "", {"long_name": meaning}
+    for name, column in ((name, RUN.fields[name]) for name in _CELL):
+        about = {key: text.format(per=per) for key, text in column.attributes.items() if text}
+        known[name] = column.missing, about
     if any("velocity_decimal" in cell for cell in cells):
         known["velocity_decimal"] = "", {}
     variables: dict[str, Any] = {
@@ -376,7 +357,7 @@ def _assembled(
 
 def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
     arrays = [array for array in found if array is not None]
-    missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
+    missing = -1 if arrays[0].dtype.kind == "i" else math.nan
     size = np.max([array.shape for array in arrays], axis=0)
     stacked = np.full((len(found), *size), missing, arrays[0].dtype)
     for cell, array in zip(stacked, found, strict=True):

@@ -28,7 +28,7 @@ def contest(n: int, *, seeds: int, events: int) -> xr.Dataset:
     methods.append(Method("verlet", dt="0.1", locate=True))
     if "heyoka" in RIVALS:
         methods.append(Method("heyoka", tol=1e-9))
-    experiment = Experiment.of(paper_chain(n), Cycles(AMPLITUDES[n], 100))
+    experiment = Experiment(paper_chain(n), Cycles(AMPLITUDES[n], 100))
     with registered():
         return compare(experiment, methods, seeds=seeds, events=events)
 

@@ -31,7 +31,7 @@ def _cycles(chain: Chain, reach: Any, cycles: int = 1) -> Cycles:
 def hard_experiments() -> dict[str, Experiment]:
     """Return the experiments by what is extreme in them."""
     return {
-        name: Experiment.of(chain, drive, seed=SEED, start=State.relaxed(chain, SEED), record=())
+        name: Experiment(chain, drive, seed=SEED, start=State.relaxed(chain, SEED), record=())
         for name, chain, drive in _hard()
     }
 

@@ -34,7 +34,7 @@ START = State.prepared(PAIR, [Fraction(1, 32)])
 def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha: str) -> None:
     chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
     drive = Cycles("0.01", 50)
-    ledger, end = energy_ledger(Experiment.of(chain, drive, seed=3))
+    ledger, end = energy_ledger(Experiment(chain, drive, seed=3))
     plain = creep(chain, drive, seed=3)
     assert np.array_equal(end.displacements, plain.state.displacements)
     assert ledger.slips == plain.slip_count > 2500
@@ -48,7 +48,7 @@ def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha
 @pytest.mark.parametrize("n", [2, 3])
 def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(n: int) -> None:
     chain, drive = chain_of(n), Cycles("0.002", 10)
-    ledger, _ = energy_ledger(Experiment.of(chain, drive, seed=3))
+    ledger, _ = energy_ledger(Experiment(chain, drive, seed=3))
     run = creep(chain, drive, seed=3, record=("events",))
     state, contacts = run.experiment.initial, Contacts(chain, 3)
     driven = friction = gravity = 0.0
@@ -78,7 +78,7 @@ def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(n: int) -> None:
 
 
 def test_lone_slips_lose_what_the_law_says() -> None:
-    ledger, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
+    ledger, _ = energy_ledger(Experiment(PAIR, HUNDREDS, start=START))
     # each of the slips is 2 D long, against the friction mu_d c
     friction = 2 * PAIR.excess * PAIR.friction * ledger.slips
     assert ledger.friction == pytest.approx(friction, rel=1e-15, abs=0)
@@ -97,9 +97,9 @@ def test_a_slip_a_billionth_too_long_is_seen(monkeypatch: pytest.MonkeyPatch) ->
             log[f"rearrangement_{name}"][:1] += by
         return stretch
 
-    honest, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
+    honest, _ = energy_ledger(Experiment(PAIR, HUNDREDS, start=START))
     monkeypatch.setattr(ExactSimulation, "follow", changed)
-    ledger, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
+    ledger, _ = energy_ledger(Experiment(PAIR, HUNDREDS, start=START))
     assert ledger.apart > 1e-10 > 100 * honest.apart
     assert abs(ledger.left) > 1e-10 > 100 * abs(honest.left)
 
@@ -111,7 +111,7 @@ def test_a_billion_slips_keep_the_remainder_and_balance_their_energy() -> None:
     assert result.slip_count > 10**9
     assert remainder_error(result) < 1e-9
     assert result.evidence is Evidence.COMPUTED
-    ledger, end = energy_ledger(Experiment.of(PAIR, drive, start=START))
+    ledger, end = energy_ledger(Experiment(PAIR, drive, start=START))
     assert np.array_equal(end.displacements, result.state.displacements)
     assert np.array_equal(end.tensions, result.state.tensions)
     assert ledger.slips == result.slip_count

@@ -193,7 +193,7 @@ def events_of(case: Case, solver: str, **options: Any) -> list[tuple[Any, ...]]:
 def test_verlet_shares_every_event_up_to_the_reported_one_and_not_that(
     case: Case, dt: str, locate: bool
 ) -> None:
-    experiment = Experiment.of(case.chain, ThetaPath(case.theta), seed=case.seed)
+    experiment = Experiment(case.chain, ThetaPath(case.theta), seed=case.seed)
     if case.run(max_events=150).outcome is Outcome.LIMIT:
         return  # too long for the certified solver here
     methods = [Method("exact"), Method("verlet", dt=dt, locate=locate)]

@@ -29,7 +29,7 @@ CHAIN = paper_chain(6)
 
 @pytest.fixture(scope="module")
 def experiment() -> Experiment:
-    return Experiment.of(CHAIN, Cycles("0.004", 6), seed=3)
+    return Experiment(CHAIN, Cycles("0.004", 6), seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_the_largest_avalanche_is_the_one_with_most_events(experiment, events) -
     number = largest_avalanche(experiment)
     assert counts[number] == counts.max()
     with pytest.raises(InputError, match="nothing moves in 6 half-cycles"):
-        largest_avalanche(Experiment.of(CHAIN, Cycles("1e-6", 3)))
+        largest_avalanche(Experiment(CHAIN, Cycles("1e-6", 3)))
 
 
 def test_an_avalanche_is_found_with_its_events_and_times(experiment, events) -> None:
@@ -58,7 +58,7 @@ def test_an_avalanche_is_found_with_its_events_and_times(experiment, events) -> 
     with pytest.raises(InputError, match=f"must be one of the run's {last + 1}, from 0"):
         find_avalanche(experiment, last + 1)
     start = State.prepared(CHAIN, [2, 0, 0, 0, 0], seed=1)
-    unstable = Experiment.of(CHAIN, Cycles("0.004", 2), seed=1, start=start)
+    unstable = Experiment(CHAIN, Cycles("0.004", 2), seed=1, start=start)
     assert find_avalanche(unstable, 0).rearrangement.theta == 0
     assert find_avalanche(unstable, 1).rearrangement.theta > 0
 

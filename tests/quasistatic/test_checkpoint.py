@@ -196,7 +196,7 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     monkeypatch.setattr(os, "fsync", lambda one: at_once(one) if next(fails, False) else sync(one))
     kept = Checkpoint(file, 0, force=True)
     with pytest.warns(CheckpointWarning, match="No space left"):
-        assert run_members([Experiment.of(SIX, Cycles("0.005", 20))], checkpoint=kept) == [whole]
+        assert run_members([Experiment(SIX, Cycles("0.005", 20))], checkpoint=kept) == [whole]
     assert kept.stale == ""
     assert resume(file) == whole
 
@@ -205,7 +205,7 @@ def test_on_a_full_disk_a_run_waits_longer_after_each_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file, room = tmp_path / "run.ckpt", 1
-    experiment = Experiment.of(TWO, Cycles("0.01", 3))
+    experiment = Experiment(TWO, Cycles("0.01", 3))
     kept, packings = Checkpoint(file, 1), []
     add, clock = Checkpoint._add, [0]
 

@@ -19,7 +19,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import load_members, save_members
 from tests.conftest import Command
 from tests.paper import paper_chain
-from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
+from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
 
 SHORT = Cycles("0.01", 5)
 
@@ -152,7 +152,7 @@ def test_the_time_begins_when_the_first_run_is_ready(monkeypatch: pytest.MonkeyP
     # the private name stands for all that happens before the first half-cycle
     monkeypatch.setattr(loop, "_warm_up", passes)
     monkeypatch.setattr(loop.time, "perf_counter", lambda: moment[0])
-    members = [Experiment.of(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
+    members = [Experiment(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
     results = loop.run_members(members, limits=Limits.of(max_seconds=1))
     assert [result.half_cycles for result in results] == [20, 20]
 
@@ -209,3 +209,17 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     result.save(tmp_path / "run.nc")
     assert Creep.load(tmp_path / "run.nc").long_rearrangements == 1
     assert resume(tmp_path / "run.ckpt").long_rearrangements == 1
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"seed": -1}, {"record": ("y",)}, {"burn_in": 10**6}, {"solver": "nose"}, {"twin": 1},
+     {"options": {"dt": 1}}, {"accuracy": 2}, {"start": State.relaxed(THIRTY)}, {"chain": 2}],
+    ids=lambda wrong: next(iter(wrong)),
+)  # fmt: skip
+def test_an_experiment_is_checked_however_it_is_made(wrong: dict) -> None:
+    experiment = Experiment(SIX, Cycles("0.005", 20))
+    with pytest.raises(InputError):
+        replace(experiment, **wrong)
+    with pytest.raises(InputError):
+        Experiment(**{"chain": SIX, "drive": Cycles("0.005", 20)} | wrong)

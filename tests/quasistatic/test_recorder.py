@@ -19,7 +19,7 @@ RECORDED = ("x", "rearrangements")
 
 
 def test_columns_that_were_handed_out_stay_as_they_are_while_a_run_goes_on() -> None:
-    recorder = Recorder(Experiment.of(CHAIN, Cycles("0.01", 20), record=("x_G", "slips")))
+    recorder = Recorder(Experiment(CHAIN, Cycles("0.01", 20), record=("x_G", "slips")))
     block = np.arange(100.0)
     for k in range(200):
         recorder.add({"x_G": block + k, "slips": np.full((100, 3), k)})

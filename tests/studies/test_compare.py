@@ -37,7 +37,7 @@ from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(3)
 DRIVE = ThetaPath(["0.001", "-0.001", "0.001"])
-EXPERIMENT = Experiment.of(CHAIN, DRIVE, seed=5)
+EXPERIMENT = Experiment(CHAIN, DRIVE, seed=5)
 
 
 @cache
@@ -153,7 +153,7 @@ def test_targets_between_rearrangements_change_no_event() -> None:
 
 
 SEEDS = (4, 5, 6, 7, 8, 9)
-GIVEN = Experiment.of(CHAIN, Cycles("0.01", 12))
+GIVEN = Experiment(CHAIN, Cycles("0.01", 12))
 TRUTH = Method("certified", digits=20)
 
 
@@ -188,7 +188,7 @@ def test_every_method_and_seed_is_the_agreement_of_its_trajectory() -> None:
 
 def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
     start = State.prepared(CHAIN, [Fraction(1, 8), 0], seed=3)
-    own_start = Experiment.of(CHAIN, DRIVE, seed=3, start=start)
+    own_start = Experiment(CHAIN, DRIVE, seed=3, start=start)
     found = compare(own_start, [Method("exact")], seeds=1)
     assert found.velocity == creep(CHAIN, DRIVE, seed=3, start=start).velocity
     exact = creep(CHAIN, GIVEN.drive, seed=SEEDS[1], record=())
@@ -249,7 +249,7 @@ def test_the_advice_names_a_step_and_the_quantity() -> None:
 
 
 def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
-    slides = Experiment.of(captions(3, mu_s="0.5"), Cycles("0.01", 4))
+    slides = Experiment(captions(3, mu_s="0.5"), Cycles("0.01", 4))
     found = compare(slides, events=5)
     assert found.method.values.tolist() == ["sliding"]
     assert (found.error.item(), found.rests.item()) == (0.0, 5)
@@ -272,8 +272,8 @@ def test_half_cycles_are_as_many_for_all_where_a_run_is_too_long() -> None:
         ({"methods": ["exact"]}, "methods"),
         ({"methods": [Method("verlet", dt="0")]}, "dt"),
         ({"experiment": CHAIN}, "experiment"),
-        ({"experiment": Experiment.of(CHAIN, Cycles("0.00001", 2))}, "scene"),
-        ({"experiment": Experiment.of(captions(3), Cycles("0.01", 2)), "seeds": 3}, "seeds"),
+        ({"experiment": Experiment(CHAIN, Cycles("0.00001", 2))}, "scene"),
+        ({"experiment": Experiment(captions(3), Cycles("0.01", 2)), "seeds": 3}, "seeds"),
     ],
 )
 def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str) -> None:
@@ -283,7 +283,7 @@ def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str
 
 
 def test_random_dilations_need_no_disorder_and_keys_of_seeds_go_round() -> None:
-    given = Experiment.of(captions(3), GaussianSteps("0.01", 4))
+    given = Experiment(captions(3), GaussianSteps("0.01", 4))
     random = compare(given, [Method("exact")], seeds=[7, 2], events=10)
     assert random.seed.values.tolist() == [7, 2]
     assert random.velocity.values[0, 0] != random.velocity.values[0, 1]

@@ -90,7 +90,7 @@ def fate(
     ['at_rest', 'at_rest', 'creeping']
     """
     drive = Cycles(amplitude, cycles)
-    experiment = Experiment.of(chain, drive, solver=solver, start=start, record=())
+    experiment = Experiment(chain, drive, solver=solver, start=start, record=())
     if chain.sigma_mu != 0:
         allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
         raise InputError("sigma_mu", chain.sigma_mu, allowed + " creep lives")

@@ -356,7 +356,7 @@ def survival(
     1.0
     """
     drive = Cycles(amplitude, cycles)
-    Experiment.of(chain, drive, record=())
+    Experiment(chain, drive, record=())
     refuse_sliding(chain)
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
