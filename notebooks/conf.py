@@ -81,7 +81,7 @@ def _math(translator, node):
 
 
 def _read(app, name, content):
-    content[0] = shown.shown(pages.filled(content[0]), name)
+    content[0] = pages.filled(shown.shown(content[0], name))
 
 
 def _skipped(app, what, name, value, skip, options):

@@ -103,17 +103,25 @@ def write_api_pages():
     names = [name for room in sorted(rooms) for name in public_names(room)]
     for name in names:
         short = name.removeprefix("exactcreep.")
-        parts = [short, "=" * len(short), "", _directive(name), ""]
-        if (BOOK / "drawings" / "api" / f"{short}.py").exists():
-            parts += [f".. plot:: drawings/api/{short}.py", "   :include-source:",
-                      f"   :alt: What the code below draws of {short}", ""]  # fmt: skip
-        text = "\n".join(parts)
-        page = folder / f"{name}.rst"
+        parts = [f"# {short}", f"```{{eval-rst}}\n{_directive(name)}\n```", *_drawing(short)]
+        text = "\n\n".join(parts) + "\n"
+        page = folder / f"{name}.md"
         if not page.exists() or page.read_text(encoding="utf-8") != text:
             page.write_text(text, encoding="utf-8")
-    for page in folder.glob("*.rst"):
-        if page.stem not in names:
+    for page in folder.iterdir():
+        if page.stem not in names or page.suffix != ".md":
             page.unlink()
+
+
+def _drawing(short):
+    """Return the script that draws a public name, and a line for the picture that it writes."""
+    script = BOOK / "drawings" / "api" / f"{short}.py"
+    if not script.exists():
+        return []
+    code = script.read_text(encoding="utf-8")
+    (file,) = re.findall(r'savefig\("([\w.-]+)"\)', code)
+    drawn = f"<<drawn {file}: What the code above draws of {short}>>"
+    return ["## In a picture", f"```python\n{code}```", drawn]
 
 
 def readable(app, what, name, value, options, lines):

@@ -17,6 +17,7 @@ import tempfile
 from pathlib import Path
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 
 from exactcreep.figures.style import STYLE
 
@@ -38,7 +39,9 @@ def shown(text, page):
         return text
     with tempfile.TemporaryDirectory() as folder, mpl.rc_context(STYLE):
         session = _Session(Path(folder), page.replace("/", "-"))
-        return _PART.sub(session.replaced, text)
+        with_pictures = _PART.sub(session.replaced, text)
+        plt.close("all")
+    return with_pictures
 
 
 class _Session:
