@@ -11,20 +11,20 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
+from unittest.mock import patch
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 
+from exactcreep.cli import status
 from exactcreep.figures.style import STYLE
 
 BOOK = Path(__file__).parent
 MADE = BOOK / "pictures" / "made"
-WIDTH = 96
-"""Columns of a terminal that the commands believe to print on."""
+TERMINAL = patch.dict(os.environ, {"COLUMNS": "96", "NO_COLOR": "1"})
+"""The terminal that commands believe to print on."""
 _PART = re.compile(
     r"^```(?P<language>python|sh|toml)\n(?P<code>.*?)^```$"
     r"|^<<(?P<printed>printed)>>$"
@@ -37,7 +37,7 @@ def shown(text, page):
     """Return the text of a page with what its examples print and draw."""
     if "\n<<printed>>\n" not in text and "\n<<drawn " not in text:
         return text
-    with tempfile.TemporaryDirectory() as folder, mpl.rc_context(STYLE):
+    with tempfile.TemporaryDirectory() as folder, mpl.rc_context(STYLE), TERMINAL:
         session = _Session(Path(folder), page.replace("/", "-"))
         with_pictures = _PART.sub(session.replaced, text)
         plt.close("all")
@@ -54,7 +54,8 @@ class _Session:
         """Run a block and keep it as it is, or put what the last one made in place of a line."""
         if part["printed"]:
             assert self.printed.strip(), f"{self.page}: nothing was printed"
-            return f"```text\n{self.printed.rstrip()}\n```"
+            lines = "\n".join(map(str.rstrip, self.printed.rstrip().splitlines()))
+            return f"```text\n{lines}\n```"
         if part["file"]:
             return self._picture(part["file"], " ".join(part["seen"].split()))
         run = {"python": self._python, "sh": self._shell, "toml": self._scene}[part["language"]]
@@ -77,22 +78,14 @@ class _Session:
         return heard.getvalue()
 
     def _shell(self, code):
-        where = {
-            "COLUMNS": str(WIDTH),
-            "PYTHONPATH": str(BOOK.parent),
-            "TERM": "dumb",
-            "NO_COLOR": "1",
-        }
-        said = ""
-        for line in code.splitlines():
-            if line.startswith("exactcreep "):
-                words = [sys.executable, "-m", *shlex.split(line, comments=True)]
-                done = subprocess.run(
-                    words, cwd=self.folder, env=os.environ | where, capture_output=True, text=True
-                )
-                assert done.returncode == 0, f"{self.page}: {line}: {done.stderr}"
-                said += done.stdout
-        return said
+        heard, failed = io.StringIO(), io.StringIO()
+        with contextlib.chdir(self.folder), contextlib.redirect_stdout(heard):
+            for line in code.splitlines():
+                if line.startswith("exactcreep "):
+                    with contextlib.redirect_stderr(failed):
+                        done = status(shlex.split(line, comments=True)[1:])
+                    assert done == 0, f"{self.page}: {line}: {failed.getvalue()}"
+        return heard.getvalue()
 
     def _scene(self, code):
         (self.folder / "my-scene.toml").write_text(code, encoding="utf-8")
