@@ -24,6 +24,11 @@ from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import TABLES
 
 BOOK = Path(__file__).parent
+FIGURES = (
+    "sketch position2sliders velocity2sliders velocity2sliders_theta velocityNsliders"
+    " velocityNslidersbis cloche jumps"
+).split()
+"""Labels of the paper's figures, in their order."""
 
 
 def _cell(text):
@@ -244,9 +249,10 @@ def laws(_):
         code = entry.law
         if code:
             parts += [
-                f"(law-{entry.name})=\n## {entry.name}",
+                f"(law-{entry.name})=\n## {_called(entry)}",
                 f"$$\n{plain_latex(entry.formula)}\n$$",
-                f"{entry.place}; **{entry.verdict}**. Proof: [{proof_of(entry.chapter).title}]"
+                *_holds(entry),
+                f"{_numbered(entry.place)}; **{entry.verdict}**. Proof: [{proof_of(entry.chapter).title}]"
                 f"(#proof-{entry.chapter}); [all that is said of the paper](ledger.md).",
                 _table(["form", "function"], [(form, f"`{name}`") for form, name in code.items()]),
             ]
@@ -280,8 +286,38 @@ def _standing(entry):
     return f"<br>{said}" if said else ""
 
 
+def _called(entry):
+    """Return what a reader of the journal calls a statement: its number, else its name in words."""
+    return f"Eq. {entry.number}" if entry.number else entry.name.replace("_", " ")
+
+
+def _holds(entry):
+    """Return where a law holds and by how much it is off elsewhere, as paragraphs."""
+    if entry.error:
+        yield f"**How far it is off:** {_numbered(entry.error)}."
+    if entry.measured:
+        yield f"**Measured:** {_numbered(entry.measured)}."
+
+
+def _sentence(text):
+    said = _numbered(text)
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _numbered(text):
+    """Return a text with the numbers of equations in the place of the labels of the paper's source."""
+    labels = {each.label: each.number for each in entries() if each.label and each.number}
+    for label, number in labels.items():
+        text = re.sub(rf"Eq\. \({label}\)", f"Eq. {number}", text)
+        if "_" in label:
+            text = re.sub(rf"`?\b{label}\b`?", f"Eq. {number}", text)
+    for number, label in enumerate(FIGURES, 1):
+        text = re.sub(rf"Fig\. {label}\b", f"Fig. {number}", text)
+    return text
+
+
 def _equation(entry):
-    return f"({entry.number})" if entry.number else entry.place
+    return f"({entry.number})" if entry.number else _numbered(entry.place)
 
 
 def right(_):
@@ -300,18 +336,17 @@ def corrected(verdicts):
     for entry in entries():
         if entry.verdict not in verdicts.split("_") or not (entry.corrected or entry.number):
             continue
-        name = entry.name.replace("_", " ") if entry.label is None else f"`{entry.label}`"
-        parts.append(f"### {name}, {_equation(entry)}")
-        parts.append(f"**As printed:** {_formula(entry.printed)}")
+        parts.append(f"### {_called(entry)}, {_numbered(entry.place)}")
+        parts.append(f"**As printed:** {_numbered(_formula(entry.printed))}")
         if entry.corrected:
-            parts.append(f"**What follows:** {_formula(entry.text('corrected'))}")
+            parts.append(f"**What follows:** {_numbered(_formula(entry.text('corrected')))}")
         printed, exact = value(entry), value(entry, corrected=True)
         if None not in (printed, exact) and printed != exact:
             parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} as it follows.")
         if entry.error:
-            parts.append(f"{entry.error[0].upper()}{entry.error[1:]}.")
+            parts.append(_sentence(entry.error))
         if entry.measured:
-            parts.append(f"**Measured:** {entry.measured}.")
+            parts.append(f"**Measured:** {_numbered(entry.measured)}.")
         parts.append(f"[Proof](#proof-{entry.chapter}): {_prose(entry.how.partition(': ')[2])}.")
     return "\n\n".join(parts)
 
