@@ -3,10 +3,13 @@
 import doctest
 import re
 import shlex
+import shutil
 import sys
+from html.parser import HTMLParser
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from urllib.parse import unquote
 
 import pytest
 
@@ -147,3 +150,66 @@ def test_the_book_asks_nothing_of_the_network(built: Path) -> None:
     for path in built.rglob("*.html"):
         text = path.read_text(encoding="utf-8")
         assert not re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"(?:https?:)?//[^\"]*", text)
+
+
+class Anchors(HTMLParser):
+    """Where a page leads, what of it can be led to, and its pictures without words."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path, self.links, self.ids, self.wordless = path, set[str](), set[str](), list[str]()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        about = dict(attrs)
+        self.ids.add(about.get("id") or "")
+        href = about.get("href")
+        if tag == "a" and href and not re.match(r"\w+:|#$", href):
+            self.links.add(href)
+        if tag == "img" and not about.get("alt"):
+            self.wordless.append(f"{self.path.name}: {about.get('src')}")
+
+
+@pytest.mark.slow
+def test_links_of_the_built_book_lead_somewhere_and_pictures_have_words(built: Path) -> None:
+    pages = {path: Anchors(path) for path in built.rglob("*.html")}
+    assert [word for page in pages.values() for word in page.wordless] == []
+    astray = []
+    for path, page in pages.items():
+        for link in page.links:
+            file, _, anchor = link.partition("#")
+            aim = (path.parent / unquote(file)).resolve() if file else path
+            known = aim in pages and (not anchor or unquote(anchor) in pages[aim].ids)
+            if not known and not (aim.exists() and not anchor):
+                astray.append(f"{path.name}: {link}")
+    assert astray == []
+
+
+WIDER = """
+const width = document.documentElement.clientWidth;
+return document.documentElement.scrollWidth <= width ? [] :
+  [...document.querySelectorAll("main *")]
+    .filter(each => each.getBoundingClientRect().right > width + 1)
+    .slice(0, 3).map(each => `${each.tagName} ${each.className} ${each.textContent.slice(0, 40)}`);
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [400, 1200])
+def test_no_page_is_wider_than_the_window(built: Path, width: int, tmp_path: Path) -> None:
+    selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    options = selenium.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or pytest.skip("no chromium here")
+    for flag in ("--headless", "--no-sandbox", f"--user-data-dir={tmp_path}"):
+        options.add_argument(flag)
+    service = selenium.ChromeService(shutil.which("chromedriver"))
+    with selenium.Chrome(options=options, service=service) as driver:
+        metrics = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        wider = {}
+        for path in sorted(built.rglob("*.html")):
+            driver.get(path.as_uri())
+            if found := driver.execute_script(WIDER):
+                wider[path.name] = found
+    assert wider == {}
