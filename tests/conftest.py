@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,6 @@ from matplotlib.figure import Figure
 
 from exactcreep.cli import status
 from exactcreep.figures import style
-from exactcreep.figures.explorer import page_server
 from tests.pictures import assert_shows_data
 from tests.processes import PATIENCE, environment
 
@@ -121,17 +119,6 @@ def ignores_ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[tuple[str, int]]:
-    """Serve the page to play with, and return host and port."""
-    with page_server() as serving:
-        thread = threading.Thread(target=serving.serve_forever)
-        thread.start()
-        yield serving.server_address
-        serving.shutdown()
-        thread.join()
 
 
 @pytest.fixture

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import math
+import os
+import socket
+import subprocess
+import sys
 import time
-import webbrowser
 from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -233,10 +237,9 @@ def animate(
     def save(path: Path, *, force: bool) -> None:
         if ending == ".gif":
             return draw_avalanche(avalanche, path, frames=count or 2, force=force)
-        from exactcreep.figures import explorer as page
+        from exactcreep.figures.avalanche_page import page, run_to_draw
 
-        shown = page.page(course=page.course(experiment), avalanche=page.avalanche(avalanche))
-        write_file(path, shown.encode(), "out", force=force)
+        write_file(path, page(run_to_draw(experiment), avalanche).encode(), "out", force=force)
 
     motion = avalanche.rearrangement
     said = (
@@ -246,30 +249,47 @@ def animate(
     output.deliver(Answer({}, partial(put, said), save))
 
 
-def explore(*, port: Annotated[str, taken("PORT")] = "0", browser: bool = True) -> None:
+def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag = False) -> None:
     """Play with a chain in the browser: sliders for its parameters, avalanches that move.
 
-    The page is served to this machine alone, until Ctrl-C.
+    An app of marimo (the extra "explore"), served to this machine alone, until Ctrl-C.
 
     Parameters
     ----------
     port : PORT
-        Where the page is; 0: any port that is free.
-    browser : bool
-        Whether to open the page.
+        Where the app is; default a port that is free.
+    headless : bool
+        Do not open a browser.
 
     Examples
     --------
-    exactcreep explore --port 8000 --no-browser
+    exactcreep explore
+    exactcreep explore --port 8000 --headless
     """
-    from exactcreep.figures.explorer import page_server
-
-    with page_server(whole(port, "port", 0, 65_535) or 0) as server:
-        url = f"http://127.0.0.1:{server.server_address[1]}/"
-        put(f"{url} (Ctrl-C ends it)")
-        if browser:
-            webbrowser.open(url)
-        server.serve_forever()
+    number = whole(port, "port", 1, 65_535)
+    if importlib.util.find_spec("marimo") is None:
+        needed = "needs marimo: pip install 'exactcreep[explore]'"
+        raise exactcreep.InputError("explore", "marimo", needed)
+    words = ["--headless"] if headless else []
+    if number is not None:
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", number))
+            except OSError as error:
+                allowed = f"cannot be used: {error.strerror}"
+                raise exactcreep.InputError("port", number, allowed) from None
+        words += ["--port", str(number)]
+    app = Path(exactcreep.__file__).parent / "figures" / "explorer_app.py"
+    command = [sys.executable, "-m", "marimo", "--yes", "run", str(app), "--no-token", *words]
+    # it asks nothing outside this machine: no news of marimo's versions
+    with subprocess.Popen(command, env={**os.environ, "MARIMO_SKIP_UPDATE_CHECK": "1"}) as server:
+        try:
+            status = server.wait()
+        except KeyboardInterrupt:  # Ctrl-C reaches both, SIGTERM this process alone
+            server.terminate()
+            raise
+    if status:
+        sys.exit(status)
 
 
 def sweep(

@@ -1,232 +1,316 @@
-"""The interactive page: change a parameter, see the run, and play any of its rearrangements.
+"""What the explorer shows: a run of the chain that its sliders ask for, its law, its fate.
 
-The page is one file that needs no other and no network. `exactcreep explore` serves it with sliders
-for the parameters; `exactcreep animate --out FILE.html` writes it with one rearrangement inside.
+The app itself is `exactcreep.figures.explorer_app`; nothing here needs marimo. Every computation
+ends after a number of events, whatever the machine, and says so.
 """
 
 from __future__ import annotations
 
-import base64
-import json
+import io
 import math
-import re
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from http import HTTPStatus
-from importlib import resources
-from socketserver import ThreadingMixIn
-from threading import Lock
+from fractions import Fraction
 from typing import Any, NamedTuple
-from urllib.parse import parse_qsl, urlsplit
-from wsgiref.simple_server import WSGIRequestHandler, WSGIServer, make_server
 
+import matplotlib as mpl
 import numpy as np
-from numpy.typing import ArrayLike
 
-from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_of
+from exactcreep.figures.animation import RunAvalanche, find_avalanche
+from exactcreep.figures.avalanche_page import page, run_quietly, run_to_draw
+from exactcreep.figures.style import STYLE, new_figure, styled
+from exactcreep.figures.sweep import Point, draw_families
+from exactcreep.laws import prediction, threshold_amplitude, threshold_width
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
-from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.drive import Cycles, GaussianSteps
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import behaviour
-from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep
+from exactcreep.studies.fates.fate import fate
 
-HOST = "127.0.0.1"
-MOST_EVENTS, MOST_SECONDS, MOST_SLIDERS = 40_000, 1, 200
-"""Of an answer that is to be seen at once."""
-_MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
-_ALONE = Lock()  # a thread that silences warnings silences those of all threads
+DRIVES = ("cycles", "Gaussian")
+"""What heats and cools the chain: cycles +A, -A, or independent normal dilations."""
+PRESETS: Mapping[str, float] = {"below": 0.75, "at": 1.0, "above": 1.5}
+"""Sizes of the drive, as parts of the paper's threshold, by the names of their buttons."""
+_POINTS, _SPAN = 15, 2.5  # velocities, up to so many thresholds, or to the size that is asked for
+_POINT_EVENTS = 60_000  # of one of them
+_FATE_EVENTS, _FATE_CYCLES = 400_000, 2_000  # after which a fate is not waited for
+_TRIED = 20  # avalanches that are tried, the largest first
 
 
-class Control(NamedTuple):
-    """A slider, of exponents of ten if it is logarithmic, and its field, which takes any number."""
+class Slider(NamedTuple):
+    """A slider of the explorer: the values that it takes, and the one that it starts with."""
 
     name: str
     label: str
-    least: float
-    most: float
-    step: float
-    value: str
+    values: tuple[float, ...]
+    start: float
     logarithmic: bool = False
 
 
-CONTROLS = (
-    Control("n", "sliders N", 2, 100, 1, "30"),
-    Control("tan_alpha", "slope tan α", 0, 0.6, 0.005, "0.25"),
-    Control("amplitude", "amplitude A", -5, -1.5, 0.01, "0.004", True),
-    Control("mu_s", "static friction μ_s", 0, 1, 0.01, "0.6"),
-    Control("mu_d", "dynamical friction μ_d", 0, 1, 0.01, "0.5"),
-    Control("sigma_mu", "disorder σ_μ", 0, 0.1, 0.002, "0.01"),
-    Control("seed", "seed", 0, 100, 1, "0"),
-    Control("cycles", "cycles", 2, 200, 1, "10"),
+def _equal(least: str, most: str, step: str) -> tuple[float, ...]:
+    first, last, by = (Fraction(text) for text in (least, most, step))
+    return tuple(float(first + k * by) for k in range(int((last - first) / by) + 1))
+
+
+def _decades(least: int, most: int, each: int = 20) -> tuple[float, ...]:
+    places = range(least * each, most * each + 1)
+    return tuple(float(f"{10 ** (place / each):.3g}") for place in places)
+
+
+SIZES = _decades(-2, 2)
+"""Amplitudes, or standard deviations, in thousandths, that the slider of the drive takes."""
+START = 2.0
+"""The first of them."""
+SLIDERS = (
+    Slider("n", "sliders: n", tuple(range(2, 101)), 10),
+    Slider("tan_alpha", "slope: tan_alpha", _equal("0", "0.6", "0.005"), 0.25),
+    Slider("mu_d", "dynamical friction: mu_d", _equal("0", "1", "0.01"), 0.5),
+    Slider("mu_s", "static friction: mu_s", _equal("0", "1", "0.01"), 0.6),
+    Slider("sigma_mu", "its disorder: sigma_mu", _equal("0", "0.1", "0.002"), 0.01),
+    Slider("l0", "length of a spring: l0", _decades(1, 5), 1000.0, True),
+    Slider("length", "cycles, or Gaussian dilations", tuple(range(2, 201)), 40),
+    Slider("seed", "seed", tuple(range(101)), 0),
 )
-"""The sliders of the page, in order."""
+"""Every slider but that of the drive's size, in order."""
 
 
-def experiment_of(given: Mapping[str, str]) -> Experiment:
-    """Return the experiment that the fields of the page ask for; l0 = 1000 as in the paper.
+def experiment_of(values: Mapping[str, Any]) -> Experiment:
+    """Return the experiment that the explorer's sliders ask for.
 
-    A field that is unknown, or holds what the model does not allow, is an `InputError`.
+    Parameters
+    ----------
+    values : mapping of str to value
+        By the names of `SLIDERS`, and ``drive``, one of `DRIVES`, and its ``size``: the amplitude
+        of cycles, or the standard deviation of Gaussian dilations, in thousandths.
+
+    Returns
+    -------
+    Experiment
+
+    Raises
+    ------
+    InputError
+        If the model does not allow a value; it names the field as the model does.
+
+    Examples
+    --------
+    >>> values = {slider.name: slider.start for slider in SLIDERS}
+    >>> experiment_of(values | {"drive": "cycles", "size": 2.0}).drive
+    Cycles(amplitude='0.002', cycles=40)
     """
-    values = {each.name: given.get(each.name, each.value).strip() for each in CONTROLS}
-    for name in given.keys() - values.keys():
-        raise InputError(name, given[name], "must be one of " + ", ".join(values))
-    n = whole_number(values.pop("n"), "n", least=1, most=MOST_SLIDERS)
-    cycles = whole_number(values.pop("cycles"), "cycles", least=1, most=10_000)
-    seed = whole_number(values.pop("seed"), "seed", least=0)
-    drive = Cycles(values.pop("amplitude"), cycles)
-    return Experiment(Chain(n, 1000, **values), drive, seed=seed)
+    given = {name: repr(value) for name, value in values.items()}  # as it is read, in decimals
+    numbers = {name: given[name] for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")}
+    make = Cycles if values["drive"] == DRIVES[0] else GaussianSteps
+    drive = make(exact_number(given["size"], "size") / 1000, values["length"])
+    return Experiment(Chain(values["n"], **numbers), drive, seed=values["seed"])
 
 
-def course(experiment: Experiment) -> dict[str, Any]:
-    """Return what a run does, ready for JSON: its displacements, its slips, its velocity.
+def preset_size(values: Mapping[str, Any], name: str) -> float:
+    """Return the size of the drive that a preset stands for, in thousandths, to three digits.
 
-    It ends after `MOST_EVENTS` events or `MOST_SECONDS` seconds, and says so.
+    Parameters
+    ----------
+    values : mapping of str to value
+        Those of the sliders, as for `experiment_of`; their size is not asked for.
+    name : str
+        One of `PRESETS`.
+
+    Returns
+    -------
+    float
+        nan where the chain has no threshold, or is none.
     """
-    recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
-    with _ALONE, warnings.catch_warnings(action="ignore", category=PhysicsWarning):  # it is told
-        (run,) = run_members([recording], limits=Limits.of(MOST_EVENTS, MOST_SECONDS))
-    kept, drive = run.recorded, experiment.drive
-    half_cycle = kept["rearrangement_half_cycle"]
-    reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
-    ramps = np.append(experiment.theta, drive.targets(1, reached, experiment.seed))
-    passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
-    span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
-    error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
-    velocity = f"mean velocity {run.velocity:.6g} per {drive.per}{error}"
-    told = [
-        f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})",
-        velocity if math.isfinite(run.velocity) else "",
-        run.reason,
-        *(f"{PHYSICS[name]} ({count} times)" for name, count in run.warnings.items()),
-        f"{run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events",
-    ]
-    slips = ("slider", "rearrangement", "displacement")
-    return {
-        "described": f"{experiment.chain}, {drive}, seed {experiment.seed}, {experiment.solver}",
-        "n": experiment.chain.n,
-        "half_cycles": reached,
-        "when": _packed(half_cycle - 1 + np.clip(passed / span, 0, 1)),
-        "displacement": _packed(kept["rearrangement_displacement"]),
-        "slip": {name: _packed(kept[f"slip_{name}"]) for name in slips},
-        "told": "; ".join(filter(None, told)) + ".",
-    }
+    try:
+        threshold = threshold_of(experiment_of({**values, "size": 1.0}))
+    except InputError:
+        return math.nan
+    wanted = float(f"{1000 * PRESETS[name] * threshold:.3g}")
+    return wanted if SIZES[0] <= wanted <= SIZES[-1] else math.nan
 
 
-def avalanche(found: RunAvalanche) -> dict[str, Any]:
-    """Return a rearrangement as it moves, ready for JSON.
+def threshold_of(experiment: Experiment) -> float:
+    """Return the amplitude, or the standard deviation, at which the paper lets creep begin.
 
-    Displacements and velocities are those of its closed form, `Rearrangement.sol`, at some hundred
-    instants, its events among them; the page joins them by cubics.
+    Parameters
+    ----------
+    experiment : Experiment
+
+    Returns
+    -------
+    float
+        Of Eq. 22, or what Eq. 24 makes of it; nan for a chain that may run away.
     """
-    motion = found.rearrangement
-    events = np.array([float(event.time) for event in motion.events])
-    spread = np.linspace(0.0, float(motion.duration), _MOMENTS)
-    every = max(1, events.size // (2 * _MOMENTS))
-    times = np.unique(np.concatenate([spread, events[::every]]))
-    shown = moments_of(motion, times)
-    return {
-        "number": found.number,
-        "half_cycle": found.half_cycle,
-        "theta": as_float(motion.theta),
-        "friction": found.experiment.chain.friction,
-        "events": len(motion.events),
-        "ended": motion.reason and f"; {motion.reason}",
-        "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),
-        "highest": float(max(shown.held.max(), np.abs(shown.forces).max())),
-        "times": _packed(times),
-        "moved": _packed(shown.moved.T),
-        "velocity": _packed(shown.velocities.T),
-        "moving": _packed(shown.moving.T),
-        "held": _packed(shown.held.T),
-        "force": _packed(shown.forces[:, 0]),
-    }
+    chain = experiment.chain
+    if chain.may_run_away:
+        return math.nan
+    known = chain.parameters()
+    numbers = {name: known[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
+    cyclic = isinstance(experiment.drive, Cycles)
+    return float((threshold_amplitude if cyclic else threshold_width)(**numbers))
 
 
-def _packed(values: ArrayLike) -> dict[str, str]:
-    """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
-    return {"f4": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
+class View(NamedTuple):
+    """What is seen of one experiment.
 
-
-def page(**shown: Any) -> str:
-    """Return the page, as one HTML text that shows what it is given."""
-    text = resources.files("exactcreep.figures").joinpath("explorer.html").read_text("utf-8")
-    data = {"controls": [control._asdict() for control in CONTROLS], **shown}
-    # no text inside may end the element that holds it
-    return text.replace("{{data}}", as_text(data).replace("<", "\\u003c"))
-
-
-def as_text(data: Mapping[str, Any]) -> str:
-    """Return data of the page as JSON."""
-    return json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-
-
-# --- the server -----------------------------------------------------------------------------------
-
-
-def answer(what: str, given: Mapping[str, str]) -> str:
-    """Return what the page asks its server for, as the text that is sent; "" if it is not known.
-
-    "data" is the run, or one of its rearrangements; "saved" is a page that holds both. What the
-    model does not allow, or takes too long, is an `InputError`.
+    Attributes
+    ----------
+    run : Creep
+        As far as it was computed.
+    page : str
+        The HTML page of the run, its largest avalanche playing.
+    law, fate, cut : str
+        A sentence each: which law holds where, what becomes of the chain, where the run was cut.
     """
-    if not what:
-        return page()
-    if what not in ("data", "saved"):
+
+    run: Creep
+    page: str
+    law: str
+    fate: str
+    cut: str
+
+
+def view_of(experiment: Experiment) -> View:
+    """Return what the explorer shows of an experiment.
+
+    Parameters
+    ----------
+    experiment : Experiment
+
+    Returns
+    -------
+    View
+    """
+    run = run_to_draw(experiment)
+    avalanche, passed_over = _largest(run)
+    cut = ""
+    if run.half_cycles < experiment.drive.half_cycles and run.reason:
+        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.half_cycles}"
+        cut += f" targets: {run.reason}."
+    if passed_over:
+        cut += f" {passed_over} larger avalanches cannot be shown: roundings decide their order."
+    return View(
+        run, page(run, avalanche, framed=True), law_sentence(run), fate_sentence(run),
+        cut.strip(),
+    )  # fmt: skip
+
+
+def _largest(run: Creep) -> tuple[RunAvalanche | None, int]:
+    """Return the avalanche of most events that can be shown, and how many larger ones cannot."""
+    events = np.asarray(run.recorded["rearrangement_events"])
+    numbers = np.argsort(-events, kind="stable")[:_TRIED].tolist()
+    for place, number in enumerate(numbers):
+        try:
+            return find_avalanche(run.experiment, number, Limits.of(run.event_count)), place
+        except InputError:  # it is computed differently alone than within its run
+            continue
+    return None, len(numbers)
+
+
+def law_sentence(run: Creep) -> str:
+    """Return which law holds for the mean velocity of a run, what it gives, and its deviation."""
+    known = prediction(run.chain, run.drive, run.experiment.start)
+    if known is None:
+        return "No law: from tan α = μ_d on the chain may run away."
+    values = " or ".join(f"{value:.4g}" for value in known.values)
+    off = f"off by {known.deviation:.2g} (root mean square)"
+    if math.isnan(known.deviation):
+        off = "by how much a chain is off is not known here"
+    elif known.deviation == 0:
+        off = "exactly"
+    return f"Law that holds ({known.law}): {values} g τ² per {run.drive.per}, {off}."
+
+
+def fate_sentence(run: Creep) -> str:
+    """Return what becomes of a chain for ever, where float64 tells it in less than a second."""
+    chain, drive = run.chain, run.drive
+    if not isinstance(drive, Cycles):
+        return "Fate: none, since the dilations never repeat."
+    if chain.sigma_mu != 0:
+        return "Fate: none that lasts, since every slip draws a new coefficient (`survival`)."
+    if chain.slides or chain.may_run_away:
         return ""
-    fields = dict(given)
-    shown, asked = dict[str, Any](), fields.pop("rearrangement", None)
-    experiment = experiment_of(fields)
-    if asked is not None:
-        number = whole_number(asked, "rearrangement", least=0)
-        found = find_avalanche(experiment, number, Limits.of(MOST_EVENTS, MOST_SECONDS))
-        shown["avalanche"] = avalanche(found)
-    if asked is None or what == "saved":
-        shown["course"] = course(experiment)
-    return page(**shown) if what == "saved" else as_text(shown)
+    each = max(run.event_count / max(run.half_cycles, 1), 1)  # events of a half-cycle
+    most = min(max(int(_FATE_EVENTS / (2 * each)), 1), _FATE_CYCLES)
+    found = fate(chain, drive.amplitude, cycles=most, solver="exact")
+    if found.settled_after is None:
+        return f"Fate: not settled after {found.cycles} cycles."
+    return (
+        f"Fate: {behaviour(found.outcome, found.direction)}, settled after {found.settled_after}"
+        f" cycles with period {found.period} ({found.evidence.value}; `exactcreep fate` proves it)."
+    )
 
 
-class _Server(ThreadingMixIn, WSGIServer):
-    """Answers in threads, which keep nothing alive when it ends."""
-
-    daemon_threads = True
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a visitor that has gone in the middle of an answer."""
+# --- the velocity over the amplitude --------------------------------------------------------------
 
 
-class _Quiet(WSGIRequestHandler):
-    def log_message(self, format: str, *args: object) -> None:
-        """Say nothing of every request."""
+def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
+    """Yield the velocities over the amplitude as they become known, one more each time.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Its drive's size is the last of the amplitudes, or on the way to some thresholds.
+
+    Yields
+    ------
+    list of Point
+        All points; the velocity is nan where it is not known yet, and where there is none.
+    """
+    chain, drive = experiment.chain, experiment.drive
+    make, name = (Cycles, "amplitude") if drive.cyclic else (GaussianSteps, "sigma_theta")
+    length = drive.half_cycles // (2 if drive.cyclic else 1)
+    own, threshold = nearest_float(getattr(drive, name)), threshold_of(experiment)
+    last = max(own, _SPAN * threshold) if threshold > 0 else 2 * own
+    sizes = sorted({own, *(float(f"{last * k / _POINTS:.3g}") for k in range(1, _POINTS + 1))})
+    drives = [make(repr(size), length) for size in sizes]
+    points = [
+        Point({name: size}, math.nan, parameters={**chain.parameters(), name: getattr(each, name)})
+        for size, each in zip(sizes, drives, strict=True)
+    ]
+    yield list(points)
+    for place in sorted(range(len(sizes)), key=lambda place: (place % 3 != 1, place)):
+        run = run_quietly(replace(experiment, drive=drives[place], record=()), _POINT_EVENTS)
+        points[place] = replace(points[place], measured=run.velocity, error=run.velocity_error)
+        yield list(points)
 
 
-def page_server(port: int = 0) -> WSGIServer:
-    """Return a server of the page, which a `with` block closes, or raise `InputError`."""
-    try:
-        return make_server(HOST, port, _visit, _Server, _Quiet)
-    except OSError as error:
-        raise InputError("port", port, f"cannot be used: {error.strerror}") from None
+@styled
+def velocity_picture(points: list[Point], experiment: Experiment) -> str:
+    """Return the picture of `velocity_points` as SVG text that takes the colour of its page.
 
+    Parameters
+    ----------
+    points : list of Point
+    experiment : Experiment
+        Where the chain itself stands is a vertical line.
 
-def _visit(asked: Mapping[str, Any], start: Callable[..., Any]) -> list[bytes]:
-    """Answer one question of the page: a WSGI application."""
-    # not a page of somebody else, whose name was made to lead here, or which asks from elsewhere
-    names = asked.get("HTTP_HOST", ""), urlsplit(asked.get("HTTP_ORIGIN", f"//{HOST}:0")).netloc
-    own = all(re.fullmatch(r"(127\.0\.0\.1|localhost):\d+", name) for name in names)
-    text, status = "", HTTPStatus.NOT_FOUND if own else HTTPStatus.FORBIDDEN
-    refused = {"sentence": "there is no such page, or it is for this machine alone"}
-    try:
-        given = dict(parse_qsl(asked["QUERY_STRING"], keep_blank_values=True))
-        text = answer(asked["PATH_INFO"][1:], given) if own else ""
-    except InputError as error:
-        status, refused = HTTPStatus.BAD_REQUEST, {"field": error.field, "sentence": str(error)}
-    except Exception as error:
-        status = HTTPStatus.INTERNAL_SERVER_ERROR
-        refused = {"sentence": f"{type(error).__name__}: {error} (a defect)"}
-    kind = "text/html" if text.startswith("<") else "application/json"
-    about = [("Content-Type", f"{kind}; charset=utf-8"), ("Cache-Control", "no-store")]
-    start("200 OK" if text else f"{status.value} {status.phrase}", about)
-    return [(text or as_text(refused)).encode()]
+    Returns
+    -------
+    str
+    """
+    (name,) = points[0].varied
+    figure = new_figure(4.8, 3.4)
+    axes = figure.subplots()
+    draw_families(axes, points, name)
+    threshold = threshold_of(experiment)
+    if threshold > 0:
+        axes.axvline(threshold, color="0.5", linewidth=0.8, linestyle=":")
+        equation = "Eq. 22" if name == "amplitude" else "Eq. 24"
+        axes.text(threshold, 0.98, f" {equation}", transform=axes.get_xaxis_transform(), va="top",
+                  fontsize=8)  # fmt: skip
+    own = nearest_float(getattr(experiment.drive, name))
+    axes.axvline(own, color="0.5", linewidth=0.8)
+    axes.set_xlim(0, 1.02 * points[-1].varied[name])
+    drawn = io.StringIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
+    text = drawn.getvalue()
+    text = text[text.index("<svg") :].replace("#000000", "currentColor")
+    said = "the mean velocity over the amplitude, and its laws"
+    style = f'role="img" aria-label="{said}" style="width:100%;max-width:640px;fill:currentColor"'
+    head, rest = text.split(">", 1)
+    sized = " ".join(part for part in head.split(" ") if not part.startswith(("width=", "height=")))
+    return f"{sized} {style}>{rest}"

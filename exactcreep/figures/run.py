@@ -32,6 +32,7 @@ from exactcreep.figures.style import (
     setting_text,
     styled,
 )
+from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
@@ -276,17 +277,17 @@ class Portrait:
             return np.full(chain.n, chain.friction)
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
 
-    def bounds(self, coefficient: Any) -> tuple[Floats, Floats]:
-        """Return the least and largest tension that a friction coefficient allows each spring.
 
-        From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
-        """
-        chain = self.result.chain
-        b, s = chain.times_cosine(coefficient), chain.sin_alpha
-        below = np.arange(1, chain.n)
-        above = below[::-1]
-        low, high = (np.minimum(below * (b + w), above * (b - w)) for w in (s, -s))
-        return -low, high
+def tension_bounds(chain: Chain, coefficient: Any) -> tuple[Floats, Floats]:
+    """Return the least and largest tension that a friction coefficient allows each spring.
+
+    From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
+    """
+    b, s = chain.times_cosine(coefficient), chain.sin_alpha
+    below = np.arange(1, chain.n)
+    above = below[::-1]
+    low, high = (np.minimum(below * (b + w), above * (b - w)) for w in (s, -s))
+    return -low, high
 
 
 def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
@@ -422,8 +423,8 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     springs = np.arange(1, chain.n)
     for coefficient, dashes, name in ((chain.mu_d, "-", "d"), (chain.mu_s, (0, (4, 2)), "s")):
         label = rf"limit for $\mu_\mathrm{{{name}}}$"
-        axes.plot(springs, np.array(seen.bounds(coefficient)).T, color="0.45", linewidth=0.9,
-                  linestyle=dashes, label=[label, ""])  # fmt: skip
+        both = np.transpose(tension_bounds(chain, coefficient))
+        axes.plot(springs, both, color="0.45", linewidth=0.9, linestyle=dashes, label=[label, ""])
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", linewidth=0.9,
               markersize=3 if chain.n <= 60 else 1.5, label=r"$T_n$")  # fmt: skip
     axes.set(xlabel="spring $n$", ylabel=r"tension ($m\,g$)")

@@ -221,7 +221,7 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     else:
         figure = new_figure(5.6, 4.0, title)
         over = max(values, key=lambda key: (many[key] > 0, len(values[key])))
-        _draw_families(figure.subplots(), points, over)
+        draw_families(figure.subplots(), points, over)
     return figure
 
 
@@ -253,7 +253,7 @@ def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> 
     axes.set_title(f"lines: {measured_words if sticks.any() else LIMIT}", fontsize=8)
 
 
-def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
+def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     """Draw the velocity over one quantity, each of the others' values in a colour of its own."""
     families: dict[str, list[Point]] = {}
     for point in points:

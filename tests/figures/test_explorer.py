@@ -1,167 +1,170 @@
-"""The page to play with: what its server answers, and what it sends."""
+"""The explorer computes what its sliders ask for, says which law holds, and ends by counts."""
 
 from __future__ import annotations
 
-import base64
-import http.client
-import json
+import importlib
+import math
 import re
 import signal
 import socket
-import struct
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
 
-from exactcreep.figures import explorer
-from exactcreep.figures.animation import find_avalanche
-from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.creep import creep
+from exactcreep import Cycles, InputError, creep, fate
+from exactcreep.figures import avalanche_page, explorer
+from exactcreep.laws import prediction
 from tests.conftest import Command
-from tests.processes import PATIENCE, PROGRAM, begun
+from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 
-SMALL = {"n": "6", "amplitude": "0.0012", "sigma_mu": "0.01", "cycles": "5", "seed": "2"}
-
-
-def unpacked(packed: dict[str, str]) -> np.ndarray[Any, Any]:
-    return np.frombuffer(base64.b64decode(packed["f4"]), "<f4")
-
-
-def asked(server: tuple[str, int], path: str, **headers: str) -> tuple[int, str]:
-    connection = http.client.HTTPConnection(*server, timeout=PATIENCE)
-    connection.request("GET", path, headers=headers)
-    answer = connection.getresponse()
-    status, text = answer.status, answer.read().decode()
-    connection.close()
-    return status, text
+START = {slider.name: slider.start for slider in explorer.SLIDERS}
+START |= {"drive": "cycles", "size": explorer.START}
+SIX = START | {"n": 6, "size": 1.2, "length": 10}
+WHOLE = SIX | {"sigma_mu": 0.0}
 
 
-def test_the_course_is_that_of_the_run() -> None:
-    experiment = explorer.experiment_of(SMALL)
-    shown = explorer.course(experiment)
-    record = ["x_G", "rearrangements", "slip_table"]
-    run = creep(experiment.chain, experiment.drive, seed=2, record=record)
-    assert f"mean velocity {run.velocity:.6g}" in shown["told"]
-    assert f"{run.slip_count} slips" in shown["told"]
-    beyond = explorer.experiment_of(SMALL | {"sigma_mu": "0.1", "amplitude": "0.1"})
-    told = explorer.course(beyond)["told"]
-    assert "max_events = 40000 was reached" in told
-    assert "a static coefficient was drawn below mu_d" in told
-    half_cycle, gone = run.recorded["rearrangement_half_cycle"], unpacked(shown["displacement"])
-    at_ends = [gone[half_cycle <= q].sum() for q in range(1, run.half_cycles + 1)]
-    assert_allclose(at_ends, run.recorded["x_G"], atol=2e-6)
-    assert_array_equal(np.ceil(unpacked(shown["when"])), half_cycle)
-    slips = unpacked(shown["slip"]["slider"])
-    assert_array_equal(slips, run.recorded["slip_slider"])
+def experiment_of(**changed: Any):
+    return explorer.experiment_of(SIX | changed)
 
 
-def test_a_rearrangement_is_sent_as_its_closed_form() -> None:
-    experiment = explorer.experiment_of(SMALL)
-    number = 17
-    found = find_avalanche(experiment, number)
-    sent = explorer.avalanche(found)
-    assert sent["number"] == number
-    times = unpacked(sent["times"])
-    for event in found.rearrangement.events:
-        assert np.float32(event.time) in times
-    motion = found.rearrangement.sol(times.astype(float)[3])
-    moved = motion.positions - found.rearrangement.initial.displacements
-    for name, values in (("moved", moved), ("velocity", motion.velocities)):
-        shown = unpacked(sent[name]).reshape(-1, 6)[3]
-        assert_allclose(shown, values, atol=1e-6)
-    run = creep(experiment.chain, experiment.drive, seed=2, record=["rearrangements"])
-    assert sent["half_cycle"] == run.recorded["rearrangement_half_cycle"][number]
-    assert sent["events"] == run.recorded["rearrangement_events"][number]
+def test_every_edge_of_a_slider_is_in_the_model_with_friction_that_allows_it() -> None:
+    for slider in explorer.SLIDERS:
+        friction = {"mu_d": {"mu_s": 1.0}, "mu_s": {"mu_d": 0.0}}.get(slider.name, {})
+        for edge in (slider.values[0], slider.values[-1]):
+            for drive in explorer.DRIVES:
+                values = START | friction | {slider.name: edge, "drive": drive}
+                experiment = explorer.experiment_of(values)
+                described = {**experiment.chain.parameters(), "seed": experiment.seed}
+                described["length"] = experiment.drive.half_cycles / (1 + experiment.drive.cyclic)
+                assert float(described[slider.name]) == edge
 
 
-def test_the_edges_of_every_slider_are_in_the_model() -> None:
-    for control in explorer.CONTROLS:
-        friction = {"mu_s": "1"} if control.name == "mu_d" else {}
-        friction |= {"mu_d": "0"} if control.name == "mu_s" else {}
-        for edge in (control.least, control.most):
-            value = f"{10**edge:.3g}" if control.logarithmic else f"{edge:g}"
-            explorer.experiment_of({control.name: value} | friction)
+def test_decimals_of_sliders_are_taken_as_they_are_read() -> None:
+    experiment = experiment_of(tan_alpha=0.3, size=0.7)
+    assert experiment.chain.tan_alpha == explorer.Fraction(3, 10)
+    assert experiment.drive == Cycles("0.0007", 10)
 
 
 @pytest.mark.parametrize(
-    ("name", "text"),
-    [("n", "201"), ("n", ""), ("amplitude", "x"), ("mu_s", "0.4"), ("colour", "red")],
+    ("name", "value"), [("mu_s", 0.4), ("n", 1.5), ("sigma_mu", -1.0), ("size", -1.0)]
 )
-def test_bad_input_is_refused_by_the_name_of_its_field(name: str, text: str) -> None:
+def test_a_refused_value_is_named(name: str, value: float) -> None:
+    field = "amplitude" if name == "size" else name
     with pytest.raises(InputError) as refused:
-        explorer.experiment_of({name: text})
-    assert refused.value.field == name
+        experiment_of(**{name: value})
+    assert refused.value.field == field
 
 
-def test_a_request_for_too_much_is_refused_soon() -> None:
-    with pytest.raises(InputError, match=r"was not reached: max_events = 40000 was reached"):
-        explorer.answer("data", {"amplitude": "1e20", "rearrangement": "99999999"})
+def test_a_view_is_of_the_whole_run_and_names_the_law_with_its_deviation() -> None:
+    experiment = explorer.experiment_of(START | {"n": 10, "size": 10.0})
+    view, run = explorer.view_of(experiment), creep(experiment.chain, Cycles("0.01", 40))
+    law = prediction(experiment.chain, experiment.drive)
+    assert law.deviation > 0
+    assert f"({law.law})" in view.law
+    assert f"{law.values[0]:.4g}" in view.law
+    assert f"{law.deviation:.2g}" in view.law
+    assert view.run.event_count <= run.event_count
+    assert f"cut after {view.run.half_cycles} of 80 targets" in view.cut
+    assert f"max_events = {avalanche_page.MOST_EVENTS} was reached" in view.cut
+    whole = explorer.view_of(experiment_of())
+    assert whole.cut == ""
+    again = creep(whole.run.chain, whole.run.drive)
+    assert (whole.run.velocity, whole.run.event_count) == (again.velocity, again.event_count)
 
 
-PAIR = "n=2&amplitude=0.0004"
+def test_the_avalanche_of_the_view_is_the_largest_of_the_run() -> None:
+    view = explorer.view_of(experiment_of())
+    events = np.asarray(view.run.recorded["rearrangement_events"])
+    assert f'"number":{events.argmax()},' in view.page
+    assert '"framed":true' in view.page
+    resting = explorer.view_of(experiment_of(size=0.01))
+    assert resting.run.event_count == 0
+    assert '"motion":null' in resting.page
 
 
-@pytest.mark.parametrize(
-    ("path", "status", "says"),
-    [
-        ("/", 200, "<figure"),
-        ("/data?n=two", 400, '{"field":"n","sentence":"n = \'two\''),
-        (f"/data?{PAIR}&rearrangement=99999", 400, '{"field":"rearrangement"'),
-        (f"/saved?{PAIR}&rearrangement=1", 200, '"avalanche":{"number":1,'),
-        ("/../pyproject.toml", 404, "no such page"),
-    ],
-)
-def test_the_server_answers_questions_and_refuses_others(
-    server: tuple[str, int], path: str, status: int, says: str
+def test_a_fate_is_told_where_there_is_one() -> None:
+    run = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 2, "size": 0.4})).run
+    known = fate(run.chain, "0.0004", solver="exact")
+    said = explorer.fate_sentence(run)
+    assert f"settled after {known.settled_after} cycles with period {known.period}" in said
+    assert "creeping downhill" in said
+    for changed in ({"sigma_mu": 0.01}, {"drive": "Gaussian"}):
+        said = explorer.fate_sentence(explorer.view_of(explorer.experiment_of(WHOLE | changed)).run)
+        assert said.startswith("Fate: none")
+
+
+def test_presets_stand_below_at_and_above_the_threshold() -> None:
+    below, at, above = (explorer.preset_size(WHOLE, name) for name in explorer.PRESETS)
+    law = explorer.threshold_amplitude(n=6, l0=1000, mu_d=0.5, tan_alpha=0.25)
+    assert at == pytest.approx(1000 * law, rel=0.005)
+    assert below < at < above
+    speeds = [
+        explorer.view_of(explorer.experiment_of(WHOLE | {"size": size, "length": 100})).run.velocity
+        for size in (below, above)
+    ]
+    assert speeds[0] == 0.0 < speeds[1]
+    assert math.isnan(explorer.preset_size(WHOLE | {"tan_alpha": 0.55}, "at"))
+    assert math.isnan(explorer.preset_size(WHOLE | {"mu_s": 0.1}, "at"))
+
+
+@pytest.mark.parametrize("drive", explorer.DRIVES)
+def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(drive: str) -> None:
+    experiment = explorer.experiment_of(SIX | {"n": 2, "size": 0.5, "drive": drive})
+    steps = list(explorer.velocity_points(experiment))
+    known = [sum(not math.isnan(point.measured) for point in points) for points in steps]
+    assert known == list(range(len(steps[0]) + 1))
+    (name,) = steps[0][0].varied
+    (own,) = (point for point in steps[-1] if point.varied[name] == 0.0005)
+    assert own.measured == creep(experiment.chain, experiment.drive).velocity
+    first, last = (explorer.velocity_picture(steps[k], experiment) for k in (0, -1))
+    assert last.count("<use") > first.count("<use") + len(steps[0]) / 2
+    assert "currentColor" in last
+    assert "#000000" not in last
+    assert not re.search(r'(?:src|href)="(?!#)', last)
+
+
+def test_the_app_runs_as_a_program() -> None:
+    pytest.importorskip("marimo")
+    app = importlib.import_module("exactcreep.figures.explorer_app").app
+    outputs, names = app.run()
+    begins = explorer.experiment_of(START)
+    assert (names["experiment"].chain, names["experiment"].drive) == (begins.chain, begins.drive)
+    said = "".join(str(each.text) for each in outputs if hasattr(each, "text"))
+    assert "Law that holds" in said
+    assert "iframe" in said
+
+
+def test_without_marimo_the_command_says_what_to_install(
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answered, text = asked(server, path)
-    assert (answered, says in text) == (status, True)
+    monkeypatch.setitem(sys.modules, "marimo", None)
+    assert "pip install 'exactcreep[explore]'" in command("explore").sentence
 
 
-def test_the_server_is_for_pages_of_this_machine(server: tuple[str, int]) -> None:
-    own = f"http://127.0.0.1:{server[1]}"
-    assert asked(server, "/data?n=2", Origin=own)[0] == 200
-    assert asked(server, "/", Host="elsewhere.example:80")[0] == 403
-    for origin in ("https://elsewhere.example", "http://127.0.0.1.elsewhere.example:80", "null"):
-        assert asked(server, "/data?n=2", Origin=origin)[0] == 403
-
-
-def test_a_defect_is_a_sentence_and_a_visitor_that_goes_away_leaves_no_traceback(
-    server: tuple[str, int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with socket.create_connection(server) as visitor:
-        visitor.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        visitor.sendall(b"GET /data?n=30 HTTP/1.1\r\nHost: localhost:1\r\n\r\n")
-    assert asked(server, "/data?n=2")[0] == 200
-    monkeypatch.setattr(explorer, "course", lambda experiment: 1 / 0)
-    sentence = '{"sentence":"ZeroDivisionError: division by zero (a defect)"}'
-    assert asked(server, "/data?n=2") == (500, sentence)
-    assert capsys.readouterr().err == ""
-
-
-def test_a_port_that_is_taken_is_refused(server: tuple[str, int], command: Command) -> None:
-    refused = command("explore", "--no-browser", "--port", str(server[1]))
-    assert refused.sentence.startswith(f"port = {server[1]}")
+def test_a_port_that_is_taken_is_refused(command: Command) -> None:
+    pytest.importorskip("marimo")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        refused = command("explore", "--headless", "--port", str(port))
+    assert refused.sentence.startswith(f"port = {port}")
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_the_program_ends_with_its_server(number: int, status: int) -> None:
-    with begun(*PROGRAM, "explore", "--no-browser") as process:
-        line = process.stdout.readline()
-        host, port = re.match(r"http://([\d.]+):(\d+)/ ", line).groups()
-        assert asked((host, int(port)), "/", Host="elsewhere.example:80")[0] == 403
+    pytest.importorskip("marimo")
+    with begun(*PROGRAM, "explore", "--headless") as process:
+        url = re.compile(r"http://localhost:(\d+)")
+        (port,) = next(filter(None, map(url.findall, process.stdout)))
+        wait_until(lambda: listens(int(port)), process)
         process.send_signal(number)
         assert process.wait(PATIENCE) == status
-        with pytest.raises(ConnectionRefusedError):
-            asked((host, int(port)), "/")
+        assert not listens(int(port))
 
 
-def test_a_page_is_one_file_whatever_its_data_say() -> None:
-    text = explorer.page(course={"described": "</script><script>alert(1)</script>"})
-    assert text.count("</script>") == explorer.page().count("</script>")
-    inside = re.search(r'id="data">(.*?)</script>', text, re.DOTALL).group(1)
-    assert json.loads(inside)["course"]["described"].startswith("</script>")
-    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", text)
+def listens(port: int) -> bool:
+    with socket.socket() as visitor:
+        return visitor.connect_ex(("127.0.0.1", port)) == 0

@@ -20,7 +20,7 @@ from exactcreep import (
     physical,
     rearrange,
 )
-from exactcreep.figures.run import draw_portrait, draw_run, portrait
+from exactcreep.figures.run import draw_portrait, draw_run, portrait, tension_bounds
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data
 
@@ -124,7 +124,7 @@ def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) 
     assert_array_equal(seen.x_G[1:], full["x_G"][there])
     assert seen.x_G[0] == np.vstack([np.zeros(6), full["x"]])[seen.first - 1].mean()
     assert (np.abs(seen.forces) <= seen.limits).all()
-    (low, high), (least, most) = seen.bounds(SIX.mu_s), seen.bounds(SIX.mu_d)
+    (low, high), (least, most) = tension_bounds(SIX, SIX.mu_s), tension_bounds(SIX, SIX.mu_d)
     assert (low <= seen.state.tensions).all()
     assert (seen.state.tensions <= high).all()
     assert ((low < least) & (most < high)).all()

@@ -1,0 +1,157 @@
+"""The page of one avalanche: a run, and one of its rearrangements that moves on its incline.
+
+The page is one file that needs no other and no network. ``exactcreep animate --out FILE.html``
+writes it; the explorer (`exactcreep.figures.explorer`) shows it beside its sliders.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import resources
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from exactcreep.figures.animation import RunAvalanche, moments_of
+from exactcreep.figures.run import tension_bounds
+from exactcreep.limits import Limits
+from exactcreep.model.enclosure import as_float, floats
+from exactcreep.model.outcome import behaviour
+from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep
+
+MOST_EVENTS = 40_000
+"""Of a run that is drawn: more slips than these make are no picture."""
+_MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
+_ALONE = Lock()  # a thread that silences warnings silences those of all threads
+
+
+def run_to_draw(experiment: Experiment) -> Creep:
+    """Return a run that recorded what the page draws, cut after `MOST_EVENTS` events."""
+    recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
+    return run_quietly(recording, MOST_EVENTS)
+
+
+def run_quietly(experiment: Experiment, max_events: int) -> Creep:
+    """Return a run of at most so many events, whose warnings are for its caller to say."""
+    with _ALONE, warnings.catch_warnings(action="ignore", category=PhysicsWarning):
+        (run,) = run_members([experiment], limits=Limits.of(max_events))
+    return run
+
+
+def description_of(experiment: Experiment) -> str:
+    """Return the chain, its drive, its seed and its solver in one line."""
+    seed = f", seed {experiment.seed}"
+    return f"{experiment.chain}, {experiment.drive}{seed}, {experiment.solver}"
+
+
+def sentence_of(run: Creep) -> str:
+    """Return what a run came to, why it ended, and what its warnings say, in a few words each."""
+    error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
+    velocity = f"mean velocity {run.velocity:.6g} per {run.drive.per}{error}"
+    parts = [
+        f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})",
+        velocity if math.isfinite(run.velocity) else "",
+        run.reason,
+        *(f"{PHYSICS[name]} ({count} times)" for name, count in run.warnings.items()),
+        f"{run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events",
+    ]
+    return "; ".join(filter(None, parts)) + "."
+
+
+def run_data(run: Creep) -> dict[str, Any]:
+    """Return what a run did, ready for JSON: its displacements, its slips, its velocity."""
+    recorded, drive = run.recorded, run.drive
+    half_cycle = recorded["rearrangement_half_cycle"]
+    reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
+    ramps = np.append(run.experiment.theta, drive.targets(1, reached, run.seed))
+    passed = floats(recorded["rearrangement_theta"]) - ramps[half_cycle - 1]
+    span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
+    slips = ("slider", "rearrangement", "displacement")
+    return {
+        "described": description_of(run.experiment),
+        "n": run.chain.n,
+        "half_cycles": reached,
+        "when": _packed(half_cycle - 1 + np.clip(passed / span, 0, 1)),
+        "displacement": _packed(recorded["rearrangement_displacement"]),
+        "slip": {name: _packed(recorded[f"slip_{name}"]) for name in slips},
+        "sentence": sentence_of(run),
+    }
+
+
+def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
+    """Return a rearrangement as it moves, ready for JSON.
+
+    Displacements and velocities are those of its closed form, `Rearrangement.sol`, at some hundred
+    instants, its events among them; the page joins them by cubics.
+    """
+    motion, chain = avalanche.rearrangement, avalanche.experiment.chain
+    events = np.array([float(event.time) for event in motion.events])
+    spread = np.linspace(0.0, float(motion.duration), _MOMENTS)
+    every = max(1, events.size // (2 * _MOMENTS))
+    times = np.unique(np.concatenate([spread, events[::every]]))
+    shown = moments_of(motion, times)
+    tensions = floats(motion.initial.tensions)
+    stretch = np.diff(shown.moved, axis=0) + tensions[:, None]
+    bounds = {name: tension_bounds(chain, getattr(chain, name)) for name in ("mu_d", "mu_s")}
+    return {
+        "number": avalanche.number,
+        "half_cycle": avalanche.half_cycle,
+        "theta": as_float(motion.theta),
+        "tan_alpha": float(chain.tan_alpha),
+        "friction": chain.friction,
+        "events": len(motion.events),
+        "ended": motion.reason and f"; {motion.reason}",
+        "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),
+        "highest": float(max(shown.held.max(), np.abs(shown.forces).max())),
+        "tightest": [float(stretch.min(initial=0.0)), float(stretch.max(initial=0.0))],
+        "times": _packed(times),
+        "moved": _packed(shown.moved.T),
+        "velocity": _packed(shown.velocities.T),
+        "moving": _packed(shown.moving.T),
+        "held": _packed(shown.held.T),
+        "force": _packed(shown.forces[:, 0]),
+        "tension": _packed(tensions),
+        "bounds": {name: [_packed(side) for side in sides] for name, sides in bounds.items()},
+    }
+
+
+def _packed(values: ArrayLike) -> dict[str, str]:
+    """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
+    return {"f4": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
+
+
+def page(run: Creep, avalanche: RunAvalanche | None = None, *, framed: bool = False) -> str:
+    """Return the page, as one HTML text.
+
+    Parameters
+    ----------
+    run : Creep
+        As `run_to_draw` returns it.
+    avalanche : RunAvalanche, optional
+        One of its rearrangements; without one the page shows the run alone.
+    framed : bool
+        Whether it stands inside of another page: without a title, and moving as soon as it is open,
+        where its reader has not asked for stillness.
+
+    Returns
+    -------
+    str
+    """
+    data: Mapping[str, Any] = {
+        "run": run_data(run),
+        "motion": None if avalanche is None else motion_data(avalanche),
+        "framed": framed,
+    }
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    form = resources.files("exactcreep.figures").joinpath("avalanche_page.html")
+    # no text inside may end the element that holds it
+    return form.read_text("utf-8").replace("{{data}}", text.replace("<", "\\u003c"))

@@ -1,0 +1,100 @@
+"""A visitor of pages in Chromium: what is seen, what is asked for, what the keyboard does."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image as mpimg
+import numpy as np
+import pytest
+
+selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+DRIVER = shutil.which("chromedriver")
+MARKS = [
+    pytest.mark.browser,
+    pytest.mark.skipif(not CHROMIUM or not DRIVER, reason="no chromium with its driver here"),
+    pytest.mark.xdist_group("browser"),
+]
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--window-size=1280,1150",
+)  # fmt: skip
+PATIENCE = 300
+LOCAL = ("http://localhost:", "http://127.0.0.1:", "ws://localhost:", "data:", "blob:", "file:",
+         "about:", "chrome:", "chrome-untrusted:")  # fmt: skip
+
+
+def new_browser(profile: Path) -> Any:
+    """Return a browser with an empty profile, which a `with` block closes."""
+    options = selenium.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = selenium.Chrome(options=options, service=selenium.ChromeService(DRIVER))
+    driver.set_script_timeout(PATIENCE)
+    return driver
+
+
+class Page:
+    """A visitor of one page."""
+
+    def __init__(self, browser: Any, url: str) -> None:
+        self.browser = browser
+        browser.get_log("performance")
+        browser.get(url)
+
+    def until(self, reached: Callable[[], Any]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not reached():
+            assert time.monotonic() < end, self.browser.find_element("tag name", "body").text
+            time.sleep(0.05)
+
+    def find(self, name: str) -> Any:
+        return self.browser.find_element("id", name)
+
+    def text(self, name: str) -> str:
+        return str(self.find(name).text)
+
+    def script(self, text: str, *arguments: Any) -> Any:
+        return self.browser.execute_script(text, *arguments)
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            selenium.ActionChains(self.browser).send_keys(key).perform()
+
+    def asked(self) -> list[str]:
+        """Return the addresses that were asked for since the last time."""
+        messages = [json.loads(entry["message"])["message"]
+                    for entry in self.browser.get_log("performance")]  # fmt: skip
+        kinds = {"Network.requestWillBeSent": "request", "Network.webSocketCreated": None}
+        asked = [(each["params"], kinds[each["method"]]) for each in messages
+                 if each["method"] in kinds]  # fmt: skip
+        return [str(about[key]["url"] if key else about["url"]) for about, key in asked]
+
+    def quiet(self) -> None:
+        """Assert that the browser has complained of nothing."""
+        log = self.browser.get_log("browser")
+        assert not [entry["message"] for entry in log if entry["level"] == "SEVERE"]
+
+    def seen(self, element: Any) -> Any:
+        """Return what is drawn inside the frame of a picture, as it is seen."""
+        found = self.find(element) if isinstance(element, str) else element
+        pixels = mpimg.imread(io.BytesIO(found.screenshot_as_png))
+        return pixels[5:-5, 5:-5]
+
+    def colours(self, name: str) -> int:
+        """Return how many colours are seen in a picture; one: that of the paper."""
+        return count_colours(self.seen(name))
+
+
+def count_colours(pixels: Any) -> int:
+    return len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0))

@@ -1,0 +1,123 @@
+"""The explorer in a real browser: it moves at once, hears the keyboard, and asks nobody else."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+
+import matplotlib.image as mpimg
+import numpy as np
+import pytest
+
+from tests.browser.chromium import LOCAL, MARKS, Page, count_colours, new_browser
+from tests.processes import PROGRAM, begun
+
+pytest.importorskip("marimo", reason="marimo is not installed")
+pytestmark = MARKS
+TAB, RIGHT, LEFT, ENTER = "\ue004", "\ue014", "\ue012", "\ue007"
+END, HOME = "\ue010", "\ue011"
+FRAME = "const page = document.querySelector('iframe')?.contentWindow;"
+DESCRIBED = FRAME + "return page?.document.getElementById('described')?.textContent ?? ''"
+FOCUS = """
+let active = document.activeElement;
+while (active?.shadowRoot?.activeElement) active = active.shadowRoot.activeElement;
+const host = document.activeElement;
+return [active?.getAttribute("role") ?? active?.tagName, host?.innerText ?? "",
+        active?.getRootNode().host?.shadowRoot.textContent ?? active?.textContent ?? ""].join(" ");
+"""
+POINTS = "return document.querySelectorAll('svg[role=img] [id^=line2d] use').length"
+WIDE = "return document.documentElement.scrollWidth - window.innerWidth"
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with (
+        begun(*PROGRAM, "explore", "--headless") as process,
+        new_browser(tmp_path_factory.mktemp("profile")) as browser,
+    ):
+        try:
+            url = re.compile(r"http://localhost:\d+")
+            (address,) = next(filter(None, map(url.findall, process.stdout)))
+            visitor = Page(browser, address)
+            visitor.until(lambda: visitor.script(DESCRIBED))
+            yield visitor
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def focus_on(app: Page, words: str) -> None:
+    """Press Tab until what is named has the focus."""
+    for _ in range(60):
+        app.press(TAB)
+        if words in app.script(FOCUS):
+            return
+    raise AssertionError(f"the keyboard does not reach {words!r}: {app.script(FOCUS)}")
+
+
+def test_it_begins_with_a_chain_in_motion(app: Page) -> None:
+    app.until(lambda: app.script(FRAME + "return page.eval('now') > 0"))
+    assert "Law that holds" in app.browser.find_element("tag name", "body").text
+    frame = app.browser.find_element("tag name", "iframe")
+    assert count_colours(app.seen(frame)) > 20
+
+
+def test_it_asks_nothing_outside_of_this_machine(app: Page) -> None:
+    asked = app.asked()
+    assert any(url.startswith("http://localhost:") for url in asked)
+    assert not [url for url in asked if not url.startswith(LOCAL)]
+
+
+def test_the_keyboard_alone_changes_a_parameter_and_the_run(app: Page) -> None:
+    before = app.script(DESCRIBED)
+    focus_on(app, "slope: tan_alpha")
+    app.press(RIGHT)
+    app.until(lambda: "tan_alpha='0.255'" in app.script(DESCRIBED))
+    app.press(RIGHT)  # the slider has kept the focus
+    app.until(lambda: "tan_alpha='0.26'" in app.script(DESCRIBED))
+    app.press(LEFT, LEFT)
+    app.until(lambda: app.script(DESCRIBED) == before)
+    focus_on(app, "above the threshold")
+    app.press(ENTER)
+    app.until(lambda: "amplitude='0.00182'" in app.script(DESCRIBED))
+
+
+def test_a_refused_value_names_itself_and_the_old_run_says_that_it_is_old(app: Page) -> None:
+    before = app.script(DESCRIBED)
+    focus_on(app, "dynamical friction: mu_d")
+    app.press(END)  # beyond the static one
+
+    def told() -> str:
+        return str(app.browser.find_element("tag name", "body").text)
+
+    app.until(lambda: "mu_s = " in told() and "What is shown below is old" in told())
+    assert app.script(DESCRIBED) == before
+    app.press(HOME)
+    app.until(lambda: "What is shown below is old" not in told())
+
+
+def test_velocities_appear_one_by_one(app: Page) -> None:
+    focus_on(app, "seed")
+    app.press(RIGHT)
+    app.until(lambda: "seed 1" in app.script(DESCRIBED))
+    app.until(lambda: app.script(POINTS) > 15)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits_a_telephone_in_light_and_dark(app: Page, scheme: str) -> None:
+    wanted = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    size = {"deviceScaleFactor": 1, "mobile": False, "width": 400, "height": 900}
+    app.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", wanted)
+    app.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        assert app.script(WIDE) <= 0
+        app.until(lambda: (brightness(app) < 0.5) == (scheme == "dark"))
+    finally:
+        app.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        app.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def brightness(app: Page) -> float:
+    shown = mpimg.imread(io.BytesIO(app.browser.get_screenshot_as_png()))
+    return float(np.median(shown[..., :3]))
