@@ -23,7 +23,7 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.reading import content_of, text_of
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
@@ -91,8 +91,8 @@ class Member:
     time_unit: float | None = None
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, repr=False)
+class Scene(Shown):
     """What a TOML scene says, checked for its names but not yet for its values.
 
     >>> from exactcreep import load_scene
@@ -162,6 +162,10 @@ class Scene:
         for table, entries in tables.items():
             _known(entries, known[table], f"{table}.")
         return cls(name, title, tables, vary, folder or FilePath())
+
+    def _facts(self) -> dict[str, Any]:
+        said = {"name": self.name, "title": self.title, **dict(_flattened(self.tables))}
+        return said | {f"vary.{key}": values for key, values in self.vary.items()}
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
         """Return the scene with dotted keys set, ``{"chain.n": 6}``; `InputError` of unknown ones.

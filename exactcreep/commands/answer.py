@@ -131,13 +131,22 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
 
 def say_summary(summary: Mapping[str, Any]) -> None:
-    """Print the summary of a result: a line for each key that has something to tell."""
-    rows = [(key, _worded(value)) for key, value in summary.items()]
+    """Print the summary of a result: a line for each key whose value is known and not zero."""
+    rows = [(key, _worded(value)) for key, value in summary.items() if not _is_nothing(value)]
     say_rows((_LABELS.get(key, key.replace("_", " ")), text) for key, text in rows if text)
+
+
+def _is_nothing(value: Any) -> bool:
+    """Return whether a named value goes without saying; a share of no starts does."""
+    if isinstance(value, Mapping):
+        return value.get("starts") == 0 or all(map(_is_nothing, value.values()))
+    return not value and not isinstance(value, str)
 
 
 def _worded(value: Any) -> str:
     """Return one value of a summary for the eye; "" if there is none."""
+    from exactcreep.model.numbers import in_words
+
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return ""
     if isinstance(value, bool):
@@ -147,7 +156,9 @@ def _worded(value: Any) -> str:
     if isinstance(value, Mapping):
         several = all(isinstance(part, Mapping) for part in value.values())
         between, colon = ("\n", ":") if several else (", ", "")
-        parts = [(f"{key}{colon}".replace("_", " "), _worded(part)) for key, part in value.items()]
+        parts = [(f"{key}{colon}".replace("_", " "), _worded(part))
+                 for key, part in value.items()
+                 if "share" in value or not _is_nothing(part)]  # fmt: skip
         return between.join(f"{name} {text}" for name, text in parts if text)
     if isinstance(value, (list, tuple)):
         if len(value) == 2 and all(_RATIO.fullmatch(str(part)) for part in value):
@@ -156,7 +167,7 @@ def _worded(value: Any) -> str:
         most, between = (_MOST_LINES, "\n") if several else (_MOST_WORDS, ", ")
         more = [f"and {len(value) - most} more"] if len(value) > most else []
         return between.join([*map(_worded, value[:most]), *more])
-    return str(value)
+    return in_words(value)
 
 
 def _decimals(ends: Sequence[str]) -> str:
@@ -237,13 +248,14 @@ def grouped(
 
 
 def _range(values: Sequence[Any]) -> str:
-    first = _setting_text(values[0])
-    return first if len(values) == 1 else f"{first} … {_setting_text(values[-1])}"
+    first = setting_text(values[0])
+    return first if len(values) == 1 else f"{first} … {setting_text(values[-1])}"
 
 
-def _setting_text(value: Any) -> str:
+def setting_text(value: Any) -> str:
+    """Return one value that a member sets, in short."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_setting_text(part)}" for key, part in value.items())
+        return ", ".join(f"{key} {setting_text(part)}" for key, part in value.items())
     if isinstance(value, list):
         return f"({len(value)} values)"
     try:
@@ -275,8 +287,8 @@ class Answer:
     ----------
     summary : mapping
         What ``--json`` prints.
-    say : callable, optional
-        Prints it for the eye; default: a line for each key.
+    say : callable
+        Prints it for the eye.
     save : callable
         Writes its data to the path of ``--out``, over a file that exists with ``force=True``.
     draw : callable
@@ -288,7 +300,7 @@ class Answer:
     """
 
     summary: Mapping[str, Any]
-    say: Callable[[], object] | None = None
+    say: Callable[[], object]
     save: Callable[..., object] = Path.touch
     draw: Callable[[], Any] = object
     status: int = 0
@@ -353,7 +365,7 @@ class Printed:
         if self.json:
             put(as_json(answer.summary))
         else:
-            answer.say() if answer.say else say_summary(answer.summary)
+            answer.say()
             for path in written:
                 put(f"written: {path}")
         if failed is not None:

@@ -24,7 +24,9 @@ from exactcreep.commands.answer import (
     counted,
     put,
     say,
+    say_heading,
     say_table,
+    setting_text,
     shown,
 )
 from exactcreep.commands.values import (
@@ -50,9 +52,12 @@ from exactcreep.commands.values import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from exactcreep.figures.paper import Picture, Table
 
 ALL, DEFAULT = "all", Printed()
+_MOST_ROWS = 50  # points of a sweep that are printed
 
 
 def scenes(*, show: Name | None = None, output: Printed = DEFAULT) -> None:
@@ -330,8 +335,6 @@ def sweep(
     exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
     exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
-    from exactcreep.model.outcome import behaviour
-
     wanted = scene_of(scene, settings, solver=solver)
     if (count := whole(seeds, "seeds", most=10**6)) is not None:
         wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
@@ -353,20 +356,47 @@ def sweep(
             wanted, executor=executor, workers=threads, out=folder, resume=resume,
             progress=display.show,
         )  # fmt: skip
-    sizes = ", ".join(f"{name} {size}" for name, size in grid["velocity"].sizes.items())
-    words = (grid[name].to_numpy().ravel().tolist() for name in ("outcome", "direction"))
-    outcomes = counted(
-        behaviour(exactcreep.Outcome(outcome), way) for outcome, way in zip(*words, strict=True)
-    )
-    said = f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}"
-    said += f"\nwritten: {folder / 'sweep.nc'}"
+
+    def tell() -> None:
+        say_heading(wanted.name, wanted.title)
+        _print_grid(grid)
+        put(f"written: {folder / 'sweep.nc'}")
 
     def draw() -> Any:
         from exactcreep.figures.sweep import draw_sweep
 
         return draw_sweep(grid, wanted.title or wanted.name)
 
-    output.deliver(Answer({}, partial(put, said), draw=draw))
+    output.deliver(Answer({}, tell, draw=draw))
+
+
+def _print_grid(grid: xr.Dataset) -> None:
+    """Print the mean velocity and what happens at every point, the seeds of each together."""
+    from exactcreep.figures.sweep import points_of
+    from exactcreep.model.numbers import with_error
+    from exactcreep.model.outcome import behaviour
+
+    points = points_of(grid)
+    names = list(points[0].varied)
+    words = [
+        grid[name].transpose(*names, ...).to_numpy().reshape(len(points), -1).tolist()
+        for name in ("outcome", "direction")
+    ]
+    cells = [
+        [behaviour(exactcreep.Outcome(outcome), way) for outcome, way in zip(*each, strict=True)]
+        for each in zip(*words, strict=True)
+    ]
+    rows = [
+        (*map(setting_text, point.varied.values()), with_error(point.measured, point.error),
+         counted(happened) if len(happened) > 1 else happened[0])
+        for point, happened in zip(points, cells, strict=True)
+    ]  # fmt: skip
+    say_table((*names, "velocity", "outcome"), rows[:_MOST_ROWS], folded=(*names, "outcome"))
+    if len(rows) > _MOST_ROWS:
+        put(f"and {len(rows) - _MOST_ROWS} more")
+    seeds = grid["velocity"].size // len(points)
+    of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
+    put(f"{len(points)} points{of_seeds}: {counted(itertools.chain(*cells))}")
 
 
 def _cluster(scheduler: str) -> Any:

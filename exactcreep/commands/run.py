@@ -256,6 +256,8 @@ def _print(
 
 def _measured(result: Creep, digits: int = 6) -> str:
     """Return the velocity with its standard error."""
+    from exactcreep.model.numbers import with_error
+
     value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure
     if result.velocity_text is not None and known is not None:
         radius = f", known to {known.radius_text()}" if known.radius else ""
@@ -264,10 +266,7 @@ def _measured(result: Creep, digits: int = 6) -> str:
         return "not known" if math.isnan(value) else "unbounded"
     if math.isnan(error):
         return f"{value:.{digits}g}"
-    if error < 1e-9 * abs(value) or error == 0:
-        return f"{value:.{digits}g} ± {error:.2g}"
-    places = max(0, 1 - math.floor(math.log10(error)))  # two digits of the error
-    return f"{value:.{places}f} ± {error:.{places}f}"
+    return with_error(value, error)
 
 
 def _predicted(result: Creep, digits: int) -> tuple[str, str]:

@@ -31,6 +31,7 @@ from exactcreep.commands.answer import (
     of_members,
     say,
     say_heading,
+    say_summary,
     say_table,
     settings_text,
     shown,
@@ -68,14 +69,17 @@ class Question(NamedTuple):
     ----------
     summary : str
         The first sentence of its docstring, for a list of commands that does not import it.
+    say : str
+        What says its answer in one sentence, in `exactcreep.commands.sentences`.
     draw : str
-        What draws its answer.
+        What draws its answer, in `exactcreep.figures`.
     group : type
         The options that say where the answer goes.
     examples : tuple of str
     """
 
     summary: str
+    say: str
     draw: str
     group: type[Printed]
     examples: tuple[str, ...]
@@ -84,24 +88,28 @@ class Question(NamedTuple):
 QUESTIONS = {
     "threshold": Question(
         "Return the amplitude of temperature cycles above which a chain creeps for ever.",
+        "of_threshold",
         "threshold:draw_threshold",
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),
     "half-life": Question(
         "Return the amplitude at which half of many starts still creep after `cycles` cycles.",
+        "of_half_life",
         "threshold:draw_threshold",
         Output,
         ("--n 6 --plot survival.png",),
     ),
     "intercept": Question(
         "Return the amplitude at which the straight part of v(A) meets zero.",
+        "of_intercept",
         "threshold:draw_threshold",
         Output,
         ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
     ),
     "fate": Question(
         "Follow a chain without disorder under temperature cycles until it has settled for ever.",
+        "of_fate",
         "fate:draw_fate",
         Drawing,
         (
@@ -111,6 +119,7 @@ QUESTIONS = {
     ),
     "survival": Question(
         "Follow many starts under temperature cycles and return how long creep lasted in each.",
+        "of_survival",
         "fate:draw_survival",
         Output,
         (
@@ -156,8 +165,15 @@ def question(command: str) -> Callable[..., None]:
             interrupted = interrupts.waiting()
         limit = exactcreep.Outcome.LIMIT
         limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
+        summary = result.summary()
+
+        def tell() -> None:
+            say(resolve_name(f"exactcreep.commands.sentences.{about.say}")(result), markup=False)
+            say_summary(summary)
+
         output.deliver(Answer(
-            result.summary(),
+            summary,
+            tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: resolve_name(f"exactcreep.figures.{about.draw}")(result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
@@ -271,22 +287,23 @@ def compare(
 
 
 def _print_compared(data: xr.Dataset) -> None:
+    from exactcreep.model.numbers import with_error
     from exactcreep.studies.comparison import advice, order, table
 
-    def known(value: float, form: str, factor: float = 1) -> str:
-        return "-" if math.isnan(value) else format(factor * value, form)
+    def known(value: float, form: str) -> str:
+        return "-" if math.isnan(value) else format(value, form)
 
     seeds = data.sizes["seed"]
     say(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
     rows = []
     for name, row in table(data).iterrows():
         short = str(name).replace("dt = ", "").replace(",", "")
-        around = "" if math.isnan(row.bias + row.bias_error) else f" ± {100 * row.bias_error:.1g}"
+        bias, error = 100 * row.bias, 100 * row.bias_error
         rows.append((
             short.replace(" digits", "").replace("ated", "."), known(row.parted, ".0f"),
             known(row.agreed, ".0f"), known(row.error, ".1e"),
-            known(row.bias, "+.2g", 100) + around, duration(row.seconds),
-            known(row.ratio, ".3g"),
+            "-" if math.isnan(bias) else with_error(bias, error, "+"),
+            duration(row.seconds), known(row.ratio, ".3g"),
         ))  # fmt: skip
     names = ("parted", "after", "error", "bias %", "time", "/exact")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)

@@ -159,3 +159,6 @@ class Chain(Shown):
 
     def _facts(self) -> dict[str, Any]:
         return self.parameters()
+
+    def _units(self) -> dict[str, str]:
+        return {"l0": "g tau_dyn^2"}

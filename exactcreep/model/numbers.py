@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
+from html import escape
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -87,6 +88,28 @@ def shown(value: Any) -> str:
     return repr(value.value if isinstance(value, Enum) else value)
 
 
+def with_error(value: float, error: float, sign: str = "") -> str:
+    """Return a value with its standard error, both to two digits of the error; alone if it is nan.
+
+    `sign` is "+" for values that always have one.
+
+    >>> with_error(61.786543, 0.0421), with_error(5.49, 53.2, "+"), with_error(2 / 3, math.nan)
+    ('61.787 ± 0.042', '+5 ± 53', '0.666667')
+    >>> with_error(7.26232839e-4, 6.4537e-6), with_error(-8.50438e-5, 1.5e-9)
+    ('0.0007262 ± 0.0000065', '-8.50438e-05 ± 1.5e-09')
+    """
+    if math.isnan(error):
+        return f"{value:{sign}.6g}"
+    if not 1e-9 * abs(value) < error < math.inf:
+        return f"{value:{sign}.6g} ± {error:.2g}"
+    places = 1 - math.floor(math.log10(error))
+    if places > 7:
+        digits = max(2, 1 + places + math.floor(math.log10(abs(value)))) if value else 1
+        return f"{value:{sign}.{digits}g} ± {error:.2g}"
+    places = max(0, places)
+    return f"{value:{sign}.{places}f} ± {error:.{places}f}"
+
+
 class Shown:
     """Something that is shown in one line: its class, and its fields or what it chooses."""
 
@@ -97,10 +120,37 @@ class Shown:
         """Return what is shown, by name; None and "" are left out."""
         return vars(self)
 
+    def _units(self) -> Mapping[str, str]:
+        """Return the units of what is shown, by name, where there are any."""
+        return {}
+
     def __repr__(self) -> str:
         facts = self._facts().items()
         known = (f"{name}={shown(value)}" for name, value in facts if not is_missing(value))
         return f"{self.shown_as or type(self).__name__}({', '.join(known)})"
+
+    def _repr_html_(self) -> str:
+        units = self._units()
+        rows = [
+            f"<tr><th style='text-align:left'>{escape(name)}</th>"
+            f"<td>{escape(in_words(value))} {escape(units.get(name, ''))}</td></tr>"
+            for name, value in self._facts().items()
+            if not is_missing(value)
+        ]
+        name = self.shown_as or type(self).__name__
+        return f"<table><caption>{name}</caption>{''.join(rows)}</table>"
+
+
+def in_words(value: Any) -> str:
+    """Return a value for the eye: a text as it stands, a rational, also as text, as a decimal.
+
+    >>> in_words("3/5"), in_words(Fraction(0.6)), in_words("relaxed")
+    ('0.6', '0.6', 'relaxed')
+    """
+    if isinstance(value, str) and _RATIO.fullmatch(value):
+        value = Fraction(value)
+    text = value if isinstance(value, str) else shown(value)
+    return text.strip("'") if isinstance(value, Fraction) else text
 
 
 def is_missing(value: Any) -> bool:

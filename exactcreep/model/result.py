@@ -6,14 +6,13 @@ import json
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cached_property
-from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from exactcreep.model.enclosure import same, same_numbers
-from exactcreep.model.numbers import Shown, is_missing, plain_data, shown
+from exactcreep.model.numbers import Shown, plain_data
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,15 +46,6 @@ class Result(Shown):
 
     def _facts(self) -> Mapping[str, Any]:
         return self._numbers()
-
-    def _repr_html_(self) -> str:
-        rows = [
-            f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(text)}</td></tr>"
-            for name, value in self._facts().items()
-            if not is_missing(value)
-            for text in [value if isinstance(value, str) else shown(value)]
-        ]
-        return f"<table><caption>{type(self).__name__}</caption>{''.join(rows)}</table>"
 
     def _compared(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in _names(self) if name != "seconds"}

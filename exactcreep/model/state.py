@@ -181,6 +181,9 @@ class State(Shown):
         names = ("theta", "tensions", "displacements", "coefficients", "draws")
         return {"n": self.n} | {name: getattr(self, name) for name in names}
 
+    def _units(self) -> dict[str, str]:
+        return {"tensions": "m g", "displacements": "g tau_dyn^2"}
+
 
 def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""

@@ -34,8 +34,10 @@ if TYPE_CHECKING:
     from exactcreep.figures.run import Plots
 
 _FORESEEN = 10**6  # cycles
-_IN_SHORT = ("outcome", "evidence", "direction", "velocity", "velocity_error", "velocity_units",
-             "velocity_of", "metastable", "half_cycles", "event_count", "reason")  # fmt: skip
+_IN_SHORT = (
+    "outcome", "evidence", "direction", "velocity", "velocity_error", "velocity_reason",
+    "velocity_units", "velocity_of", "metastable", "half_cycles", "event_count", "reason",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -285,6 +287,9 @@ class Creep(Result):
         for name, digits in (("velocity", 6), ("velocity_error", 2)):
             short[name] = float(f"{short[name]:.{digits}g}")
         return {"n": self.chain.n, "solver": self.solver} | short
+
+    def _units(self) -> dict[str, str]:
+        return dict.fromkeys(("velocity", "velocity_error"), self.velocity_units)
 
     def _numbers(self) -> dict[str, Any]:
         entries = {name: getattr(self, ATTRIBUTES.get(name, name)) for name in RUN.fields}

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-from exactcreep.model.numbers import plain_data
+from exactcreep.model.numbers import plain_data, with_error
 
 _LEVEL = 0.95
 
@@ -161,8 +161,8 @@ def advice(data: xr.Dataset) -> str:
     doubted = rows[((rows.dt > 0) & (len(fair) == 0)) | (rows.solver == "sliding")]
     for name, row in doubted[doubted.bias.notna()].iterrows():
         known = not math.isnan(row.bias_error)
-        around = f" ± {100 * row.bias_error:.1g} %" if known else " % in this run"
-        said.append(f"the mean velocity of {name} is off by {100 * row.bias:+.2g}{around}")
+        off = with_error(100 * row.bias, 100 * row.bias_error, "+") + " %"
+        said.append(f"the mean velocity of {name} is off by {off}" + " in this run" * (not known))
     text = "; ".join(said or ["no method is known to be right here"])
     return text[0].upper() + text[1:] + "."
 

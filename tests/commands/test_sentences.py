@@ -1,0 +1,145 @@
+"""What questions and sweeps print first: one sentence, or one table, with errors to two digits."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, load_scene
+from exactcreep.commands import sentences
+from exactcreep.studies.fates.escape import Rate
+from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.survival import StartRecord, Survival
+from exactcreep.studies.thresholds.half_life import HalfLife
+from exactcreep.studies.thresholds.intercept import Intercept
+from exactcreep.studies.thresholds.threshold import Threshold
+from tests.conftest import Command
+from tests.paper import paper_chain
+
+CHAIN = paper_chain(3)
+FATE = Fate(
+    CHAIN, Fraction(1, 1000), State.relaxed(CHAIN), "exact", Outcome.CREEPING, Evidence.PROVED,
+    cycles=50, settled_after=30, period=1, advance=0.70517,
+)  # fmt: skip
+EDGE = Threshold(CHAIN, "lasting", 100, 6, "certified", "", "0.00045", "0.00046", Evidence.PROVED)
+NONE = np.zeros(0)
+LINE = Intercept(
+    chain=CHAIN, cycles=100, seed=0, size=Fraction(1), reason="", fit=(1.2, 2.0), law_seuil=7.27e-4,
+    law_slope=3000.0, intercept=7.262e-4, error=6.4e-6, systematic=1.4e-5,
+    amplitudes=NONE, velocities=NONE, errors=NONE,
+)  # fmt: skip
+HALF = HalfLife(
+    chain=CHAIN, cycles=20, seed=0, size=Fraction(1), reason="", starts=8, amplitude=4.7e-4,
+    low=4.5e-4, high=4.9e-4, shares={}, directions={},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({}, "The chain creeps downhill for ever from cycle 30 on, 0.70517 in every cycle (pr"),
+        ({"advance": -0.1, "period": 4, "evidence": Evidence.COMPUTED},
+         "creeps uphill for ever from cycle 30 on, 0.1 in every 4 cycles (computed in float64)"),
+        ({"outcome": Outcome.CYCLING, "advance": 0.0}, "is locked for ever from cycle 30 on: "),
+        ({"outcome": Outcome.CYCLING, "marginal": True}, "is locked in the limit: its tensions"),
+        ({"outcome": Outcome.AT_REST, "settled_after": 0}, "The chain rests for ever (proved)"),
+        ({"outcome": Outcome.RUNAWAY, "reason": "as it is steep"}, "(proved): as it is steep"),
+        ({"outcome": Outcome.LIMIT, "reason": "time"}, "It is not known what the chain does for"),
+    ],
+)  # fmt: skip
+def test_a_fate_is_said_in_one_sentence(changed: dict[str, object], said: str) -> None:
+    assert said in sentences.of_fate(replace(FATE, **changed))  # type: ignore[arg-type]
+
+
+def test_an_edge_is_said_with_both_ends_or_why_it_is_not_known() -> None:
+    assert sentences.of_threshold(EDGE) == (
+        "Creep for ever begins between A = 0.00045 and 0.00046 (proved)"
+    )
+    after = replace(EDGE, criterion="horizon", cycles=3, evidence=Evidence.UNDECIDED)
+    assert sentences.of_threshold(after).startswith("An advance in cycle 3 begins between")
+    unknown = sentences.of_threshold(replace(EDGE, upper=None, reason="its time is over"))
+    assert unknown == "It is not known where creep for ever begins: its time is over"
+
+
+def test_measured_thresholds_are_said_with_their_errors() -> None:
+    assert sentences.of_half_life(HALF) == (
+        "Half of 8 starts still creep after 20 cycles at A = 0.00047 (0.00045 to 0.00049, 95 %)"
+    )
+    assert "not known at which amplitude half" in sentences.of_half_life(
+        replace(HALF, amplitude=None)
+    )
+    assert sentences.of_intercept(LINE) == (
+        "The straight part of v(A) meets zero at A = 0.0007262 ± 0.0000064, by up to 1.4e-05"
+        " elsewhere in the range; Eq. 22 says 0.000727"
+    )
+    assert "is not known where" in sentences.of_intercept(replace(LINE, intercept=math.nan))
+
+
+def lives(rate: Rate, *outcomes: Outcome, reason: str = "") -> Survival:
+    """Return a survival whose starts came to these outcomes, with a rate of its own."""
+    records = tuple(
+        StartRecord(number, outcome.value, "computed", 100, 10, 10, -1, 0, -1, *[False] * 3)
+        for number, outcome in enumerate(outcomes, 1)
+    )
+    made = Survival(CHAIN, Fraction(1), Fraction(1), 9, 100, 0, 500, records, reason)
+    vars(made)["rate"] = rate
+    return made
+
+
+def test_lives_are_said_as_one_in_so_many_cycles() -> None:
+    locked = lives(Rate(1 / 745, 1 / 1220, 1 / 480), *[Outcome.CYCLING] * 3, Outcome.AT_REST)
+    assert sentences.of_survival(locked) == (
+        "Creep ends at 1 in 745 cycles (480 to 1.22e+03, 95 %); 3 of 4 starts are locked, 1 at rest"
+    )
+    unsure = lives(Rate(0.01, 0.0, 0.1), Outcome.CYCLING)
+    assert "(10 to any number, 95 %); 1 of 1 starts are locked" in sentences.of_survival(unsure)
+    nothing = lives(Rate(math.nan, math.nan, math.nan, reason="too few"), reason="time")
+    assert sentences.of_survival(nothing) == (
+        "At which rate creep ends is not known (too few); 0 of 0 starts are followed: time"
+    )
+
+
+def test_a_question_prints_its_sentence_first_and_no_zeros(command: Command) -> None:
+    first, *rows = command("fate", "--n", "2", "--amplitude", "0.001").out.splitlines()
+    assert (
+        first
+        == "The chain creeps downhill for ever from cycle 1 on, 1.55223 in every cycle (proved)"
+    )
+    assert not any(re.search(r"  (0|no)$", row) for row in rows)
+    assert any(row.startswith("advance enclosure") for row in rows)
+
+
+def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Command) -> None:
+    line = "sweep six-sliders-cycles --set drive.cycles=80 --seeds 4 --out cells"
+    rows = command(*line.split(), "--set", "vary.drive.amplitude=[0.00001,0.01]").out.splitlines()
+    assert rows[1].split() == ["amplitude", "velocity", "outcome"]
+    assert re.fullmatch(r" 1e-05 +0.* +4 (at_rest|cycling)", rows[2])
+    assert re.fullmatch(r" 0\.01 +2\d\.\d+ ± 0\.\d+ +4 creeping downhill", rows[3])
+    assert rows[4].startswith("2 points, 4 seeds each: means and their standard errors: 4 ")
+
+
+def test_what_is_simulated_has_a_table_of_its_own_in_a_notebook() -> None:
+    chain = Chain(2, 1000, 0.5, 0.6, tan_alpha="1/3")
+    table = chain._repr_html_()
+    assert "<td>0.6 </td>" in table  # not 5404319552844595/9007199254740992
+    assert "<td>1/3 </td>" in table
+    assert "<td>1000 g tau_dyn^2</td>" in table
+    assert "<caption>Cycles</caption>" in Cycles("0.01", 5)._repr_html_()
+    assert " m g</td>" in State.relaxed(chain)._repr_html_()
+    scene = load_scene("chain-jumps")._repr_html_()
+    assert "<th style='text-align:left'>chain.mu_s</th><td>0.6 </td>" in scene
+    assert "vary.drive.amplitude" in scene
+
+
+def test_a_run_says_the_unit_of_its_velocity_and_why_its_error_is_not_known() -> None:
+    run = creep(paper_chain(2), Cycles("0.005", 5))
+    assert math.isnan(run.velocity_error)
+    assert run.velocity_reason
+    assert run.velocity_reason in repr(run)
+    assert run.velocity_reason in run._repr_html_()
+    assert f"{run.velocity:.6g} {run.velocity_units}</td>" in run._repr_html_()
