@@ -12,10 +12,10 @@ import mpmath
 import pytest
 import sympy as sp
 
-from derivations import pivots, thresholds, two_sliders
+from derivations import gaussian, pivots, thresholds, two_sliders
 from derivations.ledger import entries
 from derivations.notation import CAPTIONS, c, evaluated, read, s, symbol
-from exactcreep import Chain, laws
+from exactcreep import Chain, Cycles, GaussianSteps, laws
 
 NAMED = {entry.name: entry for entry in entries()}
 EXACT = [entry.name for entry in entries() if "exact" in entry.law]
@@ -35,6 +35,30 @@ def integral(h: sp.Expr) -> sp.Expr:
     half = float(h)
     assert half >= 0
     return sp.Float(mpmath.quad(integrand, [-12 - half, -2, 0, 2, 12 + half]))
+
+
+@pytest.mark.parametrize("half", [0, 0.01, 0.3, 1, 2.5])
+def test_the_mean_advance_of_a_play_is_the_integral_that_is_derived(half: float) -> None:
+    assert float(laws.gaussian_integral(half)) == pytest.approx(float(integral(half)), rel=1e-12)
+    if half == 0.01:
+        proof = gaussian.derive()
+        series = proof.mean_step + proof.slope * half + proof.curvature * half**2
+        assert float(laws.gaussian_integral(half)) == pytest.approx(float(series), rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["amplitude", "sigma_theta"])
+def test_a_prediction_gives_the_laws_that_the_ledger_names(kind: str) -> None:
+    random = Random(8)
+    for _ in range(12):
+        given = chain(random, two=False) | {"sigma_mu": Fraction(1, 100)}
+        made = Chain(**{name: given[name] for name in Chain.__dataclass_fields__ if name in given})
+        drive = Cycles(given[kind], 1) if kind == "amplitude" else GaussianSteps(given[kind], 1)
+        predicted = laws.prediction(made, drive)
+        assert predicted is not None
+        named = NAMED[predicted.label].law
+        for function, values in (("printed", predicted.printed), ("exact", predicted.sliding)):
+            law = getattr(laws, named[function])
+            assert values == pytest.approx(laws.law_values(law, made.parameters() | given))
 
 
 def chain(random: Random, two: bool) -> dict[str, Any]:

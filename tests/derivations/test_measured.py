@@ -102,13 +102,34 @@ def test_a_step_between_plateaus_is_done_below_the_printed_angle() -> None:
         above = velocity(n, low, high, sigma, slope, size, 200) / step(chain, size)
         below = int(n) + 3 - 2 * (i + 1)  # the plateau that Eq. (critical_angle) has below its edge
         assert (above - below) / 2 == pytest.approx(float(share), abs=0.02)
-    slope, least, most = rest[7:]
+    slope, least, most = rest[7:10]
     chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
     pivot = laws.pivot(int(n), Fraction(slope), Fraction(low)) - 1
     phases = np.delete(phases_after_dilations(chain, size, 120), pivot - 1, axis=1)
     spread = phases.std(axis=0)
     assert spread.min() == pytest.approx(float(least), abs=0.03)
     assert spread.max() == pytest.approx(float(most), abs=0.03)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [0, 1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)],
+)
+def test_the_step_and_the_phases_are_alike_in_chains_of_any_length(place: int) -> None:
+    stated = numbers("critical_angle")
+    (low, high, _, sigma, size), by_length = stated[:5], stated[15:]
+    n, i, printed, share, slope, spread = (by_length[4 * k + place] for k in range(6))
+    angle = laws.critical_angle(n=int(n), i=int(i), mu_d=float(low), mu_s=float(high))
+    assert angle == pytest.approx(float(printed), abs=0.0005)
+    slopes = f"{angle:.5f}", slope
+    chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slopes[0])
+    above = velocity(n, low, high, sigma, slopes[0], size, 60) / step(chain, size)
+    below = int(n) + 3 - 2 * (int(i) + 1)
+    assert (above - below) / 2 == pytest.approx(float(share), abs=0.03)
+    chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
+    pivot = laws.pivot(int(n), Fraction(slope), Fraction(low)) - 1
+    phases = np.delete(phases_after_dilations(chain, size, 900 // int(n)), pivot - 1, axis=1)
+    assert phases.std() == pytest.approx(float(spread), abs=0.03)
 
 
 def phases_after_dilations(chain: Chain, size: str, cycles: int) -> np.ndarray:
