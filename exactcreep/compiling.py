@@ -11,6 +11,8 @@ import numba
 from numba.core import event
 from numba.core.caching import FunctionCache
 
+from exactcreep import preparation
+
 
 class CacheWarning(UserWarning):
     """What is compiled cannot be kept where it belongs."""
@@ -42,7 +44,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Return what was kept; None if an earlier version kept it, with classes that are gone."""
         try:
-            return super().load_overload(signature, target_context)
+            with preparation.preparing():
+                return super().load_overload(signature, target_context)
         except (AttributeError, ImportError):
             with suppress(OSError):
                 self.flush()
@@ -83,6 +86,19 @@ class _Listener(event.Listener):  # type: ignore[misc]
 
     def on_end(self, event: Any) -> None:
         pass
+
+
+class _Stopwatch(event.Listener):  # type: ignore[misc]
+    """Counts the time of the compiler as preparation; a lock of its own lets in one thread."""
+
+    def on_start(self, event: Any) -> None:
+        preparation.begin()
+
+    def on_end(self, event: Any) -> None:
+        preparation.end()
+
+
+event.register("numba:compile", _Stopwatch())
 
 
 @contextmanager

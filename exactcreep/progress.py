@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from exactcreep import preparation
+
 _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 
 
@@ -28,7 +30,8 @@ class Progress:
     done, total : number
         How much of it, in what `counted` names; total is 0 where it is not known.
     events, seconds : int, float
-        Start and stop events so far; wall time of the phase, of a resumed run over all sessions.
+        Start and stop events so far; wall time of the phase without compiling, of a
+        resumed run over all sessions.
     member, members : int
         Which of several experiments it is, from 1.
     counted, text : str
@@ -85,17 +88,18 @@ def reporter(progress: Hearer) -> Callable[..., None]:
 
     It takes a phase, what is done, its total, what these count, and attributes of `Progress`.
     """
-    now, begin = "", time.perf_counter()
+    now, begin, prepared = "", time.perf_counter(), preparation.seconds()
 
     def report(
         phase: str, done: float, total: float = 1, counted: str = "", **further: Any
     ) -> None:
-        nonlocal now, begin
-        moment = time.perf_counter()
+        nonlocal now, begin, prepared
+        moment, before = time.perf_counter(), preparation.seconds()
         if phase != now:
-            now, begin = phase, moment
+            now, begin, prepared = phase, moment, before
         if callable(progress):
-            about = {"seconds": moment - begin, "counted": counted, **further}
+            worked = max(moment - begin - (before - prepared), 0.0)
+            about = {"seconds": worked, "counted": counted, **further}
             progress(Progress(phase, done, total, **about))
 
     return report

@@ -12,7 +12,7 @@ import exactcreep
 
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
-    ("compiling",),
+    ("compiling", "preparation"),
     ("model",),
     ("interrupts", "limits", "progress", "display", "disorder", "gone"),
     ("laws",),

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Method, compiling, display
+from exactcreep import Method, compiling, display, preparation
 from exactcreep.display import COMPILING, Display
 from exactcreep.model.drive import Cycles
 from exactcreep.progress import Hearer, Progress, reporter
@@ -84,6 +84,30 @@ def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_
     assert (heard[3].text, heard[3].total, heard[3].counted) == ("edge 3", 1, "")
     monkeypatch.undo()
     reporter(None)("scan", 1, 2)
+
+
+def test_the_time_of_a_study_does_not_count_what_is_compiled_or_loaded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr("exactcreep.progress.time.perf_counter", lambda: now[0])
+    heard: list[Progress] = []
+    report = reporter(heard.append)
+    report("starts", 0, 100, "starts")
+    with preparation.preparing(), preparation.preparing():
+        now[0] = 40.0
+        report("starts", 0, 100, "starts")
+        now[0] = 60.0
+    now[0] = 61.0
+    report("starts", 1, 100, "starts")
+    assert [progress.seconds for progress in heard] == [0.0, 0.0, 1.0]
+    assert heard[-1].seconds_left == pytest.approx(99)
+
+
+def test_what_the_compiler_does_is_preparation() -> None:
+    before = preparation.seconds()
+    compiling.njit()(lambda number: number + 1)(1)
+    assert preparation.seconds() > before
 
 
 class Terminal(io.StringIO):

@@ -14,6 +14,7 @@ that fall at least like 1/k^2 and have less to go than any slider at rest needs 
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -36,6 +37,11 @@ from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.result import Fate, Period
 
+CHAOTIC = 6
+"""Sliders from which on creep is chaotic."""
+MOST_SLIDERS = 10_000
+"""Of a chain whose fate over many cycles is asked for."""
+_TRIED = 100  # cycles in float64 before a proof of at least as many is tried
 _SAYING = 0.1  # seconds between two reports of progress
 _SILENT = reporter(None)
 
@@ -94,13 +100,37 @@ def fate(
     if chain.sigma_mu != 0:
         allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
         raise InputError("sigma_mu", chain.sigma_mu, allowed + " creep lives")
+    refuse_long(chain)
     refuse_sliding(chain)
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
     if solver == "exact":
         return numerical_fate(solvers.SettlingChain(chain, drive, begin), begin, limits, say)[0]
+    _warn_of_chaos(chain, drive, begin, limits)
     return fates.proved_fate(chain, drive, begin, limits, say).fate
+
+
+def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
+    """Warn of a proof that may never come: that of a chain which float64 sees creep on and on."""
+    cycles = min(drive.cycles, _TRIED)
+    if chain.n < CHAOTIC or cycles < _TRIED:
+        return
+    course = solvers.SettlingChain(chain, Cycles(drive.amplitude, cycles), start)
+    if numerical_fate(course, start, limits)[1] is Stop.DONE and course.settled is None:
+        warnings.warn(
+            f"in float64 this chain has not settled after {cycles} cycles: creep from {CHAOTIC}"
+            " sliders on is chaotic, and a proof of what it does for ever may never come; survival"
+            ' tells how long it creeps, solver="exact" (--solver exact) follows it in float64',
+            stacklevel=4,
+        )
+
+
+def refuse_long(chain: Chain) -> None:
+    """Raise `InputError` for a chain so long that a limit of time could not be kept."""
+    if chain.n > MOST_SLIDERS:
+        allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
+        raise InputError("n", chain.n, f"{allowed} creep and run take more, for a few")
 
 
 def refuse_sliding(chain: Chain) -> None:

@@ -34,7 +34,7 @@ from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
-from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
+from exactcreep.studies.fates.fate import numerical_fate, refuse_long, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
 if TYPE_CHECKING:
@@ -337,7 +337,8 @@ def survival(
     Raises
     ------
     InputError
-        If an argument is out of range, or the chain has no slips (mu_s = mu_d).
+        If an argument is out of range, or the chain has no slips (mu_s = mu_d), or more than
+        10 000 sliders.
 
     Notes
     -----
@@ -357,6 +358,7 @@ def survival(
     """
     drive = Cycles(amplitude, cycles)
     Experiment(chain, drive, record=())
+    refuse_long(chain)
     refuse_sliding(chain)
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)

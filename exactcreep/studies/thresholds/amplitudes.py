@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float
+from exactcreep.studies.fates.fate import CHAOTIC, refuse_long
 
 Bracket = tuple[Fraction, Fraction]
-SHORT = 5
+SHORT = CHAOTIC - 1
 """Sliders: longer chains creep chaotically, and for a while only."""
 
 
@@ -39,6 +40,7 @@ def require_sense(chain: Any, question: str) -> None:
         allowed += " ask `half_life`, or `threshold` with `after` for a cycle"
         raise InputError("n", chain.n, allowed)
     if not question.startswith("threshold"):
+        refuse_long(chain)
         if chain.n < 2:
             raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
         if chain.slides:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import flint
@@ -53,6 +54,14 @@ def test_a_steep_chain_is_proved_to_run_away_and_what_has_not_settled_is_not_pro
     short = fate(captions(6), "0.00099", cycles=5)
     assert told(short) == (Outcome.LIMIT, Evidence.UNDECIDED, None, None)
     assert short.reason == "not settled within 5 cycles"
+
+
+def test_a_proof_that_may_never_come_is_said_at_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fate_proof, "proved_fate", lambda *given: SimpleNamespace(fate=None))
+    with pytest.warns(UserWarning, match=r"not settled after 100 cycles.*survival.*exact"):
+        fate(captions(6), "0.00097")
+    fate(captions(6), "0.0003")  # at rest
+    fate(captions(6), "0.00097", cycles=99)
 
 
 def test_a_set_that_is_too_small_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
