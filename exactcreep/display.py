@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from dataclasses import fields
 from datetime import timedelta
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, ParamSpec, TypeVar
 
 from exactcreep import interrupts
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError
 from exactcreep.progress import Hearer, Progress
 
 P = ParamSpec("P")
@@ -136,8 +140,14 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     By default if it takes longer than a second on terminals and in notebooks; True: elsewhere, too.
     """
 
+    own = inspect.signature(computation).parameters
+    of_a_chain = {field.name for field in fields(Chain)} - {*own} if "chain" in own else set()
+
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
+        for name in of_a_chain & {*words}:
+            call = f"{computation.__name__}(Chain({name}={words[name]!r}, ...), ...)"
+            raise InputError(name, words[name], f"belongs to a chain: {call}")
         with Display(after=_SHORT) as display:
             words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]
             return computation(*args, **words)

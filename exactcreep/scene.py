@@ -21,7 +21,7 @@ from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import ANGLES, Chain, in_degrees
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.reading import content_of, text_of
@@ -38,7 +38,6 @@ _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, recor
 _DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _SPAN = {"from", "to", "step"}
-_ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
@@ -291,8 +290,8 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
             continue
         near = difflib.get_close_matches(str(key), known, 1, 0.3)
         hint = f"; did you mean {prefix}{near[0]}?" if near else ""
-        if str(key).rpartition(".")[2] in _ANGLES:
-            hint = "; tan_alpha is the slope, the tangent of the angle: 0.268 for 15 degrees"
+        if str(key).rpartition(".")[2] in ANGLES:
+            hint = f"; {in_degrees(table[key])}"
         if not near and len(known) <= _MOST_LISTED:
             hint = "; known are " + ", ".join(known)
         named = f"{prefix}{key}"

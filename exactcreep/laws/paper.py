@@ -130,7 +130,10 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
 
     @functools.wraps(function)
     def of_any(*ordered: Number, **named: Number) -> Number:
-        taken = signed.bind(*ordered, **named)
+        try:
+            taken = signed.bind(*ordered, **named)
+        except TypeError as error:
+            raise TypeError(f"{function.__name__}{signed} takes numbers by name: {error}") from None
         taken.apply_defaults()
         given = taken.arguments
         if given.get("i", 0) is None:  # decided on the values as given, before any is rounded

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import numpy as np
 
 from exactcreep.model.numbers import (
     InputError,
@@ -18,6 +22,30 @@ from exactcreep.model.numbers import (
     positive_number,
     whole_number,
 )
+
+P = ParamSpec("P")
+ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
+"""Names under which the slope is looked for."""
+_SCOPE = "the page explanation/scope of the book says what is not in the model, and where to begin"
+
+
+def in_degrees(angle: Any) -> str:
+    """Return what the slope of an angle is called, and what it is where the angle is a number."""
+    degrees = angle if isinstance(angle, (int, float)) and abs(angle) < 90 else 15
+    slope = math.tan(math.radians(degrees))
+    return f"tan_alpha is the slope, the tangent of the angle: {slope:.3g} for {degrees:g} degrees"
+
+
+def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
+    """Return a constructor that says by which name the slope is given."""
+
+    @functools.wraps(make)
+    def checked(*args: P.args, **given: P.kwargs) -> None:
+        for name in ANGLES & {*given}:
+            raise InputError(name, given[name], f"is no parameter: {in_degrees(given[name])}")
+        make(*args, **given)
+
+    return checked
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -58,6 +86,7 @@ class Chain(Shown):
     sigma_mu: Fraction = Fraction(0)
     tan_alpha: Fraction
 
+    @_without_angles
     def __init__(
         self,
         n: Number,
@@ -68,7 +97,12 @@ class Chain(Shown):
         *,
         tan_alpha: Number,
     ) -> None:
-        given = {"l0": l0, "mu_d": mu_d, "mu_s": mu_s, "sigma_mu": sigma_mu, "tan_alpha": tan_alpha}
+        given: dict[str, Any] = {
+            "l0": l0, "mu_d": mu_d, "mu_s": mu_s, "sigma_mu": sigma_mu, "tan_alpha": tan_alpha
+        }  # fmt: skip
+        for name, value in given.items():
+            if isinstance(value, (list, tuple, np.ndarray)):
+                raise InputError(name, value, f"must be one number for all sliders; {_SCOPE}")
         vars(self).update(
             n=whole_number(n, "n", least=1, most=10**8),
             **{name: number_of_floats(value, name) for name, value in given.items()},
@@ -81,6 +115,12 @@ class Chain(Shown):
         # no draw lies 16 standard deviations off
         if not math.isfinite(nearest_float(self.mu_s + 16 * self.sigma_mu)):
             raise InputError("sigma_mu", sigma_mu, "draws coefficients beyond the largest float")
+
+    if not TYPE_CHECKING:  # a type checker knows the attributes
+
+        def __getattr__(self, name):
+            said = f"{type(self).__name__!r} object has no attribute {name!r}"
+            raise AttributeError(said if name.startswith("_") else f"{said}; {_SCOPE}")
 
     def __hash__(self) -> int:
         return self._hash

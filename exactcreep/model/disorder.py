@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.numbers import nearest_float, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, whole_number
 
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
@@ -54,6 +54,8 @@ def _compiled() -> Any:
 
 
 def valid_seed(seed: Any) -> int:
+    if seed is None:
+        raise InputError("seed", None, "must be a whole number: no run is random; default 0")
     return whole_number(seed, "seed", least=0, most=2**64 - 1)
 
 

@@ -193,6 +193,8 @@ class Creep(Result):
         if self.velocity_error == 0 and self.drive.cyclic:
             return f"the cycle in which it has settled, since cycle {self.since}"
         named = "half-cycles" if self.drive.cyclic else "targets"
+        if self.half_cycles <= self.burn_in:
+            return f"this run, which has no {named} after its burn-in"
         return f"this run: the mean over {named} {self.burn_in + 1} to {self.half_cycles}"
 
     @property

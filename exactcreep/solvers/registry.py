@@ -29,7 +29,9 @@ SOLVERS: dict[str, Callable[[], type[Solver]]] = {
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
-        raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
+        near = difflib.get_close_matches(str(name).lower(), SOLVERS, 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise InputError("solver", name, f"must be one of {', '.join(SOLVERS)}{hint}")
     algorithm: Any = SOLVERS[name]()  # every solver is a dataclass, which its base class cannot say
     known = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in known):
