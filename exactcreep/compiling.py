@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import event
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from exactcreep import preparation
 
@@ -36,10 +40,31 @@ def _say(why: str) -> None:
 _KEPT = _find_place()
 
 
+@lru_cache
+def _digest(folder: Path) -> str:
+    """Return a digest of the modules in a folder."""
+    sources = [path.read_bytes() for path in sorted(folder.glob("*.py"))]
+    return hashlib.sha256(b"\0".join(sources)).hexdigest()
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Keeps what is compiled, or says once that it cannot."""
+    """Keeps what is compiled, or says once that it cannot.
+
+    What is compiled holds the constants and functions of other modules as they were, of which
+    numba asks nothing: it is kept for as long as no module beside it changes.
+    """
 
     _full = False
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        folder = Path(inspect.getfile(function)).parent
+        if folder.is_dir():
+            self._cache_file = IndexDataCacheFile(
+                cache_path=self._cache_path,
+                filename_base=self._impl.filename_base,
+                source_stamp=_digest(folder),
+            )
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Return what was kept; None if an earlier version kept it, with classes that are gone."""

@@ -117,3 +117,25 @@ def test_code_that_was_kept_for_a_class_that_is_gone_is_compiled_anew(tmp_path: 
         (tmp_path / "pairs.py").write_text(PAIRS.format(name=name), encoding="utf-8")
         said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
     assert [one.stdout for one in said] == ["42.0 0\n"] * 2 + ["42.0 1\n"], said[1].stderr
+
+
+SCALED = """
+from exactcreep import compiling
+from factors import FACTOR
+@compiling.njit(cache=True)
+def scaled(x):
+    return FACTOR * x
+print(scaled(21.0), sum(scaled.stats.cache_hits.values()))
+"""
+
+
+def test_code_is_compiled_anew_once_a_constant_in_a_module_beside_it_changes(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "scaled.py").write_text(SCALED, encoding="utf-8")
+    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import scaled"
+    said = []
+    for factor in (2, 3, 3):
+        (tmp_path / "factors.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
+        said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
+    assert [one.stdout for one in said] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"], said[1].stderr

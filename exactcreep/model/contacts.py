@@ -60,27 +60,17 @@ class Event:
     kind : EventKind
     sliders, signs : tuple of int
         Ascending, from 1; direction of motion after a start, before a stop: +1 downhill, -1 uphill.
-    residual : number
-        How far the event's condition is from holding at `time` in the solver's own motion: of a
-        stop the largest ``|velocity|``, of a start the largest distance of ``|F|`` from ``mu_s c``.
-        Zero for what exceeds its threshold rightly (a reversal, a chain that was unstable as it
-        stood), and where a formula gives the time.
     """
 
     time: Scalar
     kind: EventKind
     sliders: tuple[int, ...]
     signs: tuple[int, ...]
-    residual: Scalar
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Event):
             return NotImplemented
-        return (
-            self.signature == other.signature
-            and same(self.time, other.time)
-            and same(self.residual, other.residual)
-        )
+        return self.signature == other.signature and same(self.time, other.time)
 
     def __hash__(self) -> int:
         return hash((float(self.time), *self.signature))

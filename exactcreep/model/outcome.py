@@ -48,7 +48,7 @@ class Outcome(Enum):
     AT_REST = "at_rest"
     """Nothing moves any more; of a rearrangement: every slider has stopped."""
     RUNAWAY = "runaway"
-    """It was proved that the chain never comes to rest."""
+    """It was proved that no slider ever stops again."""
     LIMIT = "limit"
     """Given up; what there is is the partial result, and the reason is said."""
 

@@ -130,22 +130,6 @@ class Run:
         ratio = a / w
         return self.arithmetic.dot(v, v) + self.arithmetic.dot(ratio, ratio)
 
-    def largest_swing(self) -> Any:
-        """Return the most that any slider's velocity ever differs from the mean (both ends free).
-
-        It is the sum over the modes of their amplitudes, at the slider where that is largest.
-        """
-        arithmetic = self.arithmetic
-        if self.p == 1:
-            return arithmetic.number(0)
-        w, v, a = self.swinging
-        ratios = a / w
-        squares = (v * v + ratios * ratios).tolist()
-        amplitudes = arithmetic.vector([arithmetic.sqrt(x) for x in squares])
-        shapes = arithmetic.matrix(abs(self.modes.vectors[:, 1:]))
-        sums = arithmetic.product(shapes, amplitudes).tolist()
-        return max(arithmetic.upper(x) for x in sums)
-
     def _modal(self, t: Any, rows: int = 3) -> list[NDArray[Any]]:
         """Return, by mode, the first `rows` of displacements, gains of velocities and of pulls."""
         w, v, a = self.swinging

@@ -4,8 +4,8 @@
 their neighbours. *Advance* to it by the closed form. *Resolve* it by the contact law. *Repeat*
 until every slider is at rest.
 
-What happens at rest and on ramps, and what is known exactly, is `solvers.field.at_rest`; the proofs
-that an avalanche never ends are `motion.runaway`.
+What happens at rest and on ramps, and what is known exactly, is `solvers.field.at_rest`; the proof
+that an avalanche never ends is `motion.runaway`.
 """
 
 from __future__ import annotations
@@ -20,13 +20,7 @@ from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.cosine_field import MOST_BITS
 from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
 from exactcreep.motion.modes import Flow, Run
-from exactcreep.motion.runaway import (
-    NEVER_RESTS,
-    NEVER_STOPS,
-    asks_for_a_proof,
-    escape_time,
-    never_rests,
-)
+from exactcreep.motion.runaway import escape_time
 from exactcreep.solvers.field.at_rest import ChainAtRest
 
 
@@ -43,20 +37,18 @@ class ChainIntegrator(ChainAtRest):
             self.announced = True
             sliders = np.flatnonzero(self.flow.signs).tolist()
             signs = self.flow.signs[sliders].tolist()
-            yield self._event(EventKind.START, sliders, signs, self.arithmetic.number(0))
+            yield self._event(EventKind.START, sliders, signs)
             yield None
         while self.flow is not None and not self.runaway:
             self._runs = None
             found = self.first_event(self.flow)
             if found is None:
-                self.runaway, self.proof = True, NEVER_STOPS
+                self.runaway = True
                 return
-            speeds = self.advance(self.flow, found)
-            yield from self.resolve(self.flow, found, speeds)
+            self.advance(self.flow, found)
+            yield from self.resolve(self.flow, found)
             if not self.flow.signs.any():
                 self.rest(self.flow)
-            elif asks_for_a_proof(self.event_number):
-                self.look_for_an_end()
             yield None
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
@@ -93,10 +85,10 @@ class ChainIntegrator(ChainAtRest):
         starts = [(one.slider, one.side) for one in first if one.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
 
-    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
-        """Let the sliders move to the event, and return their velocities there."""
+    def advance(self, flow: Flow, found: FirstEvent) -> None:
+        """Let the sliders move to the event."""
         if bool(found.time == 0):
-            return flow.velocities.copy()
+            return
         later = self.time + found.time
         self.crossed.clear()
         moving = np.flatnonzero(flow.signs)
@@ -108,9 +100,6 @@ class ChainIntegrator(ChainAtRest):
                 self.pinned.pop(m, None)
         if not found.exact:
             self.exact = None
-        speeds = None
-        if found.shifts is None or self.residuals:
-            speeds = np.concatenate([run.moved(found.time)[1] for run in self.runs])
         if found.shifts is None:
             flow.advance(self.runs, found.time)
         for first, displacements, velocities in found.shifts or ():
@@ -118,15 +107,11 @@ class ChainIntegrator(ChainAtRest):
                 self._blurred(flow, first, displacements[0], velocities[0])
             flow.shift(first, self.arithmetic.vector(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
-        arrived = flow.velocities.copy()
-        if speeds is not None:
-            arrived[moving] = speeds
         if self.mirrored:
             flow.mirror()
         if self.exact is not None:
             flow.forces = self.arithmetic.vector([f.ball() for f in self.exact.forces])
         self.time = later
-        return arrived
 
     def _blurred(self, flow: Flow, n: int, way: Any, velocity: Any) -> None:
         """Take the slack of the velocities through what the energy of a lone slider tells of it."""
@@ -136,7 +121,7 @@ class ChainIntegrator(ChainAtRest):
         gained = before * flow.velocity_slack + 2 * flow.force_slack * (force + 2 * abs(way))
         flow.velocity_slack = gained / abs(velocity)
 
-    def resolve(self, flow: Flow, found: FirstEvent, speeds: NDArray[Any]) -> Iterator[Event]:
+    def resolve(self, flow: Flow, found: FirstEvent) -> Iterator[Event]:
         """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
         stops = sorted(found.stops)
         late = self._lateness(flow, found)
@@ -148,11 +133,7 @@ class ChainIntegrator(ChainAtRest):
                 self._draw(n)
             self.tally.slips += len(stops)
             self.slips[stops] += 1
-            residual = max(abs(speeds[n]) for n in stops)
-            yield self._event(EventKind.STOP, stops, signs, residual)
-        distance = self.arithmetic.number(0)
-        for n, sign in found.starts:
-            distance = max(distance, abs(self.thresholds[n] - sign * flow.forces[n]))
+            yield self._event(EventKind.STOP, stops, signs)
         back = [(n, self._start_direction(n)) for n in stops]
         starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
         if starts:
@@ -162,7 +143,7 @@ class ChainIntegrator(ChainAtRest):
                     drive = float(flow.forces[n]) - sign * float(self.friction)
                     self.amplified.start(n, drive, late[n])
             sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
-            yield self._event(EventKind.START, sliders, signs, distance)
+            yield self._event(EventKind.START, sliders, signs)
 
     def _lateness(self, flow: Flow, found: FirstEvent) -> dict[int, NDArray[np.float64]]:
         """Return by how much rounding delays the event of each slider; stops forget their speed."""
@@ -195,11 +176,11 @@ class ChainIntegrator(ChainAtRest):
             self._runs = self.flow.runs()
         return self._runs
 
-    def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
+    def _event(self, kind: EventKind, sliders: list[int], signs: list[int]) -> Event:
         self.tally.events += 1
         self.event_number += 1
         numbers = tuple(n + 1 for n in sliders)
-        return Event(self.time, kind, numbers, tuple(signs), residual)
+        return Event(self.time, kind, numbers, tuple(signs))
 
     def _draw(self, n: int) -> None:
         drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
@@ -207,20 +188,6 @@ class ChainIntegrator(ChainAtRest):
         self.coefficients[n] = float(drawn)
         self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
         self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
-
-    def look_for_an_end(self) -> None:
-        """Note it if the avalanche is proved never to end."""
-        flow = self.flow
-        if flow is None or not flow.signs.any():
-            return
-        largest = max(self.acting(n) for n in range(self.chain.n))
-        slack = flow.velocity_slack + self.chain.n * flow.force_slack
-        tensions, velocities = self.state().tensions, self.velocities()
-        if never_rests(
-            self.arithmetic, self.chain, tensions, velocities, flow.signs, largest, slack
-        ):
-            self.runaway, self.proof = True, NEVER_RESTS
-
 
 def event_of(
     time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None

@@ -65,8 +65,8 @@ def rearrange(
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
 
-    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; how well its
-    time is known is its `residual`, and what was not decided is counted in `undecided`.
+    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; what was not
+    decided is counted in `undecided`.
     Source: Eqs. (dynamic_eq1)-(static_eqN).
 
     Raises `InputError` if an argument is out of range, an option is not the solver's, or the chain

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import groupby, repeat
+from itertools import groupby
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
@@ -232,26 +232,17 @@ def rows_of(
     ]
 
 
-def logged_events(
-    recorded: Mapping[str, NDArray[Any]], residuals: NDArray[Any] | None = None
-) -> Iterator[tuple[EventRow, Event]]:
+def logged_events(recorded: Mapping[str, NDArray[Any]]) -> Iterator[tuple[EventRow, Event]]:
     """Yield every event of recorded columns behind the row of its first slider; see `events_of`."""
     columns = [recorded[name].tolist() for name in EVENT_TABLE.columns]
-    rows = map(EventRow._make, zip(*columns, strict=True))
-    return events_of(rows, None if residuals is None else residuals.tolist())
+    return events_of(map(EventRow._make, zip(*columns, strict=True)))
 
 
-def events_of(
-    rows: Iterable[EventRow], residuals: Iterable[Any] | None = None
-) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every event of some rows behind the row of its first slider; residuals may be known."""
-    pairs = zip(rows, repeat(0) if residuals is None else residuals, strict=False)
-    for _, group in groupby(
-        pairs, lambda pair: (pair[0].rearrangement, pair[0].number, pair[0].kind, pair[0].time)
-    ):
-        together = sorted(group, key=lambda pair: pair[0].slider)
-        first = together[0][0]
-        sliders = tuple(row.slider for row, _ in together)
-        signs = tuple(row.sign for row, _ in together)
-        residual = max(residual for _, residual in together)
-        yield first, Event(first.time, _KINDS[first.kind], sliders, signs, residual)
+def events_of(rows: Iterable[EventRow]) -> Iterator[tuple[EventRow, Event]]:
+    """Yield every event of some rows behind the row of its first slider."""
+    for _, group in groupby(rows, lambda row: (row.rearrangement, row.number, row.kind, row.time)):
+        together = sorted(group, key=lambda row: row.slider)
+        first = together[0]
+        sliders = tuple(row.slider for row in together)
+        signs = tuple(row.sign for row in together)
+        yield first, Event(first.time, _KINDS[first.kind], sliders, signs)

@@ -14,10 +14,7 @@ from exactcreep.solvers.tables import logged_events
 
 
 class LoggedRearrangement(NamedTuple):
-    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c.
-
-    The residuals of its events are not recorded, and zero.
-    """
+    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c."""
 
     half_cycle: int
     theta: Any

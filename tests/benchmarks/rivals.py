@@ -237,7 +237,7 @@ class RivalSimulation(Simulation):
     def _log(self, motion, q, rows):
         for number, (kind, i, sign, time) in enumerate(motion.events):
             if "events" in rows:
-                event = Event(time, EventKind(kind), (i + 1,), (sign,), 0.0)
+                event = Event(time, EventKind(kind), (i + 1,), (sign,))
                 rows["events"] += rows_of(event, q, self.tally.rearrangements, number, self.theta)
             self.tally.slips += kind == "stop"
         self.tally.events += len(motion.events)

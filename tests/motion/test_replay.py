@@ -102,8 +102,8 @@ def test_a_stop_at_a_finite_speed_loses_its_kinetic_energy() -> None:
     chain = captions(2)
     state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
     slip = [
-        Event(0.0, EventKind.START, (2,), (1,), 0.0),
-        Event(math.pi / 2, EventKind.STOP, (2,), (1,), 0.0),
+        Event(0.0, EventKind.START, (2,), (1,)),
+        Event(math.pi / 2, EventKind.STOP, (2,), (1,)),
     ]
     replay = Replay(chain, state, slip)
     for _ in replay:

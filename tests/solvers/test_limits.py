@@ -25,8 +25,8 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
-from exactcreep.motion.modes import Ends, Flow, Run
-from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, escape_time, never_rests
+from exactcreep.motion.modes import Flow
+from exactcreep.motion.runaway import NEVER_STOPS, escape_time
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import Start
 from tests.paper import captions, paper_chain
@@ -42,27 +42,19 @@ def slope_above(excess, n=2, sigma_mu=0):
 
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)
-@pytest.mark.parametrize(
-    ("n", "tan_alpha", "reason"),
-    [
-        (1, "0.7", NEVER_STOPS),
-        (2, "0.51", NEVER_STOPS),
-        (2, "0.50000001", NEVER_RESTS),
-        (6, "-0.52", NEVER_STOPS),
-    ],
-)
-def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha, reason, solver):
+@pytest.mark.parametrize(("n", "tan_alpha"), [(1, "0.7"), (2, "0.51"), (6, "-0.52")])
+def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha, solver):
     chain = captions(n, tan_alpha=tan_alpha)
     start = State.relaxed(chain)
     result = rearrange(chain, start, direction=min(n - 1, 1), solver=solver, max_events=500)
-    assert (result.outcome, result.reason) == (Outcome.RUNAWAY, reason)
+    assert (result.outcome, result.reason) == (Outcome.RUNAWAY, NEVER_STOPS)
     assert (result.evidence is Evidence.PROVED) == (solver == "certified")
     downhill = 1 if chain.tan_alpha > 0 else -1
     assert all(downhill * float(v) >= 0 for v in result.velocities)
     assert result.events[-1].kind is EventKind.START
     if solver in ("exact", "reference"):
         run = creep(chain, Cycles("0.1", 1), solver=solver)
-        assert (run.outcome, run.reason) == (Outcome.RUNAWAY, reason)
+        assert (run.outcome, run.reason) == (Outcome.RUNAWAY, NEVER_STOPS)
         assert run.velocity == downhill * math.inf
 
 
@@ -76,67 +68,37 @@ def test_up_to_mu_d_the_first_avalanche_ends(excess, n, sigma_mu, solver):
     assert all(bool(v == 0) for v in result.velocities)
 
 
-def energetic(tension, speed, excess, n=2):
-    chain = slope_above(excess, n)
-    tensions, velocities = np.zeros(n - 1), np.zeros(n)
-    tensions[0], velocities[n - 1] = tension, speed
-    signs = (velocities > 0).astype(np.int64)
-    return never_rests(FLOAT64, chain, tensions, velocities, signs, chain.mu_s)
-
-
-def test_no_end_is_denied_to_an_avalanche_that_may_still_rest():
-    chain = slope_above(Fraction(1, 100))
-    most = chain.times_cosine(chain.mu_s) - chain.sin_alpha  # the largest tension at rest
-    assert energetic(most, 1e-3, Fraction(1, 100))
-    assert not energetic(0.999 * most, 0.0001, Fraction(1, 100))
-    assert not energetic(most, 1e-3, -Fraction(1, 100))  # below mu_d
-    assert not energetic(3 * most, 0.1, Fraction(1, 100), n=3)  # something may move uphill
-    assert energetic(3 * most, 0.1, Fraction(0), n=3)  # and cannot with so little energy
-    assert not energetic(10 * most, 1.0, Fraction(0), n=3)
-    # ((mu_s + tan) cos)^2, or half of it, is the least energy of a start uphill on the slope mu_d
-    for n, least in ((2, 1.21 * 0.8), (3, 1.21 * 0.8 / 2)):
-        for factor, known in ((0.999, True), (1.001, False)):
-            speed = math.sqrt(factor * least - 0.6**2)
-            assert energetic(0.6, speed, Fraction(0), n) == known
+def test_an_avalanche_that_is_not_proved_to_run_away_is_given_up_after_a_million_events():
+    chain = captions(2, tan_alpha="0.50000001")
+    run = creep(chain, Cycles("0.1", 1))
+    assert run.outcome is Outcome.LIMIT
+    assert "nor been proved to run away after 1000000 events" in run.reason
+    assert 10**6 < run.event_count < 10**6 + 10_000
 
 
 @pytest.mark.parametrize("solver", EVENT_SOLVERS)
-def test_an_avalanche_that_goes_round_for_ever_at_mu_d_is_told_from_a_limit(solver):
+def test_an_avalanche_that_goes_round_for_ever_at_mu_d_is_a_limit(solver):
     chain = captions(3, l0=10, tan_alpha="1/2")
-    for tensions, outcome in ((["0.45", "0.45"], Outcome.RUNAWAY), (["0.6", "0.9"], Outcome.LIMIT)):
+    for tensions in (["0.45", "0.45"], ["0.6", "0.9"]):
         start = State.prepared(chain, tensions)
         result = rearrange(chain, start, direction=0, solver=solver, max_events=40)
-        assert result.outcome is outcome
-        assert result.reason == (
-            NEVER_RESTS if outcome is Outcome.RUNAWAY else "max_events = 40 was reached"
-        )
-
-
-def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
-    velocities = np.array([0.3, -0.1, 0.4, 0.2])
-    accelerations = np.array([0.2, 0.5, -0.3, 0.1])
-    motion = Run(FLOAT64, Ends(True, True), velocities, accelerations)
-    swing = motion.largest_swing()
-    mean, gain = velocities.mean(), accelerations.mean()
-    times = np.arange(0, 4000, 0.3)
-    reached = max(abs(motion.moved(t)[1] - mean - gain * t).max() for t in times)
-    assert 0.98 * swing < reached <= swing
-    assert swing < math.sqrt(3 / 4 * motion.energy)
+        assert result.outcome is Outcome.LIMIT
+        assert result.reason == "max_events = 40 was reached"
 
 
 @pytest.mark.parametrize("arithmetic", [FLOAT64, balls_of(100)], ids=["float64", "balls"])
-def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmetic):
+def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_it_swings(arithmetic):
     chain = captions(4, l0=10, tan_alpha="1/2")
     with arithmetic.active():
         mechanics = ChainIntegrator(Start(chain, State.relaxed(chain), 0), arithmetic)
         internal = np.array([0.3, -0.1, -0.4, 0.2])
-        for speed, proved in ((0.38, False), (0.44, True), (0.6, True)):
+        for speed, proved in ((0.44, False), (0.6, True)):
             flow = Flow(arithmetic, mechanics.forces, mechanics.friction)
             flow.start(range(4), [1] * 4)
             flow.velocities = arithmetic.vector((internal + speed).tolist())
             (run,) = flow.runs()
             bound = math.sqrt(3 / 4 * float(run.energy))
-            assert float(run.largest_swing()) < 0.41 < 0.44 < bound < 0.6
+            assert 0.44 < bound < 0.6
             # asked in private: no drive brings a chain so near to the bound
             escape = escape_time(flow, run, mechanics.chain, mechanics.cosine)
             assert escape == 0 if proved else escape is None

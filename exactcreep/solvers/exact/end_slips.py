@@ -15,9 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact import rows
-from exactcreep.solvers.exact.double_double import add, plus
-from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw, draw_ahead, renew
+from exactcreep.solvers.exact.double_double import plus
+from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw_ahead, renew
 from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
 from exactcreep.solvers.exact.simd import choose, lane_of, together
 
@@ -201,51 +200,12 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
 
 
 @compiled
-def end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
+def end_slips(cell, count, deviate, now, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `loop` does in a ramp, a lone slip and at rest, without what such a slip can skip.
     """
-    last = PAD + now.chain.n - 1
-    friction = now.chain.friction
-    pair = now.chain.n == 2
-    tables = log.tables
-    while now.counts.events < stop_at:
-        if tables is None:
-            _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)
-            if now.counts.events >= stop_at:
-                return
-        top, end, theta, theta_low, undecided = next_start(cell, now, target, target_low)
-        if undecided or top == end:
-            return
-        i = PAD if top else last
-        neighbour = PAD + 1 if top else last - 1
-        side = 1.0 if end == ((target - theta) + (target_low - theta_low) > 0.0) else -1.0
-        drive = cell[cells.EXCESS, i]
-        length = 2.0 * drive
-        pull = cell[cells.REST, neighbour]
-        if pair:
-            way = 1.0 if top else -1.0
-            low = cell[cells.FORCE_LOW, neighbour] + way * theta_low
-            pull, _ = plus(cell[cells.FORCE, neighbour], low, way * theta)
-        room = friction + cell[cells.EXCESS, neighbour] - side * pull
-        bound = (
-            8.0 * ULP * (2.0 * friction + drive + length + drive + cell[cells.EXCESS, neighbour])
-        )
-        if room <= length + bound or drive >= _PLAIN * friction:
-            return
-        now.theta = theta
-        now.theta_low = theta_low
-        rows.at_theta(cell, now, tables)
-        moved = side * length
-        add(cell, cells.FORCE, cells.FORCE_LOW, i, -moved)
-        add(cell, cells.FORCE, cells.FORCE_LOW, neighbour, moved)
-        cell[cells.REST, neighbour] = cell[cells.FORCE, neighbour]
-        add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
-        now.total, now.total_low = plus(now.total, now.total_low, moved)
-        draw(cell, count, deviate, now, i)
-        rows.end_slip(cell, now, tables, i, side if end else -side, moved)
-        count[cells.SLIPS, i] += 1
-        now.counts.slips += 1
-        now.counts.rearrangements += 1
-        now.counts.events += 2
+    before = -1
+    while before < now.counts.events < stop_at:
+        before = now.counts.events
+        _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)

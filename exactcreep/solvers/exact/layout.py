@@ -119,7 +119,7 @@ LADDER = (ORDERS + 9) // 8
     BASE,  # time of the epoch at which the series begins
     KEY,  # until then the margin is certified to stay in its range
     ROOT,  # when it was found to leave its range
-    GUESS,  # when it might; once found what it misses the end of its range by
+    GUESS,  # when it might
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
     BLUR,  # how far from ROOT it may leave its range
@@ -202,13 +202,8 @@ NOW = np.dtype(
     ]
 )
 """The loop's scalars: three records of their own, and where the chain stands."""
-LOGGED_EVENT = np.dtype(
-    [
-        *EVENT_TABLE.dtype,  # with l0 theta for theta
-        ("theta_low", np.float64),
-        ("residual", np.float64),
-    ]
-)
+LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
+"""A row for each slider of an event, with l0 theta for theta."""
 SUMMED = (
     "began", "began_first", "began_last", "duration", "slips", "sliders", "first", "last",
     "largest_slip", "path",

@@ -378,7 +378,6 @@ def _look(cell, clock, now, i):
             if plain:
                 clock[row + cells.KEY, lane] = base + b
                 clock[row + cells.ROOT, lane] = base + b
-                clock[row + cells.GUESS, lane] = off
                 clock[row + cells.BLUR, lane] = margins.blur(steep, bound)
                 _mark(cell, clock, i // 8)
                 return True
@@ -417,7 +416,7 @@ def advance(cell, count, clock, now):
 
     Returns
     -------
-    t, events, residual, blur
+    t, events, blur
         As `taylor.step`; `events` is -1 if it must do it.
     """
     now.counts.steps += 1
@@ -426,30 +425,29 @@ def advance(cell, count, clock, now):
         at_once(cell, clock, now)
     if now.epoch.on == 0:
         if not _begin_epoch(cell, clock, now):
-            return 0.0, -1, 0.0, 0.0
+            return 0.0, -1, 0.0
     elif now.epoch.centre != 0 and not _renew(cell, clock, now):
         at_once(cell, clock, now)
-        return 0.0, -1, 0.0, 0.0
+        return 0.0, -1, 0.0
     before = now.epoch.time
     while True:
         i = _soonest(cell, clock, now)
         if i < 0:
             now.epoch.time = EPOCH
             at_once(cell, clock, now)
-            return now.epoch.time - before, 0, 0.0, 0.0
+            return now.epoch.time - before, 0, 0.0
         row = CLOCKS * (i // 8)
         time = element(clock, row + cells.ROOT, i % 8)
         if time < NEVER:
             if time - before < _GAP:
                 break
             if _alone(cell, clock, now, time + _GAP):
-                residual = abs(element(clock, row + cells.GUESS, i % 8))
                 blur = element(clock, row + cells.BLUR, i % 8)
                 _arrive(cell, clock, i, time)
                 now.epoch.time = time
                 now.epoch.centre = i
                 count[cells.EVENT, 0] = i
-                return time - before, 1, residual, blur
+                return time - before, 1, blur
             clock[row + cells.KEY, i % 8] = NEVER
             _mark(cell, clock, i // 8)
             j = _soonest(cell, clock, now)
@@ -461,4 +459,4 @@ def advance(cell, count, clock, now):
         if not _look(cell, clock, now, i):
             break
     at_once(cell, clock, now)
-    return 0.0, -1, 0.0, 0.0
+    return 0.0, -1, 0.0

@@ -32,18 +32,14 @@ from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
-_CALM = 64
-"""Steps without an event after which the whole chain's modes are looked at."""
 STEP_WORK = 40
 """Of a step of a cluster, in units of about 5 ns."""
 STRIP_WORK = 12
 """Of each of its strips of eight sliders."""
-MODES_WORK = 6
-"""Of a look at the modes, for every mode and slider."""
 
 
 @compiled
-def _write(now, events, kind, i, sign, residual):
+def _write(now, events, kind, i, sign):
     """Write an event of slider i to the log."""
     row = events[now.logged]
     row.half_cycle = now.counts.target
@@ -55,7 +51,6 @@ def _write(now, events, kind, i, sign, residual):
     row.slider = i + 1 - PAD
     row.sign = sign
     row.theta_low = now.theta_low
-    row.residual = residual
     now.logged += 1
 
 
@@ -76,7 +71,7 @@ def _present_force(cell, i):
 
 
 @inlined
-def _start(cell, now, log, i, sign, drive, residual):
+def _start(cell, now, log, i, sign, drive):
     cell[cells.SIDE, i] = sign
     cell[cells.SPEED, i] = 0.0
     cell[cells.FRESH, i] = 1.0
@@ -88,13 +83,13 @@ def _start(cell, now, log, i, sign, drive, residual):
     now.touched_last = max(now.touched_last, i)
     rows.start(cell, now, log.tables, i)
     if now.chain.logging & cells.LOGS_EVENTS != 0:
-        _write(now, log.events, cells.START, i, sign, residual)
+        _write(now, log.events, cells.START, i, sign)
 
 
 @inlined
-def _stop(cell, count, deviate, now, log, i, residual):
+def _stop(cell, count, deviate, now, log, i):
     if now.chain.logging & cells.LOGS_EVENTS != 0:
-        _write(now, log.events, cells.STOP, i, cell[cells.SIDE, i], residual)
+        _write(now, log.events, cells.STOP, i, cell[cells.SIDE, i])
     cell[cells.SIDE, i] = 0.0
     cell[cells.SPEED, i] = 0.0
     cell[cells.FRESH, i] = 0.0
@@ -189,10 +184,10 @@ def _ramp(cell, now, log, target, target_low):
     _begin(cell, now, log, up)
     _place_ends(cell, now)
     if top:
-        _start(cell, now, log, PAD, -up, cell[cells.EXCESS, PAD], 0.0)
+        _start(cell, now, log, PAD, -up, cell[cells.EXCESS, PAD])
     if end:
         i = PAD + now.chain.n - 1
-        _start(cell, now, log, i, up, cell[cells.EXCESS, i], 0.0)
+        _start(cell, now, log, i, up, cell[cells.EXCESS, i])
     now.number += 1
     _decompose(cell, now, log)
     return True
@@ -212,7 +207,7 @@ def _unstable(cell, now, log):
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
-            _start(cell, now, log, i, sign, abs(pull) - now.chain.friction, 0.0)
+            _start(cell, now, log, i, sign, abs(pull) - now.chain.friction)
         elif close:
             now.counts.undecided += 1
             cell[cells.DOUBTED, i] = now.counts.rearrangements + (
@@ -274,7 +269,7 @@ def _lone(cell, count, deviate, now, log):
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[cells.REST, i]
-        _stop(cell, count, deviate, now, log, i, 0.0)
+        _stop(cell, count, deviate, now, log, i)
         now.number += 1
         turn = 0.0
         # pulled on as before it stays, however close to mu_d c: the excess is never negative
@@ -282,7 +277,7 @@ def _lone(cell, count, deviate, now, log):
             turn, close = _exceeds(cell, now, i, pull, 0.0)
             now.counts.undecided += close
         if turn != 0.0:
-            _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
+            _start(cell, now, log, i, turn, abs(pull) - friction)
             now.counts.events += 1
             now.number += 1
         _decompose(cell, now, log)
@@ -304,9 +299,9 @@ def _lone(cell, count, deviate, now, log):
     if both:
         now.counts.undecided += 1
     if both or room_left < room_right:
-        _start(cell, now, log, i - 1, side, cell[cells.EXCESS, i - 1], 0.0)
+        _start(cell, now, log, i - 1, side, cell[cells.EXCESS, i - 1])
     if both or room_right < room_left:
-        _start(cell, now, log, i + 1, side, cell[cells.EXCESS, i + 1], 0.0)
+        _start(cell, now, log, i + 1, side, cell[cells.EXCESS, i + 1])
     if faster == 0.0:
         cell[cells.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
         cell[cells.DRIVE, i] = drive
@@ -342,58 +337,11 @@ def _never_stops(cell, now):
     return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
-@compiled
-def _no_mode_stops(cell, series, now):
-    """Return whether the mean velocity exceeds the sum of the modes' amplitudes at every slider.
-
-    Sharper than `_never_stops`, and dearer: for a chain on the slope mu_d itself, where the mean
-    velocity never grows.
-    """
-    n = now.chain.n
-    mean = 0.0
-    for i in range(PAD, PAD + n):
-        mean += cell[cells.SPEED, i] / n
-    # the next step fills `series` anew
-    for m in range(n):
-        series[m // 8, m % 8] = 0.0
-    for q in range(1, n):
-        angle = math.pi * q / n
-        speed = 0.0
-        push = 0.0
-        for i in range(n):
-            shape = math.cos((i + 0.5) * angle)
-            speed += shape * cell[cells.SPEED, PAD + i]
-            push += shape * _present_force(cell, PAD + i)
-        omega = 2.0 * math.sin(0.5 * angle)
-        amplitude = math.sqrt(speed * speed + (push / omega) ** 2)
-        for m in range(n):
-            series[m // 8, m % 8] += 2.0 / n * abs(math.cos((m + 0.5) * angle)) * amplitude
-    largest = 0.0
-    for m in range(n):
-        largest = max(largest, series[m // 8, m % 8])
-    # each sum of n terms is good to n ulp of the sum of their sizes
-    slack = 64.0 * n * n * ULP * ULP
-    return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + slack
-
-
-@inlined
-def _runs_away(cell, series, now):
-    """Return whether it is proved that the moving chain never stops; looked at now and then."""
-    if now.moving < now.chain.n or now.chain.downhill == 0:
-        return False
-    if _never_stops(cell, now):
-        return True
-    if now.counts.calm <= _CALM or now.counts.calm % _CALM != 0:
-        return False
-    now.counts.work += MODES_WORK * now.chain.n**2
-    return _no_mode_stops(cell, series, now)
-
-
 @inlined
 def _to_first_event(cell, count, clock, series, now):
     """Advance several movers to their first event.
 
-    Returns of how many sliders it is, the residual, and how far its time may be off.
+    Returns of how many sliders it is, and how far its time may be off.
     """
     now.counts.calm += 1
     now.counts.work += STEP_WORK
@@ -406,16 +354,16 @@ def _to_first_event(cell, count, clock, series, now):
             and now.counts.retry == 0
         )
         if now.epoch.on == 1 or long:
-            t, events, residual, blur = advance(cell, count, clock, now)
+            t, events, blur = advance(cell, count, clock, now)
             if events < 0:
                 now.time += t
                 now.counts.retry = 1
     if events < 0:
         now.counts.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
         now.counts.retry -= now.counts.retry > 0
-        t, events, residual, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
+        t, events, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
     now.time += t
-    return events, residual, blur
+    return events, blur
 
 
 @inlined
@@ -430,7 +378,7 @@ def _in_order(count, events):
 
 
 @inlined
-def _resolve(cell, count, deviate, now, log, events, residual, blur):
+def _resolve(cell, count, deviate, now, log, events, blur):
     """Let the sliders of an event stop and start by the contact law.
 
     All that stop are frozen and draw, then all are tested with the same forces. The time of the
@@ -442,7 +390,7 @@ def _resolve(cell, count, deviate, now, log, events, residual, blur):
     for k in range(events):
         i = count[cells.EVENT, k]
         if cell[cells.SIDE, i] != 0.0:
-            _stop(cell, count, deviate, now, log, i, residual)
+            _stop(cell, count, deviate, now, log, i)
             count[cells.EVENT, k] = -i
             stops += 1
     if stops > 0:
@@ -452,14 +400,14 @@ def _resolve(cell, count, deviate, now, log, events, residual, blur):
         i = abs(count[cells.EVENT, k])
         pull = _present_force(cell, i)
         turn = 1.0 if pull > 0.0 else -1.0
-        drive, missed = cell[cells.EXCESS, i], residual
+        drive = cell[cells.EXCESS, i]
         if count[cells.EVENT, k] < 0:
             beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
             turn, close = _exceeds(cell, now, i, pull, blur * beside)
             now.counts.undecided += close
-            drive, missed = abs(pull) - now.chain.friction, 0.0
+            drive = abs(pull) - now.chain.friction
         if turn != 0.0:
-            _start(cell, now, log, i, turn, drive, missed)
+            _start(cell, now, log, i, turn, drive)
             starts += 1
     if starts > 0:
         now.number += 1
@@ -471,11 +419,11 @@ def _resolve(cell, count, deviate, now, log, events, residual, blur):
 @inlined
 def _cluster(cell, count, deviate, clock, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
-    if _runs_away(cell, series, now):
+    if now.moving == now.chain.n and _never_stops(cell, now):
         return True
-    events, residual, blur = _to_first_event(cell, count, clock, series, now)
+    events, blur = _to_first_event(cell, count, clock, series, now)
     if events > 0:
-        _resolve(cell, count, deviate, now, log, events, residual, blur)
+        _resolve(cell, count, deviate, now, log, events, blur)
         if clock is not None:
             short = now.last - now.first < cells.LEAST_LONG // 2
             if now.epoch.on == 1 and (short or now.stage != cells.CLUSTER):
@@ -524,15 +472,13 @@ def follow(
             return cells.BUDGET, reached
         if now.chain.logging & cells.LOGS_EVENTS != 0 and now.logged > room:
             return cells.LOG_FULL, reached
-        slips_at_most = rows.room(log.tables) - now.chain.n
-        if slips_at_most <= 0:
+        if rows.room(log.tables) <= now.chain.n:
             return cells.LOG_FULL, reached
         if stage == cells.AT_REST:
-            if now.chain.logging & cells.LOGS_EVENTS == 0 and now.chain.n > 1 and not single:
-                limit = min(stop_at, now.counts.events + 2 * slips_at_most)
-                end_slips(cell, count, deviate, now, log, theta[reached], theta_low[reached], limit)
-                if now.counts.events >= limit:
-                    continue  # the general way would sum the energy of the next slip otherwise
+            if now.chain.logging == 0 and now.chain.n > 1 and not single:
+                end_slips(cell, count, deviate, now, theta[reached], theta_low[reached], stop_at)
+                if now.counts.events >= stop_at:
+                    continue
             if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
                 rows.at_target(cell, count, now, targets, reached)
                 reached += 1

@@ -10,7 +10,6 @@ displacement: that both add up to the change of elastic energy shows that each s
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -263,21 +262,3 @@ def end(cell, now, tables):
         moved += x
     tables.sums[0].tensions += cell[cells.X, PAD + now.chain.n - 1] - cell[cells.X, PAD]
     _rest(now, tables, now.number, moved, gained)
-
-
-@inlined
-def end_slip(cell, now, tables, i, way, moved):
-    """Write a rearrangement that is one slip, by `moved`, of the end slider in column i.
-
-    It is not counted yet, and its slider has drawn anew.
-    """
-    if tables is None:
-        return
-    sums = tables.sums[0]
-    _no_slips(now, sums, way)
-    sums.tensions += moved if i > PAD else -moved
-    # from its threshold against friction, by twice the excess: what friction and gravity leave
-    gained = now.chain.sine * moved - now.chain.friction * abs(moved)
-    duration = math.pi if moved != 0.0 else 0.0
-    _slip(cell, now, tables, i, now.counts.rearrangements, 0.0, duration, moved, 1.0)
-    _rest(now, tables, 2, moved, gained)

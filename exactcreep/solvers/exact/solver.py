@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Contacts, Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Cycles, Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
+from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import finished
 from exactcreep.solvers.exact import layout, local_clocks, loop
@@ -35,7 +34,6 @@ from exactcreep.solvers.exact.pack import (
 from exactcreep.solvers.exact.perturbed import RoundingError, mirrored, rounding_error, undecided_by
 from exactcreep.solvers.exact.rounded import follow_rounded
 from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
-from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
     Ending,
     Rearrangement,
@@ -176,8 +174,6 @@ class ExactSimulation(Simulation):
         """Return why the chain goes no further, and a sentence: `told` if nothing is proved."""
         if reason == layout.RUNAWAY:
             return Ending(Stop.RUNAWAY, NEVER_STOPS)
-        if self._never_rests():
-            return Ending(Stop.RUNAWAY, NEVER_RESTS)
         return Ending(Stop.LIMIT, told)
 
     def _room_for_more(self) -> None:
@@ -206,17 +202,6 @@ class ExactSimulation(Simulation):
         """Be ready for several sliders that move together."""
         if self.work.series is None:
             self.work = roomier(self.work)
-
-    def _never_rests(self) -> bool:
-        """Return whether it is proved that the chain in motion never comes to rest."""
-        chain, signs = self.chain, self.cell(layout.SIDE)
-        velocities = self.velocities()
-        tensions = self.state().tensions
-        largest = Contacts(chain).acting(self.cell(layout.COEFFICIENT).max())
-        # every event adds a few roundings of the largest force
-        size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
-        slack = 16 * 2.0**-53 * int(self.work.now["number"][0]) * size
-        return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
     def drain(self) -> NDArray[Any]:
         """Return the rows of the event log, and empty it."""
@@ -445,12 +430,6 @@ class Estimated(Rearrangement):
 class Exact(Solver):
     """The event-driven solver in float64, compiled.
 
-    Parameters
-    ----------
-    escalate : bool
-        Whether `rearrange` does a rearrangement again with `certified` if float64 leaves it
-        undecided. Not for runs.
-
     Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
     accepted only after all sliders were certified to have none before (see `taylor`). Each
     event adds rounding of a few 1e-16 of the largest force, which the events that follow amplify.
@@ -460,14 +439,9 @@ class Exact(Solver):
     and counted as undecided.
     """
 
-    escalate: bool = False
     perturbs: ClassVar[bool] = True
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.escalate, bool):
-            raise InputError("escalate", self.escalate, "must be true or false")
 
     def compiles(self, n: int) -> tuple[int, ...]:
         """Return lengths of chains with which all is compiled that one of `n` sliders may need."""
@@ -507,17 +481,10 @@ class Exact(Solver):
         )
         if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
-        limited = result.outcome is Outcome.LIMIT
-        if not self.escalate or limited or result.evidence is not Evidence.UNDECIDED:
-            return result
-        certified = Certified().rearrange_from(start, direction, limits)
-        return replace(certified, report={**certified.report, "escalated": result.doubt})
+        return result
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by the compiled loop."""
-        if self.escalate:
-            why = 'is for one rearrangement; for a run use solver="certified"'
-            raise InputError("escalate", True, why)
         return ExactSimulation(start.chain, start.state, start.seed, record)
 
 
@@ -528,9 +495,6 @@ def _logging(record: tuple[str, ...]) -> int:
 
 
 def _events(log: NDArray[Any]) -> Iterator[Event]:
-    """Yield the events of rows of the event log, with their residuals."""
-    rows = log.tolist()
-    pairs = tables.events_of(
-        [tables.EventRow._make(row[:8]) for row in rows], [row[-1] for row in rows]
-    )
-    return (event for _, event in pairs)
+    """Yield the events of rows of the event log."""
+    rows = (tables.EventRow._make(row[:8]) for row in log.tolist())
+    return (event for _, event in tables.events_of(rows))

@@ -247,8 +247,16 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
                 0.0, True, False,
             )  # fmt: skip
             if graze:
-                # within rounding of its threshold all along: there it stays
+                # within rounding of the end of its range somewhere: a slider at rest stays,
                 _doubt(cell, now, i)
+                if moving and slope_a < 0.0 and slope_b > 0.0:
+                    # and a mover stops, where it is slowest
+                    least = a - (b - a) * slope_a / (slope_b - slope_a)
+                    at_least, _ = margins.at_time(series, row, lane, orders, least)
+                    if side * at_least <= 2.0 * bound:
+                        return least
+                    b = least
+                    continue
             if clear or graze:
                 if b >= far:
                     return far if crossed else np.inf
@@ -371,12 +379,10 @@ def _tangential(cell, count, series, first, last):
 def _together(cell, count, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
-    Returns how many, how far their margins are from the end of their ranges, and the blur of t.
-    All contenders are looked at again, once t is known: which slider was found first must not
-    matter.
+    Returns how many, and the blur of t. All contenders are looked at again, once t is known: which
+    slider was found first must not matter.
     """
     missed = 0.0  # by how much the margins that give t its value miss the end of their range
-    residual = 0.0
     blur = 0.0
     for turn in range(2):
         events = 0
@@ -404,9 +410,8 @@ def _together(cell, count, series, now, first, contenders, t):
             if near and not known:
                 count[cells.EVENT, events] = i
                 events += 1
-                residual = max(residual, off)
     now.counts.undecided += max(events - 1, 0)
-    return events, residual, blur
+    return events, blur
 
 
 @inlined
@@ -415,7 +420,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 
     Returns
     -------
-    t, residual, blur : float
+    t, blur : float
     outward : float
         +1 if the margin leaves its range upwards, -1 downwards.
     holds : bool
@@ -447,7 +452,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
         and (fresh or room > bound)
         and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, bound, fresh, True)
     )
-    return t, abs(off), margins.blur(slope_1, bound), outward, holds, proved
+    return t, margins.blur(slope_1, bound), outward, holds, proved
 
 
 @inlined
@@ -551,8 +556,6 @@ def step(cell, count, series, now, first, last):
     events : int
         Number of sliders whose event it is, their columns in ``count[EVENT]``; 0 if there is none
         within the horizon.
-    residual : float
-        How far the margins are from the end of their ranges.
     blur : float
         How far from t the event may be.
     """
@@ -564,17 +567,16 @@ def step(cell, count, series, now, first, last):
     if forceless:
         events = _tangential(cell, count, series, first, last)
         if events > 0:
-            return 0.0, events, 0.0, 0.0
+            return 0.0, events, 0.0
     lane, t, orders = _located(cell, series, now, first, strips, orders)
     even_tail, odd_tail = _largest_late(series, strips)
     _evaluate(series, strips, orders, even_tail, odd_tail, t)
     events = 0
-    residual = 0.0
     blur = 0.0
     spared = -1
     outward = 1.0
     if lane >= 0:
-        t, residual, blur, outward, holds, proved = _own_root(
+        t, blur, outward, holds, proved = _own_root(
             cell, series, now, first + lane, lane, strips, orders, even_tail, odd_tail, t
         )
         if holds:
@@ -592,9 +594,9 @@ def step(cell, count, series, now, first, last):
         t = soonest
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
     if looked > 0:
-        events, residual = 0, 0.0
+        events = 0
         if found or soonest <= t:
-            events, residual, blur = _together(cell, count, series, now, first, contenders, t)
+            events, blur = _together(cell, count, series, now, first, contenders, t)
     if events > 0:
         _look_after(cell, count, series, now, first, strips, events, blur, t)
     for s in range(strips):
@@ -605,4 +607,4 @@ def step(cell, count, series, now, first, last):
         store(cell, cells.SPEED, i, max(side * take(series, row + cells.AT_END), 0.0))
         if t > 0.0:
             store(cell, cells.FRESH, i, 0.0)
-    return t, events, residual, blur
+    return t, events, blur

@@ -56,8 +56,6 @@ class ChainAtRest:
     arithmetic : Arithmetic
     assume : bool
         Whether balls settle what they cannot decide by the model's rules, and count it.
-    residuals : bool
-        Whether the residual of every event is evaluated, also where a formula gives its time.
 
     Notes
     -----
@@ -70,13 +68,10 @@ class ChainAtRest:
     )  # fmt: skip
     """What a rest consists of, beside the counts."""
 
-    def __init__(
-        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, residuals: bool = False
-    ) -> None:
+    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
-        self.residuals = residuals and not arithmetic.encloses  # a ball of zero proves it
         self.tally = Tally()
         self.evaluations = 0
         self.slips = np.zeros(self.chain.n, dtype=np.int64)
@@ -111,7 +106,6 @@ class ChainAtRest:
         self.announced = True
         self.event_number = 0
         self.runaway = False
-        self.proof = ""  # of the runaway
         self.limits = NO_LIMITS
 
     # -- what is known exactly -----------------------------------------------------------------

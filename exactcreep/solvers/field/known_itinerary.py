@@ -11,8 +11,6 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
-from numpy.typing import NDArray
-
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import balls_of
@@ -84,12 +82,11 @@ class KnownItinerary(ChainIntegrator):
         guess, self._now = then - self._now, then
         return FirstEvent(self._root(function, guess), tuple(stops), tuple(starts))
 
-    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
+    def advance(self, flow: Flow, found: FirstEvent) -> None:
         """Let the sliders move to the event; the trajectory is one of points."""
-        speeds = super().advance(flow, found)
+        super().advance(flow, found)
         for numbers in (flow.forces, flow.velocities, flow.moved):
             numbers[:] = [x.mid() for x in numbers.tolist()]
-        return speeds
 
     def _root(self, function: EventFunction, guess: float) -> Any:
         """Return the root of an event function near `guess`, by Newton's method."""

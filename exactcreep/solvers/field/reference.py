@@ -25,6 +25,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
+from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import (
@@ -89,7 +90,7 @@ class FieldSolver(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = ChainIntegrator(start, arithmetic, residuals=True)
+            mechanics = ChainIntegrator(start, arithmetic)
             result = completed(mechanics, direction, self.name, limits)
             rounding = mechanics.amplified.largest if mechanics.amplified is not None else 0.0
             return Rounded(**vars(result), rounding=rounding, promised=self.promised)
@@ -118,10 +119,8 @@ def completed(
                 break
     except (SearchLimit, OutOfTime) as limit:
         ended = Ending(Stop.LIMIT, str(limit))
-    if ended.stop is not Stop.DONE:
-        mechanics.look_for_an_end()
     if mechanics.runaway:
-        ended = Ending(Stop.RUNAWAY, mechanics.proof)
+        ended = Ending(Stop.RUNAWAY, NEVER_STOPS)
     return Rearrangement.of(
         mechanics,
         solver,
@@ -188,8 +187,8 @@ class FieldSimulation(Simulation):
                 self.begun = self._rows()
                 stop = early() if done < count else None
             if stop is not None:
-                proof = self.mechanics.proof if stop is Stop.RUNAWAY else ""
-                ended = Ending(stop, proof or limits.reason(stop))
+                runaway = stop is Stop.RUNAWAY
+                ended = Ending(stop, NEVER_STOPS if runaway else limits.reason(stop))
                 break
         n = self.start.chain.n
         logged = {name: values for name, values in self.begun.items() if name in LOGS and values}

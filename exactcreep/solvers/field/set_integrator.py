@@ -408,11 +408,11 @@ class SetIntegrator(ChainIntegrator):
             *acting, image,
         )  # fmt: skip
 
-    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
+    def advance(self, flow: Flow, found: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
         begin, moves = self.time, not bool(found.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
-        arrived = super().advance(flow, found)
+        super().advance(flow, found)
         if moves and not found.alike:
             self.since = self.since + 1 if self.exact is None else 0
             if self.set is not None:
@@ -425,7 +425,6 @@ class SetIntegrator(ChainIntegrator):
                 self._look_around()
         if wide is not None and self.start is not None:
             self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
-        return arrived
 
     def take_over(self, captured: Mapping[str, Any]) -> None:
         super().take_over(captured)

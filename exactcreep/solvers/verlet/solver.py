@@ -92,7 +92,7 @@ def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any
 
 
 def _events(rows: dict[str, NDArray[Any]]) -> list[Event]:
-    return [event for _, event in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
+    return [event for _, event in logged_events(EVENT_TABLE.arrays(rows))]
 
 
 class VerletSimulation(Simulation):

@@ -84,7 +84,7 @@ _WHOLE = (
     "spent",  # steps since the last look at a clock, see `_PAUSE`
 )
 NOW = np.dtype([(name, np.float64) for name in _REALS] + [(name, np.int64) for name in _WHOLE])
-ROW = (*EVENT_TABLE.fields, "residual", "moved", "coefficient", "undecided", "way")
+ROW = (*EVENT_TABLE.fields, "moved", "coefficient", "undecided", "way")
 """What is kept of each slider of an event: `moved` since the last rest, counts up to now."""
 
 
@@ -146,7 +146,7 @@ def _full(fixed, arrays):
 
 
 @_compiled
-def _write(arrays, time, kind, i, sign, residual):
+def _write(arrays, time, kind, i, sign):
     """Keep one slider of an event, if events are kept."""
     if len(arrays.rows) == 0:
         return
@@ -154,13 +154,13 @@ def _write(arrays, time, kind, i, sign, residual):
     row = arrays.rows[now.written]
     row[0], row[1], row[2] = now.target, now.rearrangements - 1, now.number
     row[3], row[4], row[5], row[6], row[7] = now.theta, time, kind, i, sign
-    row[8], row[9], row[10] = residual, lanes[X, i], lanes[COEFFICIENT, i]
-    row[11], row[12] = now.undecided, now.way
+    row[8], row[9] = lanes[X, i], lanes[COEFFICIENT, i]
+    row[10], row[11] = now.undecided, now.way
     now.written += 1
 
 
 @_compiled
-def _start(fixed, arrays, i, sign, time, residual):
+def _start(fixed, arrays, i, sign, time):
     """Set slider i in motion from velocity zero."""
     now, lanes = arrays.now[0], arrays.lanes
     square = fixed.dt * fixed.dt
@@ -182,11 +182,11 @@ def _start(fixed, arrays, i, sign, time, residual):
     now.movers += 1
     now.low = min(now.low, i)
     now.high = max(now.high, i)
-    _write(arrays, time, 0, i, sign, residual)
+    _write(arrays, time, 0, i, sign)
 
 
 @_compiled
-def _stop(fixed, arrays, i, time, residual):
+def _stop(fixed, arrays, i, time):
     """Bring slider i to rest and draw its next static coefficient; `_close_event` must follow."""
     now, lanes, drawn = arrays.now[0], arrays.lanes, arrays.drawn
     k = drawn[0, i]
@@ -200,7 +200,7 @@ def _stop(fixed, arrays, i, time, residual):
         threshold = fixed.friction if mu < fixed.mu_d else mu * fixed.cosine
         now.below += mu < fixed.mu_d
     lanes[COEFFICIENT, i] = mu
-    _write(arrays, time, 1, i, lanes[SIGN, i], residual)
+    _write(arrays, time, 1, i, lanes[SIGN, i])
     for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
         lanes[row, i] = 0.0
     lanes[THRESHOLD, i] = lanes[CEILING, i] = threshold
@@ -246,7 +246,7 @@ def release(fixed, arrays):
         if excess > 0.0:
             if now.phase == AT_REST:
                 _begin(fixed, now, 0)
-            _start(fixed, arrays, i, math.copysign(1.0, force), 0.0, 0.0)
+            _start(fixed, arrays, i, math.copysign(1.0, force), 0.0)
     if now.phase == MOVING:
         _close_event(arrays)
 
@@ -276,14 +276,13 @@ def ramp(fixed, arrays, way, most):
     _begin(fixed, now, int(way))
     for i in (1, n):
         if tie or (first < last) == (i == 1):
-            residual = abs(abs(_pull(fixed, lanes, i)) - lanes[THRESHOLD, i])
-            _start(fixed, arrays, i, way if i == n else -way, 0.0, residual)
+            _start(fixed, arrays, i, way if i == n else -way, 0.0)
     _close_event(arrays)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     before = now.slips
     for i in (1, n):
         if lanes[SIGN, i] != 0.0 and lanes[THRESHOLD, i] <= fixed.friction:
-            _stop(fixed, arrays, i, 0.0, 0.0)
+            _stop(fixed, arrays, i, 0.0)
     if now.slips > before:
         _close_event(arrays)
     return True
@@ -497,7 +496,7 @@ def _resolve(fixed, arrays):
     before = now.slips
     for i in near:
         if arrays.hit[i] == 1 and lanes[SIGN, i] != 0.0:
-            _stop(fixed, arrays, i, time, abs(_velocity(lanes, i)) / fixed.dt)
+            _stop(fixed, arrays, i, time)
             arrays.hit[i] = 2
     if now.slips > before:
         _close_event(arrays)
@@ -511,8 +510,7 @@ def _resolve(fixed, arrays):
             now.undecided += 1
         if arrays.hit[i] == 1 or excess > 0.0:
             # one that has just stopped may exceed its threshold
-            residual = 0.0 if arrays.hit[i] == 2 else abs(excess)
-            _start(fixed, arrays, i, math.copysign(1.0, force), time, residual)
+            _start(fixed, arrays, i, math.copysign(1.0, force), time)
     if now.movers > before:
         _close_event(arrays)
 

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
+from exactcreep import Chain, Evidence, Outcome, State, rearrange
 from exactcreep.solvers.exact.perturbed import rounding_error
-from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import TENSION_TOLERANCE, Rearrangement
 from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 from tests.paper import unstable_chain
@@ -100,7 +99,7 @@ def graze() -> Fraction:
     return high
 
 
-def test_a_start_near_grazing_costs_digits_is_told_and_done_again_in_balls(graze: Fraction) -> None:
+def test_a_start_near_grazing_costs_digits_and_is_told(graze: Fraction) -> None:
     near = {}
     for k in (4, 6, 8, 10, 12):
         near[k] = five_sliders(graze + Fraction(1, 10**k))
@@ -111,13 +110,10 @@ def test_a_start_near_grazing_costs_digits_is_told_and_done_again_in_balls(graze
     assert (far.evidence, far.undecided) == (Evidence.UNDECIDED, 0)
     assert far.error > TENSION_TOLERANCE
     assert "beyond 1e-12" in far.doubt
-    again = five_sliders(graze + Fraction(1, 10**12), escalate=True)
-    assert (again.solver, again.evidence) == ("certified", Evidence.PROVED)
-    assert again.report["escalated"] == far.doubt
+    again = five_sliders(graze + Fraction(1, 10**12), solver="certified", digits=25)
     assert again.itinerary == far.itinerary
     places = [x.str(25, radius=False) for x in again.state.displacements.tolist()]
     assert error_of(far, places) < far.error
-    assert five_sliders(graze + Fraction(1, 10**6), escalate=True).solver == "exact"
 
 
 def test_reference_loses_digits_near_grazing_and_says_so(graze: Fraction) -> None:
@@ -132,15 +128,6 @@ def test_reference_loses_digits_near_grazing_and_says_so(graze: Fraction) -> Non
     sharp = five_sliders(graze + Fraction(1, 10**10), solver="mpmath", digits=30)
     assert sharp.evidence is Evidence.COMPUTED
     assert 0 < sharp.error < 1e-30
-
-
-def test_only_single_rearrangements_escalate() -> None:
-    chain = Chain(2, 1, "1/2", "3/5", tan_alpha="1/4")
-    allowed = solver_named("exact", {"escalate": True})
-    with pytest.raises(InputError, match="escalate = True: is for one rearrangement"):
-        allowed.simulation(chain, State.relaxed(chain), 0, ("x_G",))
-    with pytest.raises(InputError, match="must be true or false"):
-        solver_named("exact", {"escalate": "yes"})
 
 
 def test_a_tie_that_the_rules_have_settled_is_undecided_whatever_copies_do() -> None:
