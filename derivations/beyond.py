@@ -108,9 +108,9 @@ def _croll(p: Proof, model: Model) -> None:
 
 def _sweeping(p: Proof, model: Model) -> None:
     """Show that the lengths of the springs are swept by the moving set of admissible tensions."""
-    other, off = model.between(trial(n - 1), trial(n)), T(n) - trial(n)
+    admissible, off = model.between(trial(n - 1), trial(n)), T(n) - trial(n)
     flux = off * v(n + 1)
-    gain = model.force(n) - other
+    gain = model.force(n) - admissible
     p.show(
         "sweeping process: slips do work on the difference to any other admissible state; v_n, "
         f"times {gain}, and the lengthening of springs, times {off}, sum up to "

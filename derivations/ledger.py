@@ -335,14 +335,14 @@ def disagreements(source: str) -> list[str]:
     ]
     environment = r"\\begin\{(equation|eqnarray)\}(.*?)\\end\{\1\}|\\be\b(.*?)\\ee\b"
     body = text.partition(r"\begin{document}")[2] or text
-    equations = [found[0] for found in re.finditer(environment, body, re.DOTALL)]
+    equations = [match[0] for match in re.finditer(environment, body, re.DOTALL)]
     numbered = [line for equation in equations for line in _numbered(equation)]
     for k, line in enumerate(numbered, 1):
         named = [e for e in paper if e.number == k and _without_space(e.printed) in line]
         if len(named) != 1:
             problems.append(f"Eq. ({k}) has {len(named)} entries: {line[:60]}")
     labels = set(re.findall(r"\\label\{([^}]*)\}", "".join(equations)))
-    known = {entry.label for entry in paper if entry.label is not None}
-    problems += [f"no entry for the equation {label}" for label in sorted(labels - known)]
-    problems += [f"the source has no equation {label}" for label in sorted(known - labels)]
+    labelled = {entry.label for entry in paper if entry.label is not None}
+    problems += [f"no entry for the equation {label}" for label in sorted(labels - labelled)]
+    problems += [f"the source has no equation {label}" for label in sorted(labelled - labels)]
     return problems

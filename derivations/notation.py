@@ -328,13 +328,13 @@ class _Reader:
         if token in ("\\min", "\\max"):
             self.take()
             self.take("(")
-            one = self.sum()
+            first = self.sum()
             self.take(",")
-            other = self.sum()
+            second = self.sum()
             self.take(")")
-            if token == "\\max" and one != 0:
+            if token == "\\max" and first != 0:
                 raise NotationError("only a part that is positive, max(0, ...), is known")
-            return least(one, other) if token == "\\min" else positive_part(other)
+            return least(first, second) if token == "\\min" else positive_part(second)
         if token == "\\sqrt":
             self.take()
             return sp.sqrt(self.enclosed())

@@ -14,7 +14,7 @@ from dataclasses import replace
 import sympy as sp
 
 from derivations.judges import follows, inequality, positive, vanishes
-from derivations.model import Model, T, g, m, solved
+from derivations.model import Model, T, g, m, solved, way
 from derivations.notation import (
     CAPTIONS,
     Expression,
@@ -28,6 +28,7 @@ from derivations.notation import (
     j,
     mu_d,
     mu_s,
+    n,
     s,
     symbol,
     tan,
@@ -53,6 +54,22 @@ def slope(force: Expression, held: Expression) -> Expression:
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the critical angle of a dilation and of a contraction, and the window of two pivots."""
+    p.show(
+        f"equation of motion of slider {n}: mass times acceleration is the force of springs and "
+        "weight,",
+        model.force(n),
+        T(n) - T(n - 1) + s,
+    )
+    p.show(
+        f"... and friction, if it moves in the direction {way}, downhill or uphill:",
+        model.friction(way),
+        -mu_d * c * way,
+    )
+    p.show(
+        f"one that slides continuously and without inertia balances the two: {model.force(n)} =",
+        model.following(way),
+        mu_d * c * way,
+    )
     uphill = p.show("in a dilation the first slider is driven uphill, S =", model.push("first"), -1)
     downhill = p.show("and the last one downhill, S =", model.push("last"), 1)
     up, down = model.following(uphill), model.following(downhill)

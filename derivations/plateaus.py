@@ -59,7 +59,7 @@ def derive(p: Proof, model: Model) -> None:
         """Return how far slider n moves while one rests: the sum over the springs between."""
         return sp.factor(sp.summation(gap * l0 * change, (spring, resting, n - 1)))
 
-    resting, other = i - 1, j + 1
+    resting, resting_below = i - 1, j + 1
     up = p.show(
         f"dilation, slider {resting} rests: slider n moves by",
         moved(resting, rise),
@@ -68,8 +68,8 @@ def derive(p: Proof, model: Model) -> None:
     )
     p.entry("dilation_displacement", {"Delta_x": at({n: up})}, lines=2)
     down = p.show(
-        f"contraction, slider {other} rests: by",
-        moved(other, fall),
+        f"contraction, slider {resting_below} rests: by",
+        moved(resting_below, fall),
         (n - (j + 1)) * l0 * fall,
         "contraction",
     )

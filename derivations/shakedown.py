@@ -144,16 +144,16 @@ def _melan(p: Proof, model: Model) -> None:
         solved(low - L, eps),
         slope_margin - 2 * L / N,
     )
-    one = p.show("which leaves some eps up to L =", held.subs(eps, 0), mu_d * c)
-    both = p.show("... and up to L =", solved(eps_most, L), N * slope_margin / 2)
+    by_threshold = p.show("which leaves some eps up to L =", held.subs(eps, 0), mu_d * c)
+    by_sum = p.show("... and up to L =", solved(eps_most, L), N * slope_margin / 2)
     bounded = p.lines[:]
     p.proved(
         "so no state creeps for ever, with any static coefficients from mu_d on, drawn or not, for "
-        f"L below {one} and {both}",
+        f"L below {by_threshold} and {by_sum}",
         lambda: not any(line.fault for line in bounded),
         "paths that sum up to a finite length are no creep",
     )
-    p.entry("no_lasting_creep", {star: least(one, both) / l0}, lines=7)
+    p.entry("no_lasting_creep", {star: least(by_threshold, by_sum) / l0}, lines=7)
     p.show(
         "with mu_s above mu_d by delta or more everywhere it comes to rest: every slip has a least "
         "length (runaway), and there are at most",

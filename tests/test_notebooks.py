@@ -124,11 +124,7 @@ def test_a_notebook_is_stored_as_it_ran_with_its_pictures(path: Path) -> None:
     assert path.stat().st_size < LARGEST_FILE
 
 
-NOT_YET = ("12",)
-DRAWING = [path for path in NOTEBOOKS if not path.name.startswith(NOT_YET)]
-
-
-@pytest.mark.parametrize("path", DRAWING, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_in_the_style_of_the_house(path: Path) -> None:
     cells = code_cells(read(path))
     style = 'plt.style.use("exactcreep.figures.exactcreep")'

@@ -37,8 +37,8 @@ def real(value: Number, name: str) -> Number:
         if array.dtype.kind not in "iuf" and not (array.dtype == object and rationals):
             raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
         return array.astype(np.float64)
-    known = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
-    if isinstance(value, bool) or not known:
+    number = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
+    if isinstance(value, bool) or not number:
         raise TypeError(f"{name} must be a real number or an array of them, not {value!r}")
     return int(value) if isinstance(value, np.integer) else value
 

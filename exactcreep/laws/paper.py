@@ -110,11 +110,11 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
     >>> pivot(30, 0.25, 0.5)
     9
     """
-    found = pivots(n, tan_alpha, mu_d)
-    name = " or ".join(f"i = {i}" for i in found)
+    indices = pivots(n, tan_alpha, mu_d)
+    name = " or ".join(f"i = {i}" for i in indices)
     place = f"the sliding limit of n = {n} at tan_alpha = {tan_alpha}"
-    require(len(found) == 1, f"{place} is not unique: name {name}")
-    return found[0]
+    require(len(indices) == 1, f"{place} is not unique: name {name}")
+    return indices[0]
 
 
 _pivot = elementwise(pivot)
@@ -174,17 +174,17 @@ def law_values(
     (50.0, 30.0)
     """
     names = signature(law).parameters
-    given = {name: value for name, value in parameters.items() if name in names}
+    taken = {name: value for name, value in parameters.items() if name in names}
     if bits is not None:
         context = MPContext()
         context.prec = bits
-        given = {name: context.mpf(v.numerator) / v.denominator for name, v in given.items()}
-    if "i" not in names or names["i"].default is names["i"].empty or "i" in given:
-        return (float(law(**given)),)
+        taken = {name: context.mpf(v.numerator) / v.denominator for name, v in taken.items()}
+    if "i" not in names or names["i"].default is names["i"].empty or "i" in taken:
+        return (float(law(**taken)),)
     n, slope, friction = (parameters[name] for name in ("n", "tan_alpha", "mu_d"))
     if abs(slope) >= friction:
         return ()
-    return tuple(float(law(**given, i=i)) for i in pivots(int(n), slope, friction))
+    return tuple(float(law(**taken, i=i)) for i in pivots(int(n), slope, friction))
 
 
 def margin(mu: Number, tan_alpha: Number) -> Number:
@@ -300,10 +300,10 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     ['2/15', '1/5', '7/15', '8/15']
     """
     require(2 <= i <= n + 1, f"i must be between 2 and n + 1 = {n + 1}, not {i}")
-    known = coerced({"mu_d": mu_d, "mu_s": mu_s, "n": n, "i": i})
-    middle = known["mu_d"] * (1 - 2 * (known["i"] - 1) / known["n"])
-    upper = known["mu_d"] * (1 - 2 * (known["i"] - 2) / known["n"])
-    half = (known["mu_s"] - known["mu_d"]) / known["n"]
+    numbers = coerced({"mu_d": mu_d, "mu_s": mu_s, "n": n, "i": i})
+    middle = numbers["mu_d"] * (1 - 2 * (numbers["i"] - 1) / numbers["n"])
+    upper = numbers["mu_d"] * (1 - 2 * (numbers["i"] - 2) / numbers["n"])
+    half = (numbers["mu_s"] - numbers["mu_d"]) / numbers["n"]
     if middle + half > upper - half:
         return PivotWindow(middle - half, None, None, upper + half)
     return PivotWindow(middle - half, middle + half, upper - half, upper + half)

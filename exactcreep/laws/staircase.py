@@ -61,8 +61,8 @@ def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     """
     friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)
     said = f"not at tan_alpha = {tan_alpha}, mu_d = {mu_d}, mu_s = {mu_s}"
-    known = "two sliders creep by this law for 0 < tan_alpha < mu_d <= mu_s"
-    require(0 < slope < friction <= static, f"{known}, {said}")
+    range_of_the_law = "two sliders creep by this law for 0 < tan_alpha < mu_d <= mu_s"
+    require(0 < slope < friction <= static, f"{range_of_the_law}, {said}")
     excess = static - friction
     if excess == 0:
         return positive_part(l0 * amplitude - margin(mu_d, tan_alpha))

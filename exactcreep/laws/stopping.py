@@ -65,9 +65,9 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
             return StoppingTime(math.inf, computed=True)
         if excess and 2 * min(weight, margin) > _APART * spread:
             halves = max(math.ceil(_MIXED * (excess / (math.pi * sigma)) ** 2 / 2), _HALVES)
-            known = halves <= _LONGEST
-            rate = _two_relays(excess, margin, sigma, load, halves if known else _HALVES)
-            return StoppingTime(_time(2 * rate), computed=known)
+            followed = halves <= _LONGEST
+            rate = _two_relays(excess, margin, sigma, load, halves if followed else _HALVES)
+            return StoppingTime(_time(2 * rate), computed=followed)
         rate = _mean_excess(2 * (load - held + weight), spread) / (2 * max(excess, sigma))
         return StoppingTime(_time(2 * min(rate, 1.0)), computed=False)
     share = min(_mean_excess(load - held, sigma) / _mean_excess(-excess, sigma), 1.0)
@@ -114,8 +114,8 @@ def _two_relays(excess: float, margin: float, sigma: float, load: float, halves:
             threshold = mean - sigma * scipy.special.ndtri(share)
             rho[going] -= 2 * np.maximum(threshold - margin, 0.0)
             stays = above(rho[going] + load)
-            other = above(load - begin[going])
-            rate[going] += stays * above(load - rho[going]) / np.maximum(other, 1e-300)
+            across = above(load - begin[going])
+            rate[going] += stays * above(load - rho[going]) / np.maximum(across, 1e-300)
             going = going[random.random(going.size) > stays]
             low = np.full(_COPIES, -np.inf)
         rates.append(rate.mean())

@@ -187,12 +187,12 @@ def edges(chain: Chain) -> dict[str, float]:
     """
     if chain.n < 2:
         return {}
-    given, found = chain.parameters(), {}
+    parameters, amplitudes = chain.parameters(), {}
     clean = chain.sigma_mu == 0
     if clean and abs(chain.tan_alpha) <= chain.mu_s:
         at_rest = at_rest_amplitude(chain.l0, chain.tan_alpha, [chain.mu_s] * chain.n)
-        found["at_rest"] = float(at_rest)
-    (found["no_lasting_creep"],) = law_values(no_lasting_creep_amplitude, given)
+        amplitudes["at_rest"] = float(at_rest)
+    (amplitudes["no_lasting_creep"],) = law_values(no_lasting_creep_amplitude, parameters)
     if clean:
-        (found["locked_ends"],) = law_values(locked_ends_amplitude, given)
-    return found
+        (amplitudes["locked_ends"],) = law_values(locked_ends_amplitude, parameters)
+    return amplitudes

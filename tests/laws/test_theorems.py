@@ -55,10 +55,10 @@ def test_the_edge_of_rest_is_the_linear_programme_over_tensions_for_any_coeffici
             ramp = {0: -up, size - 1: up}.get(slider, 0)
             row = np.append(sign * matrix[slider], sign * ramp)
             rows.append((row, float(held[slider]) - sign * constant[slider]))
-        found = largest(size - 1, rows, size)
-        assert found is not None
+        longest = largest(size - 1, rows, size)
+        assert longest is not None
         law = laws.at_rest_amplitude(7, tan, held) * 7
-        differences.append(abs(found - float(law / laws.cosine(tan))))
+        differences.append(abs(longest - float(law / laws.cosine(tan))))
     assert max(differences) < 1e-9
 
 
@@ -88,8 +88,8 @@ def locked_by_programme(size: int, tan: float, low: float, high: float, most: in
                 rows.append((np.append(-own, 0.0), sign * constant[end] - high + step))
                 driven = np.append(own, sign * ramp[end])
                 rows.append((driven, step - high - sign * after[end]))
-        found = largest(size - 1, rows, size)
-        best = max(best, found or 0.0)
+        longest = largest(size - 1, rows, size)
+        best = max(best, longest or 0.0)
     return best
 
 
