@@ -43,8 +43,11 @@ LIKE_KELVIN = (180, 400)
 COLDEST = -90
 """No weather was colder in degrees Celsius; -99.9 marks what is missing in many a file."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
+HOTTEST = 60
+"""No day's maximum was above this, or below its negative, in degrees Celsius."""
 GAP = 1.5
 """A step longer than so many usual ones is a gap."""
+_FEWEST_SWAPPED = 100  # one day of so many may have its minimum above its maximum
 _FEWEST_REGULAR = 10  # readings from which on there is a usual step
 _FIRST_YEAR, _LAST_YEAR = 1700, 2200  # nanoseconds count no more
 _CHOICES = {"unit": ("C", "K"), "decimal": (".", ",")}
@@ -79,8 +82,9 @@ class TemperatureRecord(Listed):
     increase, or there is a gap: a step longer than 1.5 usual ones (at least one step in ten is as
     long as the usual one, so that uneven hours are no gaps).
 
-    Warns with `RecordWarning` if temperatures look like those of the other unit, or one must mark a
-    missing reading.
+    Warns with `RecordWarning` if temperatures look like those of the other unit, like degrees
+    Fahrenheit or tenths of a degree, or one must mark a missing reading; and if the minimum of a
+    day is above its maximum, which is refused on more than one day in a hundred.
 
     >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
     >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
@@ -280,7 +284,8 @@ class TemperatureRecord(Listed):
                     index_col=False, skipinitialspace=True, nrows=MOST_ROWS + 1, compression=packed,
                 )  # fmt: skip
         except (LookupError, UnicodeError) as error:
-            raise InputError("encoding", self.encoding, f"does not read it: {error}") from None
+            allowed = f"does not read it: {error}; many a file is latin-1"
+            raise InputError("encoding", self.encoding, allowed) from None
         except (ValueError, cut_off, OSError, EOFError, zlib.error) as error:
             allowed = f"must be a CSV file with delimiter = {self.delimiter!r}: {error}".strip()
             raise InputError("file", self.file, allowed) from None
@@ -311,8 +316,14 @@ class TemperatureRecord(Listed):
         texts = [str(text) for text in written for _ in names]  # the time of every reading
         temperatures = self._exactly(table[names], texts)
         seconds = (moments - moments[0]) / np.timedelta64(1, "s") if dated else moments
-        _check_steps(seconds, texts, str(written.name), dated)
-        self._doubt(temperatures)
+        said = [_in_words(moment) for moment in moments] if dated else texts
+        _check_steps(seconds, texts, said, str(written.name), dated)
+        highest: Sequence[Fraction] = temperatures
+        if self.minimum_column:
+            place = names.index(self.columns["maximum_column"])
+            highest = temperatures[place::2]
+            self._compare(temperatures[1 - place :: 2], highest, texts[::2])
+        self._doubt(temperatures, highest)
         dilation = {value: self.kappa * (value - self.T0) for value in set(temperatures)}
         vars(self).update(
             theta=tuple(dilation[value] for value in temperatures),
@@ -345,18 +356,44 @@ class TemperatureRecord(Listed):
                 raise InputError(name, entry, f"must not be below absolute zero, at {times[k]}")
         return [exact[entry] for entry in entries]
 
-    def _doubt(self, temperatures: Sequence[Fraction]) -> None:
-        """Warn if temperatures look like those of another unit, or like no temperatures."""
+    def _compare(
+        self, minima: Sequence[Fraction], maxima: Sequence[Fraction], days: Sequence[str]
+    ) -> None:
+        """Warn of minima above their maxima; refuse them if they are more than one in a hundred."""
+        above = [k for k, pair in enumerate(zip(minima, maxima, strict=True)) if pair[0] > pair[1]]
+        if not above:
+            return
+        first = f"on {len(above)} of {len(days)} days, first on {days[above[0]]}"
+        if len(above) * _FEWEST_SWAPPED > len(days):
+            allowed = f"is above {self.maximum_column} {first}: the columns may be swapped"
+            raise InputError("minimum_column", self.minimum_column, allowed)
+        told = f"in {self.file or '(arrays)'} the minimum is above the maximum {first}"
+        warnings.warn(told, RecordWarning, stacklevel=5)
+
+    def _doubt(self, temperatures: Sequence[Fraction], highest: Sequence[Fraction]) -> None:
+        """Warn if temperatures look like those of another unit, or like no temperatures.
+
+        `highest` are the maxima of days, where a record has them, else all temperatures.
+        """
+        zero = 273.15 if self.unit == "K" else 0.0
         least, most = float(min(temperatures)), float(max(temperatures))
+        coldest = float(min(highest)) if self.minimum_column else most
         names, file = {"C": "degrees Celsius", "K": "kelvin"}, self.file or "(arrays)"
         low, high = LIKE_KELVIN
         if (low < least and most < high) if self.unit == "C" else most < low:
             said = f'said to be in {names.pop(self.unit)} (unit = "{self.unit}")'
             told = f"the temperatures of {file}, from {least:g} to {most:g}, are {said}"
             told += f" and look like {names.popitem()[1]}"
-        elif least < COLDEST + (273.15 if self.unit == "K" else 0):
+        elif most - zero > HOTTEST:
+            of_days = "maxima of days" if self.minimum_column else "temperatures"
+            told = f"{file} holds {of_days} of up to {most:g} {self.unit}: they look like degrees"
+            told += " Fahrenheit ((F - 32) * 5/9 are Celsius), or like tenths (scale = 0.1)"
+        elif least < COLDEST + zero:
             cold = f"{file} holds {least:g} {self.unit}, colder than any weather"
-            told = f"{cold}: a mark of missing readings?"
+            told = f"{cold}: a mark of missing readings, or tenths (scale = 0.1)?"
+        elif coldest - zero < -HOTTEST:
+            told = f"{file} holds no more than {coldest:g} {self.unit} on a day, colder than any:"
+            told += " tenths (scale = 0.1)?"
         else:
             return
         warnings.warn(told, RecordWarning, stacklevel=4)
@@ -460,7 +497,15 @@ def _is_number(entry: Any) -> bool:
     return True
 
 
-def _check_steps(times: NDArray[np.float64], texts: Sequence[str], name: str, dated: bool) -> None:
+def _in_words(moment: np.datetime64) -> str:
+    """Return a date for the eye: 10 April 2024."""
+    date = moment.astype("datetime64[us]").item()
+    return f"{date.day} {date:%B} {date.year}"
+
+
+def _check_steps(
+    times: NDArray[np.float64], texts: Sequence[str], said: Sequence[str], name: str, dated: bool
+) -> None:
     """Raise `InputError` unless times increase, without a step much longer than the usual one."""
     steps = np.diff(times)
     if (wrong := steps <= 0).any():
@@ -472,6 +517,6 @@ def _check_steps(times: NDArray[np.float64], texts: Sequence[str], name: str, da
     usual = float(np.quantile(steps, 0.9, method="lower"))
     if (wrong := steps > GAP * usual).any():
         k, day, unit = int(np.argmax(wrong)), 86400 if dated else 1, " days" if dated else ""
-        lengths = f"{steps[k] / day:.4g}{unit} after {texts[k]}, where {usual / day:.4g} is usual"
+        lengths = f"{steps[k] / day:.4g}{unit} after {said[k]}, where {usual / day:.4g} is usual"
         mend = 'resample().interpolate("time") fills it in, or Series[first:last] ends before it'
         raise InputError(name, texts[k + 1], f"is {lengths}, a gap; pandas: {mend}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+from datetime import datetime, timedelta
 from fractions import Fraction
 from pathlib import Path
 
@@ -217,20 +218,53 @@ def test_the_hours_of_a_time_zone_that_changes_are_those_of_utc(write):
 
 
 def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
-    path = write("day,high,low\n1878-01-01,66,14\n1878-01-02,-5,-74\n1878-01-03,2,9\n")
+    path = write("day,high,low\n1878-01-01,66,14\n1878-01-02,-5,-74\n1878-01-03,9,2\n")
     drive = record(path, **DAYS)
     assert [theta / drive.kappa for theta in drive.theta] == [
-        Fraction(tenths, 10) for tenths in (14, 66, -74, -5, 9, 2)
+        Fraction(tenths, 10) for tenths in (14, 66, -74, -5, 2, 9)
     ]
     assert [time / 3600 for time in drive.times] == [0, 10, 24, 34, 48, 58]
     late = record(path, **DAYS, minimum_hour="23.5", maximum_hour=14)
     assert late.dates[1] == np.datetime64("1878-01-01T23:30")
-    table = pd.DataFrame({"low": [14, -74, 9], "high": [66, -5, 2]}, index=pd.to_datetime(
+    table = pd.DataFrame({"low": [14, -74, 2], "high": [66, -5, 9]}, index=pd.to_datetime(
         ["1878-01-01", "1878-01-02", "1878-01-03"]))  # fmt: skip
     assert TemperatureRecord.of(table, KAPPA, 0, scale="0.1").theta == drive.theta
     half = write(path.read_text().replace(",14", ","), "half.csv")
     with pytest.raises(InputError, match="low = nan: is missing at 1878-01-01"):
         record(half, **DAYS)
+
+
+def swapped(count: int, of: int) -> str:
+    days = [(datetime(1990, 1, 1) + timedelta(days=k)).date() for k in range(of)]
+    return "day,high,low\n" + "".join(
+        f"{day},{high},{-high}\n"
+        for day, high in zip(days, [-5] * count + [5] * (of - count), strict=True)
+    )
+
+
+def test_a_minimum_above_its_maximum_is_a_warning_and_on_many_days_an_error(write):
+    with pytest.warns(RecordWarning, match="on 1 of 100 days, first on 1990-01-01"):
+        assert record(write(swapped(1, 100)), **DAYS).half_cycles == 200
+    with pytest.raises(InputError, match=r"low': is above high on 2 of 199 days, .* be swapped"):
+        record(write(swapped(2, 199)), **DAYS)
+
+
+@pytest.mark.parametrize(
+    ("readings", "said"),
+    [
+        ((41.0, 77.0), "of up to 77 C: they look like degrees Fahrenheit .* or like tenths"),
+        ((-20.0, 300.5), "of up to 300.5 C: they look like degrees Fahrenheit"),
+        ((-75.0, -61.0), "no more than -61 C on a day, colder than any: tenths"),
+        ((60.0, -59.0), ""),
+    ],
+)
+def test_temperatures_of_another_unit_are_doubted(readings, said):
+    about = {"kappa": KAPPA, "T0": 0, "times": [0, 1]}
+    if not said:
+        assert TemperatureRecord.of(readings, **about).half_cycles == 2
+        return
+    with pytest.warns(RecordWarning, match=said):
+        TemperatureRecord.of(readings, **about)
 
 
 def test_readings_at_uneven_hours_have_no_gap_every_night():
@@ -245,7 +279,7 @@ def test_a_gap_is_refused_by_its_first_row_and_filled_by_pandas(write):
         record(path)
     days = pd.date_range("2024-04-01", periods=10).append(pd.date_range("2024-04-14", periods=3))
     series = pd.Series(np.arange(13.0), days)
-    said = "is 4 days after 2024-04-10 00:00:00, where 1 is usual, a gap"
+    said = "is 4 days after 10 April 2024, where 1 is usual, a gap"
     with pytest.raises(InputError, match=said):
         TemperatureRecord.of(series, KAPPA, 0)
     whole = TemperatureRecord.of(series.resample("D").interpolate("time"), KAPPA, 0)
