@@ -14,9 +14,11 @@ import math
 import os
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from contextlib import contextmanager
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +32,7 @@ from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import output_directory, write_file
+from exactcreep.quasistatic.files import locked, output_directory, write_file
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.summary import RUN
 from exactcreep.scene import Scene, load_scene
@@ -90,9 +92,10 @@ def sweep(
     Raises
     ------
     InputError
-        If a member is out of range, `out` holds cells and `resume` is not given, a cell that was
-        saved is damaged, a worker has another version, the executor is lost, or cells failed. With
-        `out` the others are computed first, and `resume` computes what is missing.
+        If a member is out of range, `out` holds cells and `resume` is not given, or what another
+        scene or program has made, or another process uses it, a cell that was saved is damaged, a
+        worker has another version, the executor is lost, or cells failed. With `out` the others
+        are computed first, and `resume` computes what is missing.
     KeyboardInterrupt
         After Ctrl-C; what has finished is saved.
 
@@ -111,17 +114,19 @@ def sweep(
     {'tan_alpha': 2, 'seed': 3}
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    cells = _Cells(scene, out, resume=resume)
-    try:
-        with (
-            pool_of(executor, workers) as pool,
-            warnings.catch_warnings(action="ignore", category=PhysicsWarning),  # they are counted
-        ):
-            cells.compute(pool, progress)
-    except (KeyboardInterrupt, CellsFailed):
-        cells.finished()
-        raise
-    dataset = cells.finished()
+    cells = _Cells(scene)
+    with cell_folder(out, scene, resume=resume) as folder:
+        cells.keep_in(folder)
+        try:
+            with (
+                pool_of(executor, workers) as pool,
+                warnings.catch_warnings(action="ignore", category=PhysicsWarning),  # are counted
+            ):
+                cells.compute(pool, progress)
+        except (KeyboardInterrupt, CellsFailed):
+            cells.finished()
+            raise
+        dataset = cells.finished()
     if left := Counter(name for value in cells.values if value for name in value["warnings"]):
         counts = ", ".join(f"{name} in {count}" for name, count in left.items())
         told = f"of {len(cells.values)} cells: {counts} left the model's physical range"
@@ -136,14 +141,17 @@ class CellsFailed(InputError):
 class _Cells:
     """The cells of a sweep: what each is, and what it came to, None before that."""
 
-    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None, *, resume: bool) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.scene, self.settings = scene, scene.settings()
         self.experiments = [_experiment(scene, setting) for setting in self.settings]
-        self.folder = None if out is None else CellFolder(out, resume=resume)
-        self.values: list[Cell | None] = [
-            None if self.folder is None else self.folder.load(experiment)
-            for experiment in self.experiments
-        ]
+        self.values: list[Cell | None] = [None] * len(self.experiments)
+        self.folder: CellFolder | None = None
+
+    def keep_in(self, folder: CellFolder | None) -> None:
+        """Take the cells that a folder holds, and save all others in it."""
+        self.folder = folder
+        if folder is not None:
+            self.values = [folder.load(experiment) for experiment in self.experiments]
 
     def compute(self, pool: Pool, progress: Hearer) -> None:
         """Compute what is missing, and save each cell as it finishes.
@@ -216,7 +224,7 @@ class _Cells:
         """Return the grid of what has been computed, and save it where there is a folder."""
         dataset = _assembled(self.scene, self.experiments, self.values)
         if self.folder is not None:
-            write_file(self.folder.path / "sweep.nc", netcdf({None: dataset}), "out")
+            self.folder.write(dataset)
         return dataset
 
 
@@ -244,18 +252,58 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
     return value
 
 
-class CellFolder:
-    """The directory in which the cells of a sweep are saved, one file each."""
+@contextmanager
+def cell_folder(
+    out: str | os.PathLike[str] | None, scene: Scene, *, resume: bool
+) -> Iterator[CellFolder | None]:
+    """Yield the directory of a sweep, which no other process may use meanwhile; None: none."""
+    if out is None:
+        yield None
+        return
+    path = output_directory(out, "out")
+    if not os.access(path, os.W_OK):
+        raise InputError("out", os.fspath(out), "must be a directory that can be written")
+    with locked(path / "sweep.nc", "out"):
+        yield CellFolder(path, scene, resume=resume)
 
-    def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
-        self.path = output_directory(out, "out")
-        self.cells = self.path / "cells"
+
+class CellFolder:
+    """The directory in which the cells of a sweep are saved, one file each, with their grid.
+
+    It knows its scene: what a scene says besides what varies is written in it first of all.
+    """
+
+    def __init__(self, path: Path, scene: Scene, *, resume: bool) -> None:
+        self.path, self.cells, self.grid = path, path / "cells", path / "sweep.nc"
+        self.tables = _tables(scene)
+        of_another = f"holds a sweep of another scene than {scene.name}; name another directory"
+        known = self.cells / "scene.json"
+        if known.exists() and known.read_text("utf-8") != self.tables:
+            raise InputError("out", os.fspath(path), of_another)
         if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
             allowed = "holds the cells of an earlier sweep; resume it, or name another"
-            raise InputError("out", os.fspath(out), allowed)
+            raise InputError("out", os.fspath(path), allowed)
+        self._require_own_grid()
         output_directory(self.cells, "out")
-        if not os.access(self.cells, os.W_OK):
-            raise InputError("out", os.fspath(out), "must be a directory that can be written")
+        write_file(known, self.tables.encode(), "out")
+
+    def _require_own_grid(self) -> None:
+        """Raise `InputError` if there is a ``sweep.nc`` that is no grid of this scene."""
+        if not self.grid.exists():
+            return
+        try:
+            with xr.open_dataset(self.grid, engine="h5netcdf") as held:
+                own = held.attrs.get("format") == FORMAT and held.attrs["tables"] == self.tables
+        except (OSError, ValueError, KeyError):
+            own = False
+        if not own:
+            allowed = "holds a sweep.nc that is not of this scene; name another directory"
+            raise InputError("out", os.fspath(self.path), allowed)
+
+    def write(self, dataset: xr.Dataset) -> None:
+        """Write the grid; in place of an earlier one of this scene, and of nothing else."""
+        self._require_own_grid()
+        write_file(self.grid, netcdf({None: dataset}), "out")
 
     def load(self, experiment: Experiment) -> Cell | None:
         name = _digest(experiment)
@@ -317,6 +365,11 @@ def _text(value: Any) -> str:
     return json.dumps(value, default=str)
 
 
+def _tables(scene: Scene) -> str:
+    """Return what a scene says of all members, as JSON."""
+    return _text({name: dict(table) for name, table in scene.tables.items()})
+
+
 def _assembled(
     scene: Scene, experiments: list[Experiment], values: Sequence[Cell | None]
 ) -> xr.Dataset:
@@ -348,7 +401,7 @@ def _assembled(
         "format": FORMAT,
         "version": __version__,
         "scene": scene.name,
-        "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
+        "tables": _tables(scene),
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}

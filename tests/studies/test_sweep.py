@@ -28,7 +28,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies import sweep as sweeps
 from exactcreep.studies.sweep import finished_cell, sweep
-from tests.processes import finished
+from tests.processes import PATIENCE, begun, finished
 
 TEXT = """
 [chain]
@@ -156,6 +156,78 @@ def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_
     files[0].write_bytes(files[0].read_bytes()[:-1])
     with pytest.raises(InputError, match=r"truncated.*delete the file to compute it again"):
         sweep(SCENE, out=tmp_path, resume=True)
+
+
+def test_a_folder_knows_its_scene_and_nothing_in_it_is_overwritten_unasked(tmp_path: Path) -> None:
+    small = SCENE.with_settings({"chain.n": 2, "drive.amplitude": "0.01"})
+    other = small.with_settings({"chain.tan_alpha": "0.2"})
+    sweep(small, out=tmp_path)
+    grid = (tmp_path / "sweep.nc").read_bytes()
+    for resume in (False, True):
+        with pytest.raises(InputError, match=r"sweep of another scene than grid; name another"):
+            sweep(other, out=tmp_path, resume=resume)
+    (tmp_path / "cells" / "scene.json").unlink()
+    with pytest.raises(InputError, match=r"sweep.nc that is not of this scene"):
+        sweep(other, out=tmp_path, resume=True)
+    assert (tmp_path / "sweep.nc").read_bytes() == grid
+    taken = tmp_path / "taken"
+    taken.mkdir()
+    (taken / "sweep.nc").write_text("mine")
+    with pytest.raises(InputError, match=r"sweep.nc that is not of this scene"):
+        sweep(small, out=taken)
+    assert (taken / "sweep.nc").read_text() == "mine"
+
+
+# Each begins when both are ready, and goes on until the other has been refused
+AT_ONCE = """
+import sys, time
+from pathlib import Path
+from exactcreep import cli
+from exactcreep.studies.sweep import CellFolder
+
+here, other = Path(sys.argv.pop(1)), Path(sys.argv.pop(1))
+
+
+def wait(found):
+    while not found():
+        time.sleep(0.01)
+
+
+def save(folder, experiment, value, honest=CellFolder.save):
+    wait(other.with_suffix(".done").exists)
+    honest(folder, experiment, value)
+
+
+CellFolder.save = save
+here.touch()
+wait(other.exists)
+code = cli.status(sys.argv[1:])
+here.with_suffix(".done").touch()
+sys.exit(code)
+"""
+
+
+def test_of_two_sweeps_of_different_scenes_at_once_one_is_written_and_the_other_says_so(
+    tmp_path: Path,
+) -> None:
+    out, ready = tmp_path / "out", (tmp_path / "one", tmp_path / "other")
+    path = written(tmp_path, cycles=2)
+    few = ("--set", "chain.n=2", "--set", "drive.amplitude=0.01", "--workers", "1")
+    sweeping = (sys.executable, "-c", AT_ONCE)
+    one, other = (
+        (str(here), str(there), "sweep", str(path), *few, "--set", f"chain.tan_alpha={tangent}",
+         "--out", str(out))
+        for tangent, here, there in (("0.25", *ready), ("0.3", *ready[::-1]))
+    )  # fmt: skip
+    with begun(*sweeping, *one) as process:
+        told = finished(*sweeping, *other)
+        _, err = process.communicate(timeout=PATIENCE)
+    tangents = {process.returncode: "0.25", told.returncode: "0.3"}
+    assert set(tangents) == {0, 2}, err + told.stderr
+    assert "is being written by process" in (told.stderr if told.returncode else err)
+    kept = xr.load_dataset(out / "sweep.nc", engine="h5netcdf")
+    assert tangents[0] in kept.attrs["tables"]
+    assert kept["finished"].all()
 
 
 # After the third cell, however fast the machine is
