@@ -12,7 +12,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any
@@ -362,6 +362,10 @@ class Printed:
                         failed = failed or exactcreep.InputError(name, str(path), allowed)
                 except exactcreep.InputError as error:
                     failed = failed or error
+                except KeyboardInterrupt:
+                    left = f"interrupted: {path} is not written"
+                    answer = replace(answer, status=INTERRUPTED, remark=left)
+                    break
         if self.json:
             put(as_json(answer.summary))
         else:
