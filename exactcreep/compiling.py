@@ -67,23 +67,24 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             )
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Return what was kept; None if an earlier version kept it, with classes that are gone."""
+        """Return what was kept; None if its file is damaged, or names classes that are gone."""
         try:
             with preparation.preparing():
                 return super().load_overload(signature, target_context)
-        except (AttributeError, ImportError):
+        except Exception:  # what unpickling can raise is not written down
             with suppress(OSError):
                 self.flush()
             return None
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep a compiled function; a full disk costs no more than that."""
+        """Keep a compiled function; a full disk, or an index beyond repair, costs no more."""
         try:
             super().save_overload(signature, data)
-        except OSError as error:
+        except Exception as error:  # OSError, or what unpickling a damaged index raises
             if not _Cache._full:
                 _Cache._full = True
-                _say(f"{self.cache_path} cannot be written ({error.strerror})")
+                reason = getattr(error, "strerror", None) or error
+                _say(f"{self.cache_path} cannot be written ({reason})")
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:

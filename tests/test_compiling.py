@@ -139,3 +139,39 @@ def test_code_is_compiled_anew_once_a_constant_in_a_module_beside_it_changes(
         (tmp_path / "factors.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
         said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
     assert [one.stdout for one in said] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"], said[1].stderr
+
+
+TWICE_THEN_HITS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from functions import twice
+print(twice(21), sum(twice.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Path:
+    """Return where the compiled code of ``functions.twice`` is to be kept."""
+    (tmp_path / "functions.py").write_text(TWICE, encoding="utf-8")
+    return tmp_path / "kept"
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_code_that_was_kept_in_a_damaged_file_is_compiled_anew(kept: Path, ending: str) -> None:
+    words = (sys.executable, "-B", "-c", TWICE_THEN_HITS, str(kept.parent))
+    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 0\n"
+    (file,) = kept.rglob(f"*.{ending}")
+    file.write_bytes(file.read_bytes()[:-100])
+    anew, again = (finished(*words, NUMBA_CACHE_DIR=str(kept)) for _ in range(2))
+    assert (anew.stdout, anew.stderr) == ("42 0\n", "")
+    assert again.stdout == "42 1\n"  # what was compiled anew is kept again
+
+
+def test_first_starts_that_race_keep_code_that_the_next_start_finds(kept: Path) -> None:
+    words = (sys.executable, "-B", "-c", TWICE_THEN_HITS, str(kept.parent))
+    own = environment(NUMBA_CACHE_DIR=str(kept))
+    racing = [subprocess.Popen(words, env=own, stdout=subprocess.PIPE) for _ in range(3)]
+    for process in racing:
+        assert process.communicate(timeout=PATIENCE)[0] in (b"42 0\n", b"42 1\n")
+        assert process.returncode == 0
+    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
