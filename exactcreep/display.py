@@ -138,8 +138,9 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     """Return a computation that shows a bar unless its argument `progress` is False or a callable.
 
     By default if it takes longer than a second on terminals and in notebooks; True: elsewhere, too.
+    What the caller has numpy raise (`numpy.errstate`) does not reach the computation.
     """
-
+    usual = {"divide": "warn", "over": "warn", "under": "ignore", "invalid": "warn"}
     own = inspect.signature(computation).parameters
     of_a_chain = {field.name for field in fields(Chain)} - {*own} if "chain" in own else set()
 
@@ -148,7 +149,7 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
         for name in of_a_chain & {*words}:
             call = f"{computation.__name__}(Chain({name}={words[name]!r}, ...), ...)"
             raise InputError(name, words[name], f"belongs to a chain: {call}")
-        with Display(after=_SHORT) as display:
+        with Display(after=_SHORT) as display, import_module("numpy").errstate(**usual):
             words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]
             return computation(*args, **words)
 

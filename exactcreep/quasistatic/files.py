@@ -149,6 +149,7 @@ def locked(path: str | os.PathLike[str], field: str) -> Iterator[None]:
     holder = _holder(beside)
     while not lock.is_locked:
         try:
+            beside.touch()  # where no file can be made, that is no other process's doing
             lock.acquire(timeout=_PATIENCE)
         except _RemovedMeanwhile:
             pass

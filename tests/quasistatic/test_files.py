@@ -242,3 +242,12 @@ def test_a_lock_within_one_process_names_it_and_ends_with_its_block(tmp_path: Pa
         raise KeyboardInterrupt
     with locked(tmp_path / "a", "out"):
         pass
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs Linux")
+def test_where_no_file_can_be_made_no_other_process_is_blamed() -> None:
+    with (
+        pytest.raises(InputError, match="cannot be locked: No such file"),
+        locked("/proc/a", "out"),
+    ):
+        pass

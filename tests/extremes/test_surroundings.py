@@ -1,0 +1,127 @@
+"""Strange surroundings change no result: clocks, disks, numpy's settings, pools, folders."""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, creep, fate, load_scene, sweep
+from tests.paper import paper_chain
+from tests.processes import PROGRAM, finished
+
+THREE = paper_chain(3)
+QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
+
+
+@pytest.mark.parametrize(
+    ("chain", "drive", "words"),
+    [
+        (THREE, Cycles("0.0015", 4), {"record": ("x", "events", "rearrangements", "slip_table")}),
+        (THREE, GaussianSteps("0.003", 50), {"twin": True}),
+        (THREE, Cycles("5e-324", 2), {}),
+        (QUIETEST, Cycles("1e-300", 2), {}),
+        (paper_chain(4, tan_alpha="0.55"), Cycles("0.01", 99), {}),
+        (paper_chain(40), Cycles("0.002", 2), {}),
+        (THREE, Cycles("0.0015", 4), {"solver": "sliding"}),
+        (THREE, Cycles("0.0015", 4), {"solver": "verlet", "dt": "0.05"}),
+        (THREE, Cycles("0.0015", 1), {"solver": "reference"}),
+        (THREE, Cycles("0.0015", 1), {"solver": "certified"}),
+    ],
+    ids=["tables", "copies", "denormal", "long springs", "runaway", "long", "sliding", "verlet",
+         "reference", "certified"],
+)  # fmt: skip
+def test_numpy_that_raises_what_it_passes_over_changes_nothing(
+    chain: Chain, drive: Drive, words: dict[str, Any]
+) -> None:
+    calm = creep(chain, drive, **words)
+    with np.errstate(all="raise"):
+        assert creep(chain, drive, **words) == calm
+
+
+def test_a_fate_is_proved_whatever_numpy_raises() -> None:
+    chain = paper_chain(3, "0")
+    calm = fate(chain, "0.002")
+    with np.errstate(all="raise"):
+        assert fate(chain, "0.002") == calm
+
+
+def test_a_folder_named_like_the_package_is_not_taken_for_it(tmp_path: Path) -> None:
+    (tmp_path / "exactcreep").mkdir()
+    (tmp_path / "exactcreep" / "notes.py").write_text("raise SystemExit(7)", encoding="utf-8")
+    there = f"import os, sys; os.chdir({str(tmp_path)!r}); sys.path.insert(0, '')"
+    words = ("run", "two-sliders-cycles", "--set", "drive.cycles=3", "--out", "exactcreep/a.nc")
+    started = f"{there}; from exactcreep.cli import main; main()"
+    done = finished(PROGRAM[0], "-c", started, *words)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "exactcreep" / "a.nc").stat().st_size > 1000
+    assert finished(PROGRAM[0], "-c", started, *words[:-1], "exactcreep").returncode == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["spawn", "forkserver"])
+def test_cells_of_processes_that_are_begun_anew_are_those_of_threads(method: str) -> None:
+    varied = {"drive.cycles": 10, "vary.run.seed": [1, 2, 3]}
+    scene = load_scene("two-sliders-cycles").with_settings(varied)
+    with ProcessPoolExecutor(2, mp_context=get_context(method)) as processes:
+        assert sweep(scene, executor=processes).identical(sweep(scene))
+
+
+_SOAK = """
+import os, resource, sys, time, warnings
+from pathlib import Path
+from exactcreep import Creep, Cycles, Chain, InputError, creep, load_scene, resume, sweep
+
+folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
+os.chdir(folder)
+there, past = time.time, [0.0]
+
+
+def set_back():
+    past[0] += 3600
+    return there() - past[0]
+
+
+time.time = set_back  # as if somebody set the clock back, again and again
+chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+scene = load_scene("two-sliders-cycles")
+scene = scene.with_settings({"drive.cycles": 20, "vary.run.seed": [1, 2]})
+whole, grid = creep(chain, Cycles("0.002", 40), record=("x", "events")), sweep(scene)
+seen = []
+for turn in range(rounds):
+    part = creep(chain, Cycles("0.002", 40), record=("x", "events"), checkpoint="a.ckpt", every=0,
+                 max_events=100 * (turn % 9), force=True)
+    result = resume("a.ckpt", every=0)
+    assert result == whole
+    result.save("a.nc", force=True)
+    assert Creep.load("a.nc") == whole
+    assert sweep(scene, out="grid", resume=True).identical(grid)
+    for write in (result.save, lambda path: creep(chain, Cycles("0.002", 4), checkpoint=path)):
+        try:
+            write("/proc/exactcreep.file")  # where not even root can write
+        except InputError as error:
+            assert "cannot be" in str(error) or "can be written" in str(error), error
+        else:
+            raise AssertionError("written")
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    seen.append((most, len(os.listdir("/proc/self/fd"))))
+memory, files = zip(*seen)
+assert files[-1] == files[1], files
+assert memory[-1] - memory[len(memory) // 4] < 30_000, memory  # kB
+print(sorted(path.name for path in folder.iterdir()), memory[0], memory[-1])
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs Linux")
+def test_hundreds_of_turns_leak_neither_memory_nor_files_and_change_nothing(tmp_path: Path) -> None:
+    """Some two minutes, with the clock set back all the time and no room for temporary files."""
+    nowhere = "/proc/nowhere"
+    done = finished(sys.executable, "-c", _SOAK, str(tmp_path), "300", TMPDIR=nowhere)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("['a.ckpt', 'a.nc', 'grid'] ")
