@@ -99,7 +99,7 @@ def _croll(p: Proof, model: Model) -> None:
     lacks = sp.cancel(solved(down - up, n) / N / meet - 1)
     p.entry("croll", {star: croll}, lines=4, lacks=lacks)
     share = p.show(
-        "beside Eq. (seuil), whose phases begin with the stress of the last one",
+        "beside Eq. 22, whose phases begin with the stress of the last one",
         croll / thresholds.derive(model).sliding,
         (1 + s / (c * mu_d)) / 2,
     )

@@ -111,9 +111,9 @@ def _solid(p: Proof, model: Model) -> None:
     bare = sp.cancel(plateau.velocity / (N + 3 - 2 * i)) * steps * unit
     solid = L * s / (c * mu_d)
     least = g * rho * L / (2 * Y) * slope_margin
-    bare = p.show("for a solid Eq. (vitesse) becomes", bare.subs(l0, spring), solid * amplitude)
+    bare = p.show("for a solid Eq. 20 becomes", bare.subs(l0, spring), solid * amplitude)
     velocity = p.show(
-        "and Eq. (vitesse_seuil): tau_th v =",
+        "and Eq. 23: tau_th v =",
         law.subs(l0, spring),
         solid * (amplitude - least),
         "velocity",

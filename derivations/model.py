@@ -271,7 +271,7 @@ ASSUMED: dict[str, str] = {
     "independent Gaussian targets": "",
     "independent targets of a continuous law": "",
     "sliding limit, or two sliders averaged over the phase": "sliders that stick and slip",
-    "the continuum of Eq. (vitessecontinue)": "",
+    "the continuum of Eq. 25": "",
     "no elasticity": "",
     "a rod cut into equal springs": "",
     "sound in a rod": "",

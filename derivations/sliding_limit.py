@@ -2,7 +2,7 @@
 
 In the limit a moving slider carries exactly the friction mu_d. For all N and i, after the first
 large half-cycles, the sliders between the two pivots move by the rise and the fall of a single play
-operator of width N m acting on l0 theta, which makes Eq. (vitesse_seuil) exact. The proof is an
+operator of width N m acting on l0 theta, which makes Eq. 23 exact. The proof is an
 induction over the steps of the path; the audit holds it against chains in rational arithmetic, too.
 """
 

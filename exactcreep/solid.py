@@ -109,12 +109,12 @@ class Solid:
 
     @property
     def critical_temperature_change(self) -> float:
-        """Delta T* (K), Eq. (vitessecontinue): cycles beyond it creep; <= 0: nothing holds it."""
+        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it."""
         known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
         return float(threshold_amplitude(**known))
 
     def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
-        """Return Eq. (vitessecontinue) in mm/day, of cycles of +-amplitude (K) and a period (s)."""
+        """Return Eq. 25 in mm/day, of cycles of +-amplitude (K) and a period (s)."""
         amplitude = self.dilation(temperature_amplitude)
         law = float(solid_velocity(amplitude=amplitude, **self._dimensionless()))
         downhill = -1 if self.chain.tan_alpha < 0 else 1
@@ -136,7 +136,7 @@ class Solid:
     def converged_contacts(self) -> int:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
-        It goes as ``N + 3 - 2 i`` (Eq. (vitesse)): the next pivot is worth a fiftieth.
+        It goes as ``N + 3 - 2 i`` (Eq. 20): the next pivot is worth a fiftieth.
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
@@ -402,7 +402,7 @@ def physical(
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 
-    Source: Eq. (vitessecontinue) and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
+    Source: Eq. 25 and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
     ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
 
     Raises `InputError` if a quantity is not a positive number, or the chain's are out of their

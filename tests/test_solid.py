@@ -37,7 +37,7 @@ def lead(**changed: Any) -> Solid:
 def test_the_dimensionless_laws_are_the_printed_ones_in_si_units(
     amplitude: float, period: float
 ) -> None:
-    """Eq. (vitessecontinue) and Delta T* as they stand in the paper, in mm/day and K."""
+    """Eqs. 25 and 26 as they stand in the paper, in mm/day and K."""
     solid, up = lead(), lead(tan_alpha="-0.25")  # a negative slope is the mirror image
     least = 9.80665 * 11340 * 3 / (2 * 16e9) * (0.5 * math.cos(SLOPE) - math.sin(SLOPE))
     per_half_cycle = 3 * math.tan(SLOPE) / 0.5 * (29e-6 * amplitude - least)

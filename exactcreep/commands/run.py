@@ -308,7 +308,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
     label, law = _predicted(result, 6)
-    rows += [(f"  paper, Eq. ({label})", law or "none: below its threshold")] if label else []
+    rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
     rows += [("  law that holds", held)] if (held := _held(result)) else []
     rows += [] if descent is None else descent.lines()
     ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""

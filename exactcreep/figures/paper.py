@@ -73,32 +73,32 @@ def _two_sliders(*, l0: Any, mu_d: Any, tan_alpha: Any, sigma_theta: Any) -> Any
 
 _GAUSSIAN = "(N+3-2i) l0 sigma I(h), h = N m/(2 l0 sigma): exact in the sliding limit"
 LAWS = {
-    "velocity_th_2_gaussienne_corrected": Law(
+    "Eq. 17": Law(
         two_sliders_velocity_random,
         _two_sliders,
         "l0 sigma/sqrt(pi) - (2/3) a",
         "l0 sigma I(h), h = m/(l0 sigma): sliding limit, and the mean over phases",
     ),
-    "vitesse_random": Law(
+    "Eq. 20, random": Law(
         plateau_velocity_random,
         sliding_velocity_random,
         "(N+3-2i) l0 sigma/sqrt(pi)",
         _GAUSSIAN,
     ),
-    "vitesse_seuil": Law(
+    "Eq. 23": Law(
         creep_velocity,
         sliding_velocity,
         "(N+3-2i) (l0 A - N m/2)",
         "(N+3-2i) max(0, l0 A - N m/2): exact in the sliding limit mu_s -> mu_d",
     ),
-    "vitesse_seuil_random": Law(
+    "Eq. 24": Law(
         creep_velocity_random,
         sliding_velocity_random,
         "(N+3-2i) (l0 sigma/sqrt(pi) - N m/3)",
         _GAUSSIAN,
     ),
 }
-"""The laws that tables compare with, by the labels of the paper's equations."""
+"""The laws that tables compare with, by the paper's equations."""
 
 
 # --- tables --------------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ class Table:
         """Return the sweep of a scene, default the first, beside the paper's equation `label`."""
         name, law = scene or next(iter(data)), LAWS[label]
         rows = tuple(point.beside(law) for point in points_of(data[name]))
-        return cls(name, title, rows, f"Eq. ({label}): {law.words}", law.words_exact, note)
+        return cls(name, title, rows, f"{label}: {law.words}", law.words_exact, note)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -256,10 +256,10 @@ ASYMPTOTE: Style = {
     "label": r"$\tilde{l}_0\sigma_\theta/\sqrt{\pi}$",
 }
 _NAMES = {
-    "vitesse": "plateaus of the velocity",
-    "vitesse_seuil": "velocity above the threshold",
-    "vitesse_seuil_random": "velocity, random dilations",
-    "velocity_th_2_gaussienne_corrected": "velocity of two sliders",
+    "Eq. 20": "plateaus of the velocity",
+    "Eq. 23": "velocity above the threshold",
+    "Eq. 24": "velocity, random dilations",
+    "Eq. 17": "velocity of two sliders",
 }
 
 
@@ -318,7 +318,7 @@ def _degrees(axes: Axes) -> None:
 
 # --- two sliders ---------------------------------------------------------------------------------
 
-_LAW = "velocity_th_2_gaussienne_corrected"
+_LAW = "Eq. 17"
 _STATIC = (
     "The printed law has mu_s cos(alpha) - sin(alpha) where mu_d cos(alpha) - sin(alpha) belongs"
     " (it is low by (2/3)(mu_s - mu_d) cos(alpha)), and is the first two terms of the exact one."
@@ -446,7 +446,7 @@ _FOURS = (
 
 @partial(
     Picture, "chain-plateaus", "velocityNsliders", (5.6, 4.4),
-    [("Five and six sliders, random dilations, over tan(alpha)", "vitesse_random",
+    [("Five and six sliders, random dilations, over tan(alpha)", "Eq. 20, random",
       "The printed plateau is the limit of large dilations; the exact law knows the play"
       " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs.")],
     {"chain-plateaus": {"drive.steps": 50}},
@@ -460,7 +460,7 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
         printed: Style = {**PRINTED, "linestyle": dashes, "linewidth": width}
         exact = EXACT | ({"linestyle": dashes} if n == 5 else {})
         for law, style, name in (
-            (plateau_velocity_random, printed, _law_name("vitesse")),
+            (plateau_velocity_random, printed, _law_name("Eq. 20")),
             (sliding_velocity_random, exact, LIMIT),
         ):
             label = f"{name}, $N={n}$"
@@ -512,8 +512,8 @@ def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:
 
 @partial(
     Picture, "chain-amplitude", "velocityNslidersbis", (5.4, 4.2),
-    [("Thirty sliders, cycles, over the amplitude", "vitesse_seuil", _BELOW),
-     ("Thirty sliders, random dilations, over sigma_theta", "vitesse_seuil_random", _TWO_TERMS,
+    [("Thirty sliders, cycles, over the amplitude", "Eq. 23", _BELOW),
+     ("Thirty sliders, random dilations, over sigma_theta", "Eq. 24", _TWO_TERMS,
       "chain-amplitude-random")],
     {"chain-amplitude": {"drive.cycles": 30}, "chain-amplitude-random": {"drive.steps": 40}},
 )  # fmt: skip
@@ -523,9 +523,9 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     axes, chain = figure.subplots(), cycles.parameters
     sizes = np.linspace(1e-4, 0.0125, 160).tolist()
     _draw_law(axes, creep_velocity, "amplitude", sizes, chain, **PRINTED,
-              label=_law_name("vitesse_seuil"))  # fmt: skip
+              label=_law_name("Eq. 23"))  # fmt: skip
     over = "sigma_theta", sizes, chain
-    label = _law_name("vitesse_seuil_random")
+    label = _law_name("Eq. 24")
     _draw_law(axes, creep_velocity_random, *over, **RANDOM_LAW, label=label)
     _draw_law(axes, sliding_velocity_random, *over, **EXACT, label=f"{LIMIT}: $I(h)$")
     draw_points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
@@ -547,8 +547,8 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 @partial(
     Picture, "chain-size", "cloche", (5.6, 4.4),
-    [("Cycles, over the number of sliders", "vitesse_seuil", f"{_BELOW} {_FOURS}"),
-     ("Random dilations, over the number of sliders", "vitesse_seuil_random",
+    [("Cycles, over the number of sliders", "Eq. 23", f"{_BELOW} {_FOURS}"),
+     ("Random dilations, over the number of sliders", "Eq. 24",
       f"{_TWO_TERMS} {_FOURS}", "chain-size-random")],
     {
         "chain-size": {"drive.cycles": 25},
@@ -563,11 +563,11 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
     axes = figure.subplots()
     sizes = range(2, 67)
     for table, label, style, longest in zip(
-        tables, ("vitesse_seuil", "vitesse_seuil_random"), (PRINTED, RANDOM_LAW), (46, 66),
+        tables, ("Eq. 23", "Eq. 24"), (PRINTED, RANDOM_LAW), (46, 66),
         strict=True,
     ):  # fmt: skip
         given = table.parameters
-        # the continuous i of Eq. (critical_angle): N + 3 - 2i = N tan(alpha)/mu_d
+        # the continuous i of Eq. 19: N + 3 - 2i = N tan(alpha)/mu_d
         slope = given["tan_alpha"] / given["mu_d"]
         smooth = [(n, mean_law(LAWS[label].printed, given | {"n": n, "i": (n + 3 - n * slope) / 2}))
                   for n in sizes]  # fmt: skip
@@ -592,7 +592,7 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
 @partial(
     Picture, "chain-jumps", "jumps", (5.8, 4.3),
     [("Thirty sliders without disorder near the critical amplitude, from several starts",
-      "vitesse_seuil")],
+      "Eq. 23")],
     {"chain-jumps": {
         "drive.cycles": 600,
         "vary.run.start": ["relaxed", *({"size": "1e-6", "seed": k} for k in (1, 2, 3))],

@@ -69,7 +69,7 @@ def draw_run(
     """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
 
     A single run that recorded the positions shows every slider as well, as the paper's
-    Fig. position2sliders; several runs show x_G of all, one line each, coloured by the first
+    Fig. 2; several runs show x_G of all, one line each, coloured by the first
     quantity that varies.
     """
     band = all(run.drive.cyclic and run.half_cycles > _LONGEST_TRACE for run in results)

@@ -113,10 +113,10 @@ def prediction(
     ('sliders that stick and slip, measured', '61.3 +- 0.4')
     """
     if isinstance(drive, Cycles):
-        label, size = "vitesse_seuil", {"amplitude": drive.amplitude}
+        label, size = "Eq. 23", {"amplitude": drive.amplitude}
         printed, exact, measured = paper.creep_velocity, sliding_velocity, sticking_velocity
     elif isinstance(drive, GaussianSteps):
-        label, size = "vitesse_seuil_random", {"sigma_theta": drive.sigma_theta}
+        label, size = "Eq. 24", {"sigma_theta": drive.sigma_theta}
         printed, exact = paper.creep_velocity_random, sliding_velocity_random
         measured = sticking_velocity_random
     else:

@@ -55,7 +55,7 @@ class Chain(Shown):
     Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
     string are what they say (``"0.6"`` is 3/5), a float is its exact binary value.
 
-    Source: Eqs. (dynamic_eq1)-(static_eqN) and (dist_mud).
+    Source: Eqs. 5-10 and 11.
 
     Raises `InputError` if a parameter is not a number or out of its range.
 

@@ -107,7 +107,7 @@ class Contacts:
     """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
     With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational. Source: Eq.
-    (dist_mud).
+    11.
     """
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:

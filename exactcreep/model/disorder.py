@@ -84,7 +84,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
     The drawn float64 is the value exactly, also below `mu_d`, as which it then acts; with
-    ``sigma_mu = 0`` it is the rational `mu_s`. Source: Eq. (dist_mud).
+    ``sigma_mu = 0`` it is the rational `mu_s`. Source: Eq. 11.
     """
     n = whole_number(n, "n", least=1, most=chain.n)
     k = whole_number(k, "k", least=0, most=2**62)
@@ -95,7 +95,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
 
 
 def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
-    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. (dist_theta)."""
+    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12."""
     q = whole_number(q, "q", least=1, most=2**62)
     return float(dilations(drive, valid_seed(seed), q, 1)[0])
 

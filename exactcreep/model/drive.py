@@ -123,7 +123,7 @@ class Cycles(Drive):
 class GaussianSteps(Drive):
     """Random temperatures: theta_q drawn anew from a normal distribution, `steps` times.
 
-    Source: Eq. (dist_theta). theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
+    Source: Eq. 12. theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
 
     >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
     array([ 0.0057, -0.002 , -0.0074])

@@ -67,7 +67,7 @@ def rearrange(
 
     Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; what was not
     decided is counted in `undecided`.
-    Source: Eqs. (dynamic_eq1)-(static_eqN).
+    Source: Eqs. 5-10.
 
     Raises `InputError` if an argument is out of range, an option is not the solver's, or the chain
     has no slips (mu_s = mu_d with sigma_mu = 0).

@@ -1,6 +1,6 @@
 """Rests of creep: in which cycles the centre of mass stands still, and how long it waits to jump.
 
-Near its threshold a chain creeps in jumps between long rests (Fig. jumps of the paper). A cycle is
+Near its threshold a chain creeps in jumps between long rests (Fig. 8 of the paper). A cycle is
 quiescent if x_G ends it where it began to within the size of a jump.
 """
 
@@ -123,7 +123,7 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
     -----
     Guarantee: none but that of the runs. With chaos rests are statistics, whatever the evidence.
 
-    Source: Fig. jumps and its discussion.
+    Source: Fig. 8 and its discussion.
 
     Examples
     --------

@@ -39,7 +39,7 @@ PICTURES = Path(__file__).parents[2] / "notebooks" / "pictures"
 def amplitudes(n: int) -> dict[str, str]:
     """Return the two amplitudes of cycles of a chain, by what they are called."""
     law = threshold_amplitude(n=n, l0=1000, mu_d=0.5, tan_alpha=0.25)
-    return {"0.01": "0.01", "1.37 Eq. (seuil)": f"{1.37 * float(law):.8f}"}
+    return {"0.01": "0.01", "1.37 Eq. 22": f"{1.37 * float(law):.8f}"}
 
 
 class Exact:
@@ -129,7 +129,7 @@ def local_clocks() -> list[tuple[int, float, float]]:
     """Return, by sliders, the nanoseconds of an event with and without clocks of their own."""
     rows = []
     for n in LONG:
-        amplitude = amplitudes(n)["1.37 Eq. (seuil)"]
+        amplitude = amplitudes(n)["1.37 Eq. 22"]
         both = [Exact(n, amplitude, "0.01", clocks=clocks) for clocks in (True, False)]
         for exact in both:
             exact.per_event(20_000)
@@ -154,7 +154,7 @@ def page(rows: list[dict[str, Any]], clocks: list[tuple[int, float, float]]) -> 
         times = [f"{1e6 * row['seconds'][method]:.3g}" for method in methods]
         about = [str(row["n"]), row["amplitude"], row["sigma_mu"]]
         lines.append("| " + " | ".join([*about, *times]) + " |")
-    lines += ["", "Nanoseconds of an event at 1.37 Eq. (seuil), sigma_mu = 0.01:", ""]
+    lines += ["", "Nanoseconds of an event at 1.37 Eq. 22, sigma_mu = 0.01:", ""]
     lines += ["| N | with local clocks | without |", "| --- | --- | --- |"]
     lines += [f"| {n} | {on:.0f} | {off:.0f} |" for n, on, off in clocks]
     return "\n".join(lines) + "\n"

@@ -1,6 +1,6 @@
 """General-purpose integrators as solvers, written as their users would write them.
 
-Between two events the sliders that move obey Eqs. (dynamic_eq1)-(dynamic_eqN); the contact rules
+Between two events the sliders that move obey Eqs. 5-7; the contact rules
 switch from one set of movers to the next. Both rivals integrate the movers with their own event
 detection (a velocity reaches zero, a neighbour reaches its threshold), stop at the event, and go on
 with the new set. Nothing of `exactcreep.motion` is used. `registered` makes them methods of

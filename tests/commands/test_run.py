@@ -67,14 +67,14 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     assert told.startswith("six-sliders-cycles: with drive.cycles=80\n")
     assert drawn[0].get_suptitle() == "six-sliders-cycles with drive.cycles=80"
     assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told)
-    assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told)
+    assert re.search(r"paper, Eq\. 23 +27\.8172", told)
     # the measured law, for six sliders in the middle of a plateau
     assert re.search(r"law that holds +2[78]\.\d+ ± 0\.\d+ \(sliders that stick and slip", told)
     assert "creeping" in told
     assert "evidence undecided: outcome and velocity are statistics" in words(told)
     assert re.search(r"positions are known to 1e-9 up to half-cycle \d+", words(told))
     below = command(*SIX, *cycles(5), "--set", "drive.amplitude=1e-5").out
-    assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
+    assert "paper, Eq. 23 none: below its threshold" in words(below)
 
 
 def test_where_the_start_decides_the_pivot_the_summary_has_both_velocities(

@@ -100,7 +100,7 @@ def test_a_step_between_plateaus_is_done_below_the_printed_angle() -> None:
     for slope, share in shares:
         chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
         above = velocity(n, low, high, sigma, slope, size, 200) / step(chain, size)
-        below = int(n) + 3 - 2 * (i + 1)  # the plateau that Eq. (critical_angle) has below its edge
+        below = int(n) + 3 - 2 * (i + 1)  # the plateau that Eq. 19 has below its edge
         assert (above - below) / 2 == pytest.approx(float(share), abs=0.02)
     slope, least, most = rest[7:10]
     chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)

@@ -51,7 +51,7 @@ def test_quotations_are_those_that_were_held_against_the_paper() -> None:
     [
         ("relative {lacks}, «x = 3»", []),
         ("two digits, 3.6e-3", ["3.6", "-", "3"]),
-        ("Eq. (velocity_th_2_gaussian) as mu_s -> mu_d, l0 A, half-cycle", []),
+        ("Eq. 14 as mu_s -> mu_d, l0 A, half-cycle", []),
         ("-m after a reversal", ["-"]),
     ],
 )

@@ -211,7 +211,7 @@ def test_the_command_lists_refuses_and_keeps_files(command: Command, tmp_path: P
     assert all(name in command("reproduce").out for name in PICTURES)
     assert "did you mean chain-plateaus?" in command("reproduce", "chain-plateau").sentence
     words = ["reproduce", "two-sliders-trace", "--quick", "--out", "figures"]
-    assert "paper: Eq. (velocity_th_2_gaussienne_corrected)" in command(*words).out
+    assert "paper: Eq. 17" in command(*words).out
     written = {path.name for path in (tmp_path / "figures").iterdir()}
     assert written == {f"two-sliders-trace.{ending}" for ending in ("png", "pdf", "nc", "csv")}
     assert "exists" in command(*words).sentence

@@ -46,7 +46,7 @@ RANGES = {
     "sigma_mu": (0.003, 0.02),
     "drive": (2.0, 8.0),
 }
-"""Of N, mu_d, mu_s - mu_d, tan_alpha/mu_d, sigma_mu, and the amplitude in units of Eq. (seuil)."""
+"""Of N, mu_d, mu_s - mu_d, tan_alpha/mu_d, sigma_mu, and the amplitude in units of Eq. 22."""
 BEYOND = {
     "n": ((2, 3), (33, 48)),
     "mu_d": ((0.15, 0.3), (0.7, 1.0)),
@@ -60,7 +60,7 @@ BEYOND = {
 
 @dataclass(frozen=True)
 class Case:
-    """A chain and its drive: `drive` is the amplitude, or the width, in units of Eq. (seuil)."""
+    """A chain and its drive: `drive` is the amplitude, or the width, in units of Eq. 22."""
 
     number: int
     kind: str

@@ -94,7 +94,7 @@ def test_a_law_is_what_the_paper_prints(label: str) -> None:
 
 @pytest.mark.parametrize("label", [*sorted(CORRECTED), "vitesse_seuil"])
 def test_a_corrected_law_is_what_the_derivations_prove(label: str) -> None:
-    # Eq. (vitesse_seuil) is right as printed where it is positive
+    # Eq. 23 is right as printed where it is positive
     entry, form = BY_NAME[label], "corrected" if label in CORRECTED else "exact"
     right, positive = stated(entry.corrected_formula or entry.formula), 0
     for p in cases(label):

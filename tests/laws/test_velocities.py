@@ -42,9 +42,9 @@ def test_the_gaussian_integral_agrees_with_quadrature(h: str) -> None:
 @pytest.mark.parametrize(
     ("drive", "size", "label", "printed", "exact"),
     [
-        (Cycles("0.004", 100), {"amplitude": F(4, 1000)}, "vitesse_seuil",
+        (Cycles("0.004", 100), {"amplitude": F(4, 1000)}, "Eq. 23",
          laws.creep_velocity, laws.sliding_velocity),
-        (GaussianSteps("0.003", 100), {"sigma_theta": F(3, 1000)}, "vitesse_seuil_random",
+        (GaussianSteps("0.003", 100), {"sigma_theta": F(3, 1000)}, "Eq. 24",
          laws.creep_velocity_random, laws.sliding_velocity_random),
     ],
 )  # fmt: skip

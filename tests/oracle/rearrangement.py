@@ -1,6 +1,6 @@
 """An independent integration of one whole rearrangement, from the model's equations alone.
 
-Between two events the moving sliders obey Eqs. (dynamic_eq1)-(dynamic_eqN) and are integrated with
+Between two events the moving sliders obey Eqs. 5-7 and are integrated with
 SciPy's DOP853 at a relative tolerance of 1e-13. Events are looked for on the dense output, on
 intervals that are halved until a bound of the second derivative excludes an event or a sample
 shows one, and are then refined by integrating afresh to the event's time. Nothing of

@@ -43,7 +43,7 @@ def resting_sliders(chain):
 
 
 def printed_laws(chain, amplitude):
-    """Eq. (vitesse_seuil) with max(0, .), its index i from Eq. (critical_angle) at mu_s = mu_d.
+    """Eq. 23 with max(0, .), its index i from Eq. 19 at mu_s = mu_d.
 
     Two values, the larger first, where the slope is the edge between two indices.
     """

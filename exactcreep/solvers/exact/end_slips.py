@@ -7,7 +7,7 @@ follows from the thresholds alone. With two sliders nearly all motion is of this
 Everything that is not plainly so, comparisons within their bounds included, is left to `loop`,
 which does the same with the same bits.
 
-Source: Eqs. (dynamic_eq1), (dynamic_eqN), (static_eq1), (static_eqN); derivations/slip.py.
+Source: Eqs. 5, 7, 8, 10; derivations/slip.py.
 """
 
 from __future__ import annotations

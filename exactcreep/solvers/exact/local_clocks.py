@@ -24,7 +24,7 @@ force) is handed to `taylor.step`, with all sliders at the time of the last even
 What is done to a slider depends on its distance to an event and on nothing else: the mirror image
 of a chain moves as its mirror image, bit for bit.
 
-Source: Eqs. (dynamic_eq1)-(static_eqN); derivations/modes.py.
+Source: Eqs. 5-10; derivations/modes.py.
 """
 
 from __future__ import annotations

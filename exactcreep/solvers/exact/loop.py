@@ -13,7 +13,7 @@ breakpoint changes no bit.
 A lone mover obeys ``v**2 = v0**2 + 2 a0 x - k x**2``: where it stops, and which neighbour it starts
 before, needs no clock and no trigonometry.
 
-Source: Eqs. (dynamic_eq1)-(static_eqN), section "Numerical method"; derivations/slip.py.
+Source: Eqs. 5-10, section "Numerical method"; derivations/slip.py.
 """
 
 from __future__ import annotations

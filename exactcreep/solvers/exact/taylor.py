@@ -13,7 +13,7 @@ On ``[0, t]`` a margin is the cubic through its value and slope at both ends plu
 polynomials of degree four it stays in range if five numbers do. They are computed for eight
 sliders at a time; only a slider that fails is looked at alone.
 
-Source: Eqs. (dynamic_eq1)-(static_eqN); derivations/modes.py.
+Source: Eqs. 5-10; derivations/modes.py.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ def half_life(
     seed : int
         Of the starts.
     low, high : number, optional
-        Ends of the scan; default 1/2 and 2 times Eq. (seuil), as of `threshold`.
+        Ends of the scan; default 1/2 and 2 times Eq. 22, as of `threshold`.
     bracket : pair of numbers, optional
         Instead of a scan: fewer than half creep at the first, more at the second.
     digits : int

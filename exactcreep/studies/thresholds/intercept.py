@@ -43,7 +43,7 @@ class Intercept(Measured):
         What was measured: the velocity per half-cycle, unit ``g tau_dyn**2``, and its standard
         error; where that is not known, the largest of the others.
     fit : tuple of float
-        The range of the line, in units of Eq. (seuil).
+        The range of the line, in units of Eq. 22.
     intercept, error, slope, slope_error : float
         With standard errors; nan if not known.
     systematic : float
@@ -52,7 +52,7 @@ class Intercept(Measured):
     chi2, chi2_probability : float
         Of the line, and the probability of one as large.
     law_seuil, law_slope : float
-        Eq. (seuil), and ``(N + 3 - 2i) l0`` of Eq. (vitesse); nan where i is not unique.
+        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique.
     reason : str
         Why the evidence is undecided; "" if it is not.
 
@@ -79,7 +79,7 @@ class Intercept(Measured):
     chi2_probability: float = math.nan
 
     criterion = "intercept"
-    compare = "the intercept with Eq. (seuil), a law of long chains; the slope with (N + 3 - 2i) l0"
+    compare = "the intercept with Eq. 22, a law of long chains; the slope with (N + 3 - 2i) l0"
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {name: ("amplitude", getattr(self, name)) for name in ("velocities", "errors")}
@@ -100,7 +100,7 @@ def intercept(
 ) -> Intercept:
     """Return the amplitude at which the straight part of v(A) meets zero.
 
-    That is what one reads off the paper's figures, and what Eq. (seuil) is a law of. It is the only
+    That is what one reads off the paper's figures, and what Eq. 22 is a law of. It is the only
     threshold of a chain with disorder, and makes sense for long chains without.
 
     Parameters
@@ -112,7 +112,7 @@ def intercept(
         Amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of start k of
         `survival`.
     fit : pair of numbers, optional
-        Range of the line in units of Eq. (seuil); default 1.2 and 2.
+        Range of the line in units of Eq. 22; default 1.2 and 2.
     size : number
         Tensions of a start are uniform in (-size, size), unit m g.
     seed : int
@@ -126,7 +126,7 @@ def intercept(
     Raises
     ------
     InputError
-        If an argument is out of range, the question has no sense for the chain, or Eq. (seuil) is
+        If an argument is out of range, the question has no sense for the chain, or Eq. 22 is
         not positive.
 
     Examples

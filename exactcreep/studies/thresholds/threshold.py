@@ -97,7 +97,7 @@ class Threshold(Answer):
 
     @property
     def law_seuil(self) -> str | None:
-        """Eq. (seuil), as a decimal; `law_corrected` has the term that it drops."""
+        """Eq. 22, as a decimal; `law_corrected` has the term that it drops."""
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
     @property
@@ -173,7 +173,7 @@ def threshold(
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
-        Ends of the scan; default 1/2 and 2 times Eq. (seuil). If nothing creeps up to there (or the
+        Ends of the scan; default 1/2 and 2 times Eq. 22. If nothing creeps up to there (or the
         law is not positive), the default scan goes on to N (mu_s c - s)/l0; if the chain creeps at
         its lower end, as it may in an early cycle, it begins at 0.
     points : int
@@ -257,12 +257,12 @@ def _compared(chain: Chain, after: int | None) -> str:
     if chain.n == 1:
         return "no law: one slider has no spring"
     if chain.slides:
-        return "Eq. (seuil), which is exact without slips"
+        return "Eq. 22, which is exact without slips"
     if chain.n == 2:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
-    return "no law: Eq. (seuil) is about long chains, and about the intercept of v(A)"
+    return "no law: Eq. 22 is about long chains, and about the intercept of v(A)"
 
 
 def _sliding(chain: Chain, cycles: int, digits: int) -> dict[str, Any]:

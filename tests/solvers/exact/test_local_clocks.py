@@ -16,7 +16,7 @@ from exactcreep.solvers.exact.solver import ExactSimulation
 from tests.paper import event_rows, paper_chain
 
 AMPLITUDES = {300: "0.05", 301: "0.05", 1000: "0.166"}
-"""A third above Eq. (seuil)."""
+"""A third above Eq. 22."""
 ROWS = 400
 """Events compared from one state: rounding grows tenfold in some hundreds."""
 

@@ -62,7 +62,7 @@ def test_the_laws_are_told_apart() -> None:
 def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(three: Threshold) -> None:
     windows, seuil = three.windows, Fraction(str(three.law_seuil))
     assert [edge.begins for edge in windows] == [True, False, True]
-    # read off a scan in steps of 1e-4 of Eq. (seuil)
+    # read off a scan in steps of 1e-4 of Eq. 22
     assert [round(float(edge.middle / seuil), 4) for edge in windows] == [1.2586, 1.2825, 1.3115]
     assert (windows[0].lower, windows[0].upper) == (three.lower, three.upper)
 
@@ -118,7 +118,7 @@ def test_without_static_excess_the_paper_s_law_is_exact() -> None:
     low, high = bounds(found)
     assert low <= exact < high
     assert high - low < exact / 10**13
-    assert "Eq. (seuil)" in found.compare
+    assert "Eq. 22" in found.compare
 
 
 # --- searches that are not completed ----------------------------------------------------------
