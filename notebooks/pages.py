@@ -294,13 +294,13 @@ def _called(entry):
 def _holds(entry):
     """Return where a law holds and by how much it is off elsewhere, as paragraphs."""
     if entry.error:
-        yield f"**How far it is off:** {_numbered(entry.error)}."
+        yield f"**How far it is off:** {_prose(_numbered(entry.error))}."
     if entry.measured:
-        yield f"**Measured:** {_numbered(entry.measured)}."
+        yield f"**Measured:** {_prose(_numbered(entry.measured))}."
 
 
 def _sentence(text):
-    said = _numbered(text)
+    said = _prose(_numbered(text))
     return f"{said[0].upper()}{said[1:]}."
 
 
@@ -346,7 +346,7 @@ def corrected(verdicts):
         if entry.error:
             parts.append(_sentence(entry.error))
         if entry.measured:
-            parts.append(f"**Measured:** {_numbered(entry.measured)}.")
+            parts.append(f"**Measured:** {_prose(_numbered(entry.measured))}.")
         parts.append(f"[Proof](#proof-{entry.chapter}): {_prose(entry.how.partition(': ')[2])}.")
     return "\n\n".join(parts)
 
