@@ -13,7 +13,16 @@ from pathlib import Path
 
 import sympy as sp
 
-from derivations.ledger import CHAPTERS, Entry, disagreements, entries, gaps, premises, proof_of
+from derivations.ledger import (
+    CHAPTERS,
+    Entry,
+    by_number,
+    disagreements,
+    entries,
+    gaps,
+    premises,
+    proof_of,
+)
 from derivations.model import MODEL, PREMISES, Model
 from derivations.proof import STANDINGS, Line, Proof
 
@@ -58,7 +67,7 @@ def equations(proof: Proof) -> dict[int, str]:
         number = numbers.get(name)
         if number and decision.lines:
             named.setdefault(id(decision.lines[-1]), []).append(number)
-    return {key: "Eq. " + ", ".join(f"({k})" for k in found) for key, found in named.items()}
+    return {key: "Eq. " + ", ".join(map(str, decided)) for key, decided in named.items()}
 
 
 def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
@@ -73,7 +82,7 @@ def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
         how = f" [{standing}]" if standing else ""
         how += f"   {decided[id(line)]}" if id(line) in decided else ""
         value = line.value if line.form is None else line.form
-        yield from _wrapped(line.text + how * (value is None), f"{number:3d}. ", 5)
+        yield from _wrapped(by_number(line.text) + how * (value is None), f"{number:3d}. ", 5)
         if value is not None:
             yield from _wrapped(sp.sstr(value) + how, " " * 9, 9)
     yield ""

@@ -102,12 +102,16 @@ class Entry:
         return proof_of(self.chapter, model).decisions.get(self.name, missed)
 
     def text(self, name: str, model: Model = MODEL) -> str | None:
-        """Return one of its texts, with what the derivation found in the place of {braces}."""
+        """Return one of its texts, with what the derivation found in the place of {braces}.
+
+        It names equations by the paper's numbers, the ledger by their labels.
+        """
         text = self.texts.get(name)
         said = self.decision(model).said
         parts = re.split("(«.*?»)", text or "")
         for k in range(0, len(parts), 2):
             parts[k] = _BRACES.sub(lambda at: worded(said[at[1]], at[2] or ""), parts[k])
+            parts[k] = by_number(parts[k])
         return None if text is None else "".join(parts)
 
     @property
@@ -195,13 +199,28 @@ class Entry:
     def how(self) -> str:
         """The chapter, and the argument or the line that the entry rests on."""
         last = "".join(line.text.rstrip(" =:") for line in self.decision().lines[-1:])
-        return f"{self.chapter}: {self.text('why') or last}"
+        return f"{self.chapter}: {self.text('why') or by_number(last)}"
 
     def as_json(self) -> dict[str, object]:
         """Return the entry as a JSON object."""
         keys = "label name place number verdict printed corrected error measured standing judged"
         said = {key: getattr(self, key) for key in [*keys.split(), "proved", "how"]}
         return said | {"assumptions": list(self.assumptions)}
+
+
+@cache
+def _number_of() -> dict[str, int]:
+    return {entry.name: entry.number for entry in entries() if entry.number}
+
+
+def by_number(text: str) -> str:
+    """Return a text that names the paper's equations by their numbers instead of labels."""
+    number_of = _number_of()
+    return re.sub(
+        r"Eq\. \((\w+)\)",
+        lambda match: f"Eq. {number_of[match[1]]}" if match[1] in number_of else match[0],
+        text,
+    )
 
 
 def _accepts(judge: Judge | None, text: str) -> bool:

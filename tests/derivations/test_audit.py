@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from derivations.ledger import (
     CHAPTERS,
     EQUATIONS,
     Entry,
+    by_number,
     disagreements,
     entries,
     gaps,
@@ -108,6 +110,15 @@ def test_what_rests_on_words_or_on_cases_is_not_called_proved() -> None:
     assert words == set(IN_WORDS.split())
 
 
+def test_what_is_read_names_equations_by_the_paper_s_numbers() -> None:
+    numbers = {entry.name: entry.number for entry in entries() if entry.number}
+    assert by_number("as Eq. (seuil), Eq. (no_label)") == "as Eq. 22, Eq. (no_label)"
+    for entry in entries():
+        for said in (entry.corrected, entry.error, entry.measured, entry.how):
+            named = re.findall(r"Eq\. \((\w+)\)", said or "")
+            assert [label for label in named if label in numbers] == []
+
+
 def test_derivations_import_nothing_from_the_package() -> None:
     for path in (ROOT / "derivations").glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -138,7 +149,7 @@ def test_show_prints_the_steps_of_one_subject(capsys: pytest.CaptureFixture[str]
     printed = capsys.readouterr().out
     assert "Pivots and critical angles" in printed
     assert "it starts downhill, its force above c*mu_s" in printed
-    assert "mu_d*(1 - 2*(i - 1)/N) + (-mu_d + mu_s)/N [proved]   Eq. (19)" in printed
+    assert "mu_d*(1 - 2*(i - 1)/N) + (-mu_d + mu_s)/N [proved]   Eq. 19" in printed
     assert main(["--only", "no_random_threshold"]) == 0
     reason = "[proved: the integrand is positive and grows with A and with B, which fall with h]"
     assert reason in " ".join(capsys.readouterr().out.split())
