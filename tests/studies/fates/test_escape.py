@@ -38,6 +38,34 @@ OWN = APART | {
 }
 
 
+FRESH = {  # drawn once, before any of them was looked at
+    f"{life} cycles, {starts} starts, {share} early, {scale}": (starts, life, horizon, share, scale)
+    for starts, life, horizon, share, scale in (
+        (300, 100, 200, 0.09, 1.0),
+        (40, 1290, 2580, 0.39, 17.7),
+        (40, 2300, 4600, 0.06, 101.9),
+        (40, 430, 860, 0.46, 17.9),
+        (50, 340, 680, 0.69, 1.3),
+        (200, 3330, 6660, 0.14, 13.3),
+        (60, 930, 1860, 0.68, 37.1),
+        (80, 50, 100, 0.7, 0.5),
+        (100, 90, 180, 0.4, 0.4),
+        (60, 30, 60, 0.68, 0.7),
+        (200, 40, 120, 0.2, 16.2),
+        (100, 2950, 14_750, 0.4, 878.0),
+        (50, 4220, 8440, 0.16, 555.5),
+        (150, 1060, 530, 0.23, 99.9),
+        (60, 40, 40, 0.19, 4.6),
+        (80, 2360, 2360, 0.59, 138.2),
+        (300, 120, 60, 0.39, 16.6),
+        (60, 1780, 3560, 0.43, 205.1),
+        (200, 90, 270, 0.7, 8.3),
+        (200, 2980, 2980, 0.69, 1343.7),
+    )
+}
+"""The first ten have a horizon of two late mean lives, and an early scale of a twentieth or less."""
+
+
 def drawn(name: str, count: int) -> list[Rate]:
     """Return the rates told of so many samples of a mixture; the same in every call."""
     starts, life, horizon, share, scale = (MIXTURES | OWN)[name]
