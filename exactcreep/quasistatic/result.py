@@ -89,8 +89,8 @@ class Creep(Result):
         there is none (only the outcome may be undecided then, and `reason` says why). Looked for at
         every target at first, then less and less often.
     trusted_half_cycles : int or None
-        Up to which target the events are those of these copies, and half as far as 1e-9 holds the
-        tensions of each, at the least; None if that was not followed so far.
+        Up to which target the events are those of these copies, and four times the distance of
+        their tensions is within 1e-9, at the least; None if that was not followed so far.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float

@@ -16,7 +16,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
-from exactcreep.quasistatic.perturbed import PerturbedCopy
+from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.recurrence import RecurrenceObserver
@@ -64,7 +64,7 @@ class ObservedRun:
         record = tuple(name for name in RECORDS if name in needs)
         start, seed = experiment.initial, experiment.seed
         self.simulation = experiment.algorithm.simulation(experiment.chain, start, seed, record)
-        self.copy = self.observers["copy"] = PerturbedCopy(experiment, self.simulation)
+        self.copy = self.observers["copy"] = Predictability(experiment, self.simulation)
 
     @property
     def ended(self) -> bool:

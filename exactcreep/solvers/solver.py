@@ -287,6 +287,31 @@ class Stretch:
         return joined([self.recorded, self.begun])
 
 
+class PerturbedCopies(ABC):
+    """Copies of a simulation, a few roundings off all the way."""
+
+    @abstractmethod
+    def follow(
+        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
+    ) -> tuple[NDArray[np.float64], bool]:
+        """Follow the copies beside a simulation, from target `first` of the drive on.
+
+        `stretch` is what that came to, with its tensions and slips. The copies go no further than
+        `most_events`, since their start, and the target at which one of them is more than `apart`
+        off. Returns at each target that one has reached the largest distance of a tension, over the
+        largest tension if that exceeds 1, inf where other sliders have slipped; and whether all
+        have come to the end.
+        """
+
+    @abstractmethod
+    def snapshot(self) -> dict[str, Any]:
+        """Return how far the copies are, at a target, in arrays."""
+
+    @abstractmethod
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Go on from a snapshot, or raise `ValueError` if it is of another kind."""
+
+
 class Simulation(ABC):
     """A chain on its way along a drive: the only mutable thing in the package."""
 
@@ -325,8 +350,8 @@ class Simulation(ABC):
         """Let the rearrangement under way end, if the limits allow it; return what is logged."""
         return {}
 
-    def perturbed(self, number: int = 0) -> Simulation | None:
-        """Return copy `number`, a few roundings off all the way; None if rounding is no matter."""
+    def copies(self) -> PerturbedCopies | None:
+        """Return copies that are a few roundings off all the way; None if rounding is no matter."""
         return None
 
     @property
@@ -380,7 +405,7 @@ class Solver(ABC):
     needs_slips: ClassVar[bool] = True
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
     perturbs: ClassVar[bool] = False
-    """Whether its simulations know what a few roundings make of them; `Simulation.perturbed`."""
+    """Whether its simulations know what a few roundings make of them; `Simulation.copies`."""
     on_file: ClassVar[bool] = True
     """Whether a file can hold snapshots of its simulations."""
     records: ClassVar[tuple[str, ...]] = RECORDS
@@ -446,10 +471,13 @@ def compiled(
         for n in lengths:
             if (solver.name, n, record) not in _COMPILED:
                 chain = replace(_TWO_SLIDERS, n=n)
-                simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, record)
-                for copy in (simulation, simulation.perturbed()):
-                    if copy is not None:
-                        copy.follow(Cycles("1/10", 1), 1, 2)
+                compared = ("tension", "slips") if solver.perturbs else ()
+                names = tuple(dict.fromkeys((*record, *compared)))
+                simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, names)
+                drive = Cycles("1/10", 1)
+                stretch = simulation.follow(drive, 1, 2)
+                if (copies := simulation.copies()) is not None:
+                    copies.follow(drive, 1, stretch, 2**62, math.inf)
                 _COMPILED.add((solver.name, n, record))
     return time.perf_counter() - begin
 

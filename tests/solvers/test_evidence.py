@@ -126,6 +126,13 @@ def test_copies_that_are_rounded_on_their_way_part_before_the_truth_does() -> No
     assert trusted <= 1e-9
 
 
+@pytest.mark.parametrize("n", [3, 6])
+def test_copies_of_a_chain_that_mirrors_itself_mirror_themselves(n: int) -> None:
+    """Else a rounding decides which end slips first, and they part at once."""
+    level = captions(n, tan_alpha="0")
+    assert creep(level, Cycles("0.003", 8)).trusted_half_cycles == 16
+
+
 @pytest.mark.slow
 def test_what_is_decided_and_trusted_under_disorder_holds_in_ninety_nine_of_a_hundred() -> None:
     random, errors = np.random.default_rng(37), []

@@ -159,13 +159,38 @@ def readied(
 ) -> Workspace:
     """Return the arrays of `placed` before `place` has filled them."""
     work = _room(chain.n, logging) if used is None else used
-    work.now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
-    now = work.now
+    _begin(work.now, chain, origin, seed, logging)
+    return work
+
+
+def _begin(
+    now: NDArray[Any], chain: Chain, origin: Origin, seed: int, logging: int
+) -> NDArray[Any]:
+    """Fill in the loop's scalars, and return them."""
+    now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
     now["theta"], now["theta_low"] = origin.load
     now["total"] = origin.numbers[PLACE].sum()
     now["chain"]["logging"] = logging
     now["chain"]["seed"] = seed if seed < 2**63 else seed - 2**64
-    return work
+    return now
+
+
+def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[Any, ...]:
+    """Return the first six arrays of a `Workspace` for several simulations before `place`.
+
+    Each holds them one after the other, but for a tuple of clocks, and `series`, which have no
+    memory.
+    """
+    n, m = chain.n, cells.columns(chain.n)
+    now = _begin(np.empty(1, dtype=cells.NOW), chain, origin, seed, 0)
+    return (
+        np.zeros((copies, cells.CELLS, m)),
+        np.zeros((copies, cells.COUNTS, m), dtype=np.int64),
+        np.zeros((copies, m, KEPT)),
+        tuple(_clock(n) if n > cells.LONGEST_SHORT else None for _ in range(copies)),
+        series_of(n) if n > _ALONE else None,
+        np.tile(now.view(np.int64), copies).view(cells.NOW),
+    )
 
 
 def _room(n: int, logging: int) -> Workspace:
@@ -176,7 +201,7 @@ def _room(n: int, logging: int) -> Workspace:
         tally=np.zeros((cells.COUNTS, m), dtype=np.int64),
         deviate=deviate,
         clock=_clock(n) if n > cells.LONGEST_SHORT else None,
-        series=_series(n) if n > _ALONE else None,
+        series=series_of(n) if n > _ALONE else None,
         now=np.empty(1, dtype=cells.NOW),
         log=_log(n, m, logging),
     )
@@ -199,7 +224,7 @@ def _log(n: int, m: int, logging: int) -> Log:
 
 def roomier(work: Workspace) -> Workspace:
     """Return the same arrays with `series`, which have no memory."""
-    return work._replace(series=_series(int(work.now["chain"]["n"][0])))
+    return work._replace(series=series_of(int(work.now["chain"]["n"][0])))
 
 
 def _clock(n: int) -> NDArray[np.float64]:
@@ -208,7 +233,8 @@ def _clock(n: int) -> NDArray[np.float64]:
     return clock
 
 
-def _series(n: int) -> NDArray[np.float64]:
+def series_of(n: int) -> NDArray[np.float64]:
+    """Return room for the series of a chain of `n` sliders."""
     return _aligned((SERIES * (cells.columns(n) // 8) + LADDER, 8))[0]
 
 

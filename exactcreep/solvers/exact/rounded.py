@@ -1,80 +1,214 @@
-"""A chain that is rounded once more after every rearrangement, beside one that is followed.
+"""Copies of a run that are a few roundings off, followed side by side until one of them has parted.
 
-Two such copies part as a run and the truth do: the run rounds at every event, and what was off only
-at its start may be forgotten at the next stop.
+Each begins with other tensions, and is rounded once more at every target, by about what the events
+on the way there may have made. Two chains that are close part at the same rate as the run parts
+from the truth; what was off only at its start may be forgotten at the next stop.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import nearest_float
 from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact.double_double import add, plus
+from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.layout import PAD, compiled
-from exactcreep.solvers.exact.loop import follow
-from exactcreep.solvers.exact.rows import AtTargets
+from exactcreep.solvers.exact.loop import follow, prepare
+from exactcreep.solvers.exact.pack import Origin, place, series_of, side_by_side
+from exactcreep.solvers.exact.perturbed import mirrored
+from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
+from exactcreep.solvers.solver import PerturbedCopies, Stretch, require_like
+
+COPIES = 2
+"""Which part from the run as it parts from the truth; the first that does so counts."""
+_NUDGE = 2.0**-50
+"""Of the tensions of a copy at its start, over the largest force."""
+_ROUNDING = 2.0**-52
+"""Of its displacements at a target, over the largest force, for the root of the events before."""
+_MOST_WORK = 2**21  # of one call of the compiled loop, in units of about 5 ns
+_NO_LOG = cells.Log(np.empty(0, dtype=cells.LOGGED_EVENT), None)
+_KEPT = [cells.FORCE, cells.FORCE_LOW, cells.TRAVEL, cells.TRAVEL_LOW, cells.COEFFICIENT,
+         cells.EXCESS, cells.DOUBTED]  # fmt: skip
+
+Targets = Callable[[Drive, int, int, int], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Returns ``l0 theta`` of targets of a drive, from the first, as two arrays of floats."""
 
 
-@compiled
-def follow_rounded(
-    cell, count, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
-    max_work, copy, size, mirrored,
-):  # fmt: skip
-    """Do what `loop.follow` does, with roundings by `size` after each rearrangement.
+class RoundedCopies(PerturbedCopies):
+    """Copies of a simulation of `Exact`; their arrays hold one copy after the other.
 
-    Their signs depend on the number of the copy and of the rearrangement alone, so that it does not
-    matter where a call ends.
+    Parameters
+    ----------
+    chain : Chain
+        Of two sliders or more.
+    origin : Origin
+        What the simulation began with. What mirrors itself goes on doing so.
+    seed : int
+    targets : callable
+        `ExactSimulation.targets`.
     """
-    now = scalars[0]
-    stop_at = now.counts.events + min(max_events, max_work)
-    work_limit = now.counts.work + max_work
-    reached = 0
-    while reached < theta.size:
-        left, work = stop_at - now.counts.events, work_limit - now.counts.work
-        if left <= 0 or work <= 0:
-            return cells.BUDGET, reached
-        moves, before = now.stage != cells.AT_REST, now.counts.rearrangements
-        part = AtTargets(
-            targets.total[reached:], targets.doubts[reached:], targets.x[reached:],
-            targets.tension[reached:], targets.slips[reached:],
-            targets.begun, targets.load, targets.load_low,
-        )  # fmt: skip
-        reason, passed = follow(
-            cell, count, deviate, clock, series, scalars, log, theta[reached:], theta_low[reached:],
-            part, left, work, True,
-        )  # fmt: skip
-        reached += passed
-        began = now.counts.rearrangements > before
-        if now.stage == cells.AT_REST and (began or (moves and before > 0)):
-            _round(cell, now, copy, size * math.sqrt(float(now.number)), mirrored)
-        if reason != cells.ONE_DONE and reason != cells.DONE:
-            return reason, reached
-    return cells.DONE, reached
+
+    def __init__(self, chain: Chain, origin: Origin, seed: int, targets: Targets) -> None:
+        self._targets, self._seed = targets, seed
+        self._own = slice(PAD, PAD + chain.n)
+        largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
+        self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin)
+        self._numbers = _nudged(origin.numbers, _NUDGE * largest)
+        self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
+        work = side_by_side(chain, origin, seed, COPIES)
+        self._cell, self._tally, self._deviate, self._clocks, self._series, self._now = work
+        for number in range(COPIES):
+            place(*self._of(number), self._numbers[number], origin.state.draws)
+
+    def _of(self, number: int) -> tuple[NDArray[Any], ...]:
+        """Return the arrays of a copy in which its sliders stand."""
+        one = slice(number, number + 1)
+        return self._cell[number], self._tally[number], self._deviate[number], self._now[one]
+
+    def follow(
+        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
+    ) -> tuple[NDArray[np.float64], bool]:
+        """Hold the copies against a run; see `PerturbedCopies.follow`."""
+        count = stretch.completed
+        high, low = self._targets(drive, first, count, self._seed)
+        tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]
+        distance, reached = np.zeros(count), np.zeros(COPIES, dtype=np.int64)
+        ends = np.array([count])
+        goes_on = count > 0
+        while goes_on:
+            goes_on = follow_copies(
+                self._cell, self._tally, self._deviate, self._clocks, self._series, self._now,
+                _NO_LOG, self._numbers, self._at_target, high, low, tensions, slips, distance,
+                reached, ends, apart, most_events, _MOST_WORK, self._size, self._mirrored,
+            )  # fmt: skip
+            if self._series is None and goes_on:
+                self._series = series_of(self._numbers.shape[2])
+        return distance[: reached.max()], bool((reached == count).all())
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return how far the copies are, at a target."""
+        now = self._now
+        return {
+            "numbers": self._cell[:, _KEPT, self._own],
+            "whole": self._tally[:, : cells.EVENT, self._own].copy(),
+            "theta": np.array(now[["theta", "theta_low"]].tolist()),
+            "total": np.array(now[["total", "total_low"]].tolist()),
+            "counts": np.array(now["counts"].tolist()),
+        }
+
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Go on from a snapshot, or raise `ValueError` if it is of another kind."""
+        require_like(self.snapshot(), snapshot)
+        cell, now, own = self._cell, self._now, self._own
+        cell[:, _KEPT, own] = snapshot["numbers"]
+        cell[:, cells.REST, own] = cell[:, cells.FORCE, own]
+        self._tally[:, : cells.EVENT, own] = snapshot["whole"]
+        now["theta"], now["theta_low"] = snapshot["theta"].T
+        now["total"], now["total_low"] = snapshot["total"].T
+        now["counts"] = [tuple(counts) for counts in snapshot["counts"].tolist()]
+        now["stage"] = cells.AT_REST
+        for number in range(COPIES):
+            prepare(*self._of(number))
+
+
+def _nudged(numbers: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+    """Return for each copy the numbers of an `Origin` with all tensions `size` off."""
+    spring, number = np.arange(numbers.shape[1] - 1), np.arange(COPIES)[:, None]
+    odd = (np.minimum(spring, spring[::-1]) // (number + 1) + number) % 2
+    copies = np.array([numbers] * COPIES)
+    tensions, low = copies[:, TENSION, :-1], copies[:, TENSION_LOW, :-1]
+    tensions[:], error = two_sum.py_func(tensions, size - 2 * size * odd)
+    low += error
+    return copies
 
 
 @compiled
-def _round(cell, now, copy, size, mirrored):
-    """Move every slider that the last rearrangement can have moved by `size`, up or down."""
+def follow_copies(
+    cell, count, deviate, clocks, series, scalars, log, numbers, at_target, theta, theta_low,
+    tensions, slips, distance, reached, ends, apart, most_events, max_work, size, mirrored,
+):  # fmt: skip
+    """Take each copy along the targets of a run, up to where one of them is `apart` from it.
+
+    `reached` targets were passed by each copy; all go up to ``ends[0]``. What they draw or round
+    depends on the number of copy and target alone, so that it does not matter where a call ends:
+    that is soon after `max_work`, or once several sliders move and there are no `series`. Returns
+    whether there is more to do.
+    """
+    for number in range(scalars.size):
+        now = scalars[number]
+        work_limit = now.counts.work + now.counts.events + max_work
+        target = AtTargets(
+            at_target.total, at_target.doubts, at_target.x, at_target.tension, at_target.slips,
+            numbers[number], at_target.load, at_target.load_low,
+        )  # fmt: skip
+        while reached[number] < ends[0] and now.counts.events < most_events:
+            work = work_limit - now.counts.work - now.counts.events
+            if work <= 0:
+                return True
+            q = reached[number]
+            reason, passed = follow(
+                cell[number], count[number], deviate[number], clocks[number], series,
+                scalars[number : number + 1], log, theta[q : q + 1], theta_low[q : q + 1], target,
+                most_events - now.counts.events, work, False,
+            )  # fmt: skip
+            away = 0.0
+            if passed == 1:
+                away = _distance(target, tensions[q], slips[q])
+                _round(cell[number], now, target.slips[0], number, size, mirrored)
+            elif reason != cells.BUDGET:  # it runs away, which the run did not
+                away = np.inf
+            elif series is None and now.stage == cells.CLUSTER:
+                return True
+            if passed == 1 or away > 0.0:
+                distance[q] = max(distance[q], away)
+                reached[number] += 1
+            if away > apart:
+                ends[0] = q + 1
+        ends[0] = min(ends[0], reached[number])  # where one goes no further, the others need not
+    return False
+
+
+@compiled
+def _distance(target, tension, slips):
+    """Return how far a copy is from the run, over its largest tension; inf with other slips."""
+    largest, away = 1.0, 0.0
+    for k in range(tension.size):
+        largest = max(largest, abs(tension[k]))
+        away = max(away, abs(tension[k] - target.tension[0, k]))
+    for k in range(slips.size):
+        if slips[k] != target.slips[0, k]:
+            return np.inf
+    return away / largest
+
+
+@compiled
+def _round(cell, now, slips, number, size, mirrored):
+    """Move every slider that has slipped by `size` for the root of the events, up or down."""
     n = now.chain.n
     word = np.uint64(now.counts.rearrangements) * np.uint64(0x9E3779B97F4A7C15)
-    word ^= np.uint64(copy + 1) * np.uint64(0xD1B54A32D192ED03)
+    word ^= np.uint64(number + 1) * np.uint64(0xD1B54A32D192ED03)
     for _ in range(2):  # Marsaglia's xorshift
         word ^= word << np.uint64(13)
         word ^= word >> np.uint64(7)
         word ^= word << np.uint64(17)
-    first, last = now.touched_first, now.touched_last
-    for i in range(first, last + 1):
-        k, way = i - PAD, 1.0
-        if mirrored:
-            if 2 * k == n - 1:
-                continue
-            if 2 * k > n - 1:
-                k, way = n - 1 - k, -1.0
+    size *= math.sqrt(2.0 * slips.sum())
+    for slider in range(n):
+        k, way = slider, 1.0
+        if mirrored and 2 * k >= n - 1:
+            k, way = n - 1 - k, -1.0 if 2 * k > n - 1 else 0.0
+        if slips[slider] == 0 or way == 0.0:
+            continue
         moved = way * size
         if (word >> np.uint64(k % 64)) & np.uint64(1):
             moved = -moved
+        i = slider + PAD
         add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
         now.total, now.total_low = plus(now.total, now.total_low, moved)
         add(cell, cells.FORCE, cells.FORCE_LOW, i, -cell[cells.STIFFNESS, i] * moved)

@@ -31,8 +31,8 @@ from exactcreep.solvers.exact.pack import (
     placed,
     roomier,
 )
-from exactcreep.solvers.exact.perturbed import RoundingError, mirrored, rounding_error, undecided_by
-from exactcreep.solvers.exact.rounded import follow_rounded
+from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
+from exactcreep.solvers.exact.rounded import RoundedCopies
 from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.solver import (
     Ending,
@@ -48,8 +48,6 @@ from exactcreep.solvers.solver import (
 
 MOST_WORK = 2**21
 """Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
-_NUDGE = 2.0**-50  # of the tensions of a perturbed copy at its start, over the largest force
-_ROUNDING = 2.0**-52  # of a copy after a rearrangement, for the root of its events
 _KEPT = (
     layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.COEFFICIENT,
     layout.EXCESS, layout.DOUBTED,
@@ -73,11 +71,10 @@ class ExactSimulation(Simulation):
         seed: int,
         record: tuple[str, ...] = ("x_G",),
         used: Workspace | None = None,
-        origin: Origin | None = None,
     ) -> None:
         self.chain = chain
         self.record = record
-        self.origin = Origin.of(chain, state) if origin is None else origin
+        self.origin = Origin.of(chain, state)
         self.work = placed(chain, self.origin, seed, _logging(record), used)
 
     @property
@@ -144,7 +141,9 @@ class ExactSimulation(Simulation):
         while done < count:
             left = begun + limits.events_left - self.events
             self._room_for_more()
-            reason, reached = self._go(high[done:], low[done:], targets.part(done), left)
+            reason, reached = loop.follow(
+                *self.work, high[done:], low[done:], targets.part(done), left, MOST_WORK, False
+            )
             done += reached
             if logs:
                 logs.append(self._drain_tables())
@@ -158,13 +157,6 @@ class ExactSimulation(Simulation):
         names = dict.fromkeys(("x_G", *self.record))
         recorded = {name: known[name][:done] for name in names if name not in tables.LOGS}
         return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
-
-    def _go(
-        self, high: NDArray[Any], low: NDArray[Any], targets: AtTargets, most: int
-    ) -> tuple[int, int]:
-        """Call the compiled loop; return why it came back, and how many targets it reached."""
-        came, reached = loop.follow(*self.work, high, low, targets, most, MOST_WORK, False)
-        return came, reached
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
@@ -306,25 +298,11 @@ class ExactSimulation(Simulation):
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
-    def perturbed(self, number: int = 0) -> ExactSimulation | None:
-        """Return copy `number`: its tensions are `_NUDGE` off, and it is rounded on its way.
-
-        What mirrors itself goes on doing so.
-        """
-        n, numbers = self.chain.n, self.origin.numbers.copy()
-        if n == 1:
+    def copies(self) -> RoundedCopies | None:
+        """Return perturbed copies of it that begin where it began; None of one slider."""
+        if self.chain.n == 1:
             return None
-        largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
-        spring = np.arange(n - 1)
-        turn = (np.minimum(spring, n - 2 - spring) // (number + 1) + number) % 2
-        side = np.where(turn == 0, 1.0, -1.0)
-        tension, error = two_sum.py_func(numbers[TENSION, :-1], _NUDGE * largest * side)
-        numbers[TENSION, :-1] = tension
-        numbers[TENSION_LOW, :-1] += error
-        origin = self.origin._replace(numbers=numbers)
-        return RoundedSimulation(
-            self.chain, origin.state, self.seed, number, origin, mirrored(self.chain, self.origin)
-        )
+        return RoundedCopies(self.chain, self.origin, self.seed, self.targets)
 
     @property
     def evidence(self) -> Evidence:
@@ -343,26 +321,6 @@ class ExactSimulation(Simulation):
             "windows_certified": counts["tests"].item(),
             "root_evaluations": counts["roots"].item(),
         }
-
-
-class RoundedSimulation(ExactSimulation):
-    """A perturbed copy of a chain, rounded after every rearrangement; see `rounded`."""
-
-    def __init__(
-        self, chain: Chain, state: State, seed: int, number: int, origin: Origin, mirrored: bool
-    ) -> None:
-        super().__init__(chain, state, seed, ("tension", "slips"), origin=origin)
-        self._number, self._mirrored = number, mirrored
-        self._size = _ROUNDING * nearest_float(chain.mu_s + abs(chain.tan_alpha))
-
-    def _go(
-        self, high: NDArray[Any], low: NDArray[Any], targets: AtTargets, most: int
-    ) -> tuple[int, int]:
-        came, reached = follow_rounded(
-            *self.work, high, low, targets, most, MOST_WORK, self._number, self._size,
-            self._mirrored,
-        )  # fmt: skip
-        return came, reached
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
