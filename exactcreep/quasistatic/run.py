@@ -16,8 +16,8 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
-from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.physical_range import PhysicalRange
+from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.recurrence import RecurrenceObserver
 from exactcreep.quasistatic.result import Creep

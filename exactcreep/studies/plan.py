@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -17,11 +17,13 @@ from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import Scene
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.solver import advance, compiled
@@ -30,9 +32,11 @@ from exactcreep.studies.trajectory import Method
 
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""
-_FIRST = 10  # half-cycles whose events are counted
-_MOST = 1_000_000  # of these events, and
-_FOLLOWED = 20_000  # of those over which a copy a few roundings off is followed
+_FIRST = 4  # half-cycles of the first pilot
+_AT_REST = 2**14  # half-cycles of one at rest: the search for a recurrence takes longer until then
+_MOST = 1_000_000  # events of a pilot
+_PILOT = 0.02  # seconds of processor time that the last pilot takes at least
+_FOLLOWED = 20_000  # events over which copies a few roundings off are followed
 _TIMED = 200  # events that a solver takes some milliseconds for each: certified, mpmath, reference
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
 _MANY_SLIPS = 100  # of an end in a swing: below, slips shift the threshold by a percent
@@ -71,7 +75,7 @@ class Plan(Result):
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
-        Of the whole run, from its first ten half-cycles on this machine, or nan.
+        Of the whole run, from its first half-cycles on this machine (processor time), or nan.
     course, trusted_half_cycles : str, int or None
         How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
 
@@ -211,7 +215,8 @@ def _chosen(
     slope, relaxed = abs(chain.tan_alpha), experiment.start is None and chain.sigma_mu == 0
     if explicit is not None:
         return explicit, "the scene names it"
-    if chain.n == 1 and slope <= chain.mu_d and not recorded:
+    held = chain.mu_s if relaxed else chain.mu_d  # draws below mu_d act as mu_d
+    if chain.n == 1 and slope <= held and not recorded:
         return "law", "one slider has no spring: it rests for ever", 0.0
     if chain.slides:
         why = "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact"
@@ -230,7 +235,10 @@ def _chosen(
         why = "a solid that makes many slips in every swing: static friction moves its descent by"
         why += f" less than the next pivot is worth, at most {100 * _NEXT_PIVOT:g} % (measured on"
         return "sliding", f"{why} 10 to 80 contacts, not proved)"
-    return "exact", "every event counts, and float64 holds the digits asked for"
+    why = "every event counts, and float64 holds the digits asked for"
+    if slope == chain.mu_d:
+        why += "; at tan_alpha = mu_d an avalanche may never end (max_events)"
+    return "exact", why
 
 
 def _continuous(experiment: Experiment) -> bool:
@@ -253,28 +261,72 @@ def _continuous(experiment: Experiment) -> bool:
 def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[str, Any]:
     """Return the events and the cost of a run, and how far its trajectory can be trusted."""
     chain, drive = experiment.chain, experiment.drive
-    about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start, "record": ()}
+    about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start}
     about |= {"max_seconds": limits.seconds_left, "progress": False}
+    own = {"solver": method.solver, "record": experiment.record, **method.options}
+    measured = own if method.solver in COMPILED else {"record": ()}
+    compiled(solver := method.algorithm(), solver.compiles(chain.n)[:1], experiment.record)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
-        first = creep(chain, shortened(drive, _FIRST), max_events=_MOST, **about)
-        followed = creep(chain, drive, max_events=_FOLLOWED, **about)
+        followed = creep(chain, drive, max_events=_FOLLOWED, record=(), **about)
+        about["max_events"] = _MOST
+        pilots = _pilots(drive, lambda part: creep(chain, part, **measured, **about))
     known = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
-    if not first.half_cycles:
+    if followed.outcome is Outcome.RUNAWAY or not pilots[-1].half_cycles:
         return known
-    events = first.event_count / first.half_cycles * drive.half_cycles
+    events = _total(drive.half_cycles, [(pilot.half_cycles, pilot.events) for pilot in pilots])
+    if measured is own:
+        spent = [(pilot.half_cycles, pilot.seconds) for pilot in pilots]
+        return known | {"events": events, "seconds": _total(drive.half_cycles, spent)}
     return known | {"events": events, "seconds": events * _pace(experiment, method, limits)}
+
+
+class _Pilot(NamedTuple):
+    """The first half-cycles of a run, and what they take."""
+
+    half_cycles: int
+    events: int
+    seconds: float
+
+
+def _pilots(drive: Drive, run: Callable[[Drive], Creep]) -> list[_Pilot]:
+    """Return runs of twice as many half-cycles each, until one takes long enough to be timed."""
+    pilots: list[_Pilot] = []
+    half_cycles, ended = _FIRST, False
+    while not ended:
+        part = shortened(drive, half_cycles)
+        seconds = math.inf
+        for _ in range(3):  # the first may have code loaded, or compiled
+            begin = time.process_time()  # what the machine does besides is no cost of the run
+            pilot = run(part)
+            seconds = min(seconds, time.process_time() - begin)
+        pilots.append(_Pilot(pilot.half_cycles, pilot.event_count, seconds))
+        whole = pilot.outcome is not Outcome.LIMIT and part.half_cycles < drive.half_cycles
+        moves = len(pilots) > 1 and pilots[-1].events > pilots[-2].events
+        long = seconds >= _PILOT and (moves or pilot.half_cycles >= _AT_REST)
+        ended = not whole or (long and len(pilots) > 1)
+        half_cycles *= 2
+    return pilots
+
+
+def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
+    """Return what all half-cycles take if all that follow take as much as those of the last pilot.
+
+    That is as much as the last has taken beyond the pilot before it: transients, and what every run
+    takes, are in both.
+    """
+    (before, less), (reached, most) = [(0, 0.0), *pilots][-2:]
+    rate = min(max(most - less, 0) / max(reached - before, 1), most / reached)
+    return most + rate * (half_cycles - reached)
 
 
 def _pace(experiment: Experiment, method: Method, limits: Limits) -> float:
     """Return how many seconds an event of the first half-cycles takes, nan if there is none."""
-    solver = method.algorithm()
-    compiled(solver, solver.compiles(experiment.chain.n)[:1])
     simulation = method.simulation(experiment)
-    most = replace(limits, events=_FOLLOWED if method.solver in COMPILED else _TIMED)
-    begin = time.perf_counter()
+    begin = time.process_time()
+    most = replace(limits, events=_TIMED)
     advance(simulation, experiment.drive, min(_FIRST, experiment.drive.half_cycles), most)
-    seconds = time.perf_counter() - begin
+    seconds = time.process_time() - begin
     return seconds / simulation.tally.events if simulation.tally.events else math.nan
 
 

@@ -12,7 +12,7 @@ from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, p
 from exactcreep.limits import Limits
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
-from exactcreep.studies.plan import plan_scene
+from exactcreep.studies.plan import _total, plan_scene
 from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
 
@@ -30,6 +30,9 @@ BELOW = Cycles(ONSET * Fraction(99, 100), 60)
     ("chain", "drive", "given", "solver", "words"),
     [
         (captions(1), CYCLES, {}, "law", "no spring"),
+        (captions(1, tan_alpha="0.55"), CYCLES, {}, "law", "no spring"),
+        (paper_chain(1, tan_alpha="0.55"), CYCLES, {}, "exact", "every event"),  # its draw decides
+        (captions(2, tan_alpha="0.5"), CYCLES, {}, "exact", "an avalanche may never end"),
         (captions(6, mu_s="0.5"), CYCLES, {}, "sliding", "no slips"),
         (PAIR, BELOW, {}, "law", "ever starts"),
         (paper_chain(2, "0.05"), BELOW, {}, "exact", "every event"),  # a draw may start earlier
@@ -47,7 +50,8 @@ def test_a_rule_names_the_solver_and_says_why(
     found = plan(chain, drive, **given)
     assert found.solver == solver
     assert words in found.reason
-    assert len(found.law) == (chain is not STEEP)
+    below = abs(chain.tan_alpha) < chain.mu_d
+    assert bool(found.law) == (below or solver == "law")
 
 
 @pytest.mark.parametrize("over", [Fraction(99, 100), Fraction(7)])
@@ -99,6 +103,19 @@ def test_the_cost_comes_from_the_first_half_cycles() -> None:
     steep = plan(STEEP, Cycles("0.01", 9))
     assert math.isnan(steep.seconds)
     assert steep.summary()["seconds"] is None
+
+
+def test_a_chain_that_comes_to_rest_costs_no_events_after_that() -> None:
+    chain, drive = captions(3), Cycles("0.00034", 100_000)
+    assert plan(chain, drive).events == 6
+    assert creep(chain, Cycles("0.00034", 100), record=()).event_count == 6
+
+
+def test_half_cycles_beyond_the_pilots_take_as_much_as_those_of_the_last_one() -> None:
+    transient_and_start = [(4, 12.0), (8, 13.0)]
+    assert _total(100, transient_and_start) == 13 + 92 / 4
+    assert _total(100, [(4, 8.0)]) == 200
+    assert _total(100, [(4, 8.0), (8, 7.0)]) == 7  # the clock has its own mistakes
 
 
 def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -> None:

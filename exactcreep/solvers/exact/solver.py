@@ -22,7 +22,7 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import finished
 from exactcreep.solvers.exact import layout, local_clocks, loop
-from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
+from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.pack import (
     Origin,
@@ -33,7 +33,7 @@ from exactcreep.solvers.exact.pack import (
 )
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
 from exactcreep.solvers.exact.rounded import RoundedCopies
-from exactcreep.solvers.exact.rows import NOTHING, TENSION, TENSION_LOW, AtTargets
+from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.solver import (
     Ending,
     Rearrangement,

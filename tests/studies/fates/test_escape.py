@@ -63,7 +63,7 @@ FRESH = {  # drawn once, before any of them was looked at
         (200, 2980, 2980, 0.69, 1343.7),
     )
 }
-"""The first ten have a horizon of two late mean lives, and an early scale of a twentieth or less."""
+"""The first ten have a horizon of two late mean lives, and early scales of at most a twentieth."""
 
 
 def drawn(name: str, count: int) -> list[Rate]:
