@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from exactcreep import __version__, interrupts
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain, unread
+from exactcreep.commands.record import record
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "export": files.export,
     "animate": files.animate,
     "explore": files.explore,
+    "record": record,
     "plan": studies.plan,
     **dict.fromkeys(studies.QUESTIONS),
     "compare": studies.compare,

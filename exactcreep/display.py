@@ -9,15 +9,12 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import fields
 from datetime import timedelta
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, ParamSpec, TypeVar
 
 from exactcreep import interrupts
-from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError
 from exactcreep.progress import Hearer, Progress
 
 P = ParamSpec("P")
@@ -142,13 +139,12 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     """
     usual = {"divide": "warn", "over": "warn", "under": "ignore", "invalid": "warn"}
     own = inspect.signature(computation).parameters
-    of_a_chain = {field.name for field in fields(Chain)} - {*own} if "chain" in own else set()
 
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
-        for name in of_a_chain & {*words}:
-            call = f"{computation.__name__}(Chain({name}={words[name]!r}, ...), ...)"
-            raise InputError(name, words[name], f"belongs to a chain: {call}")
+        if "chain" in own and (further := {*words} - {*own}):
+            # imported late: a bar needs no numbers
+            import_module("exactcreep.model.chain").refuse_own(words, further, computation.__name__)
         with Display(after=_SHORT) as display, import_module("numpy").errstate(**usual):
             words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]
             return computation(*args, **words)

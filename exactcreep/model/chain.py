@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -202,3 +202,11 @@ class Chain(Shown):
 
     def _units(self) -> dict[str, str]:
         return {"l0": "g tau_dyn^2"}
+
+
+def refuse_own(given: Mapping[str, Any], further: Collection[str], computation: str) -> None:
+    """Raise `InputError` for a parameter of a chain among `further` arguments of a computation."""
+    for name in (field.name for field in fields(Chain)):
+        if name in further:
+            call = f"{computation}(Chain({name}={given[name]!r}, ...), ...)"
+            raise InputError(name, given[name], f"belongs to a chain: {call}")

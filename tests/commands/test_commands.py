@@ -36,6 +36,7 @@ EVERY = {
     "show": (("run.nc",), "out.png"),
     "export": (("run.nc",), "to.csv"),
     "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
+    "record": (("days.csv",), "plot"),
     "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
     "half-life": (("--n", "3", "--cycles", "20", "--starts", "8", "--digits", "1"), "out plot"),
@@ -67,6 +68,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     if given[0] in ("run.nc", "begun.ckpt"):
         begun = ("run", *SHORT, "--record", "x_G,events", "--checkpoint", "begun.ckpt")
         assert command(*begun, "--out", "run.nc").code == 0
+    Path("days.csv").write_text("Tag;TN;TX\n01.06.2024;8,5;21\n02.06.2024;9;22,5\n")
     line = (name, *given)
     options: list[str] = []
     for output in outputs.split():
