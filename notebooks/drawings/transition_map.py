@@ -1,0 +1,185 @@
+"""Map of creep near its onset over the number of sliders and the amplitude (an hour of two cores).
+
+``python notebooks/drawings/transition_map.py FOLDER [GROUP ...]`` follows what FOLDER does not hold yet,
+one file for each start, and can be stopped and called again. Without groups it then writes
+``transition.csv``, ``transition-waits.csv`` and ``transition-lives.csv`` into ``notebooks/pictures``.
+Each process takes what no other has begun only if groups differ.
+"""
+
+import csv
+import sys
+import warnings
+from collections import Counter
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from exactcreep import Chain, Cycles, State, creep, laws, quiescent, survival
+
+PICTURES = Path(__file__).parents[1] / "pictures"
+L0, MU_D, MU_S = 1000, Fraction(1, 2), Fraction(3, 5)
+FEW = (-0.06, -0.03, -0.01, 0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32, 0.5)
+MANY = (-0.12, -0.09, *FEW[:11])
+NEAR = (-0.03, -0.01, 0, 0.01, 0.02, 0.04)
+
+
+class Group(NamedTuple):
+    """Chains at amplitudes e = A/A_c - 1, each from so many starts over so many cycles."""
+
+    lengths: tuple[int, ...]
+    e: tuple[float, ...]
+    starts: range
+    cycles: int
+    sigma: str = "0"
+    tan: str = "0.25"
+
+
+GROUPS = {
+    "small": [Group((6, 8, 10, 12, 15, 20), FEW, range(1, 7), 4000)],
+    "thirty": [Group((30,), MANY, range(1, 7), 2000)],
+    "fifty": [Group((50,), MANY, range(1, 5), 1500)],
+    "hundred": [Group((100,), (0, 0.04, -0.06, 0.02, -0.03, 0.08, -0.09), range(1, 4), 800)],
+    "disorder": [
+        group
+        for sigma in ("0.001", "0.01")
+        for group in (
+            Group((10,), FEW[::2], range(1, 5), 4000, sigma),
+            Group((30,), (*MANY[::2], 0), range(1, 5), 1500, sigma),
+        )
+    ],
+    "slopes": [
+        group
+        for tan in ("0.2", "0.35")
+        for group in (
+            Group((10, 20), FEW[::2], range(1, 4), 2000, "0", tan),
+            Group((30,), MANY[::2], range(1, 4), 2000, "0", tan),
+        )
+    ],
+    "twice": [
+        Group((n,), NEAR, range(11, 15), cycles) for n, cycles in ((20, 8000), (30, 4000), (50, 3000))
+    ],
+}
+LIVES = {
+    6: (0.2, 0.24, 0.28, 0.3),
+    8: (0.12, 0.16, 0.18, 0.2, 0.22),
+    10: (0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.26, 0.28),
+    12: (0.03, 0.04, 0.045, 0.05, 0.055, 0.056, 0.057, 0.058, 0.059, 0.06),
+    15: (0.06, 0.08, 0.085, 0.09, 0.095, 0.1, 0.105, 0.11, 0.12),
+}
+
+
+def amplitude_of(n, e, tan="0.25"):
+    """Return the amplitude (1 + e) A_c, A_c of Eq. 22 corrected, rounded to twelve digits."""
+    onset = laws.onset_amplitude(n=n, l0=L0, mu_d=float(MU_D), mu_s=float(MU_S), tan_alpha=float(tan))
+    return f"{onset * (1 + e):.12f}"
+
+
+def chain_of(n, sigma="0", tan="0.25"):
+    return Chain(n, L0, MU_D, MU_S, sigma, tan_alpha=tan)
+
+
+def follow(n, e, k, cycles, sigma="0", tan="0.25"):
+    """Return how far x_G advances in each cycle after the first tenth, from the start number k."""
+    chain = chain_of(n, sigma, tan)
+    start = State.perturbed(chain, "1e-6", start_seed=k, seed=k)
+    run = creep(chain, Cycles(amplitude_of(n, e, tan), cycles), start=start, seed=k)
+    return quiescent(run).advances[0]
+
+
+def compute(folder, groups):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in groups:
+        for n, e, k, cycles, sigma, tan in (
+            (n, e, k, group.cycles, group.sigma, group.tan)
+            for group in GROUPS[name]
+            for k in group.starts
+            for n in group.lengths
+            for e in group.e
+        ):
+            file = folder / f"n{n}_e{e}_k{k}_c{cycles}_s{sigma}_t{tan}.npy"
+            if not file.exists():
+                np.save(file, follow(n, e, k, cycles, sigma, tan))
+
+
+def lives(folder):
+    """Follow forty starts over 4000 cycles: how many were locked, after how many cycles in all."""
+    file = folder / "lives.csv"
+    done = set()
+    if file.exists():
+        done = {(int(row["n"]), float(row["e"])) for row in csv.DictReader(file.open())}
+    else:
+        file.write_text("n,e,starts,cycles,locked,cycles_lived\n")
+    for n, e in ((n, e) for n, several in LIVES.items() for e in several):
+        if (n, e) not in done:
+            answer = survival(chain_of(n), amplitude_of(n, e), starts=40, cycles=4000, progress=False)
+            with file.open("a") as out:
+                out.write(f"{n},{e},40,4000,{answer.deaths},{answer.cycles_lived}\n")
+
+
+def excess(n, e, tan="0.25"):
+    """Return x = (l0 A - N m/2)/D, by which the dilation exceeds what the middle slider bears."""
+    cosine = 1 / (1 + float(tan) ** 2) ** 0.5
+    margin, static = (float(MU_D) - float(tan)) * cosine, float(MU_S - MU_D) * cosine
+    return ((1 + e) * (n * margin + static) - n * margin) / (2 * static)
+
+
+def unit(n, tan="0.25"):
+    """Return N (tan/mu_d) D: what x_G gains in a half-cycle for x = 1 where all sliders slide."""
+    return n * float(tan) / float(MU_D) * float(MU_S - MU_D) / (1 + float(tan) ** 2) ** 0.5
+
+
+def collect(folder):
+    """Write what the files of FOLDER come to, starts of a group pooled."""
+    rows, waits = [], []
+    for name, groups in GROUPS.items():
+        for group in groups:
+            for n, e in ((n, e) for n in group.lengths for e in group.e):
+                parts = (f"n{n}_e{e}_k{k}_c{group.cycles}_s{group.sigma}_t{group.tan}" for k in group.starts)
+                files = [file for part in parts if (file := folder / f"{part}.npy").exists()]
+                if len(files) < 2:
+                    continue
+                runs = [np.load(file) for file in files]
+                jump = n * float(MU_S - MU_D) / (1 + float(group.tan) ** 2) ** 0.5 / 4
+                velocities = np.array([run.mean() / 2 for run in runs])
+                moving = np.array([np.mean(np.abs(run) > jump) for run in runs])
+                waited = np.concatenate([np.diff(np.flatnonzero(np.abs(run) > jump)) for run in runs])
+                still = sum(not np.any(np.abs(run[-run.size // 10 :]) > jump) for run in runs)
+                root, several = len(runs) ** 0.5, waited.size > 1
+                rows.append([
+                    name, n, group.tan, group.sigma, e, amplitude_of(n, e, group.tan),
+                    round(excess(n, e, group.tan), 4), len(runs), group.cycles, still,
+                    f"{velocities.mean():.6f}", f"{velocities.std(ddof=1) / root:.6f}",
+                    f"{moving.mean():.5f}", f"{moving.std(ddof=1) / root:.5f}", waited.size,
+                    f"{waited.mean():.3f}" if several else "nan",
+                    f"{waited.std(ddof=1) / waited.mean():.3f}" if several else "nan",
+                ])  # fmt: skip
+                if n >= 20 and group.sigma == "0" and group.tan == "0.25":
+                    waits += [[name, n, e, wait, count] for wait, count in sorted(Counter(waited.tolist()).items())]
+    head = (
+        "group,n,tan_alpha,sigma_mu,e,amplitude,x,starts,cycles,still_at_the_end,velocity,velocity_error,"
+        "moving,moving_error,waits,wait_mean,wait_ratio"
+    )
+    written("transition.csv", head, rows)
+    written("transition-waits.csv", "group,n,e,wait,count", waits)
+    (PICTURES / "transition-lives.csv").write_text((folder / "lives.csv").read_text())
+
+
+def written(name, head, rows):
+    text = "\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n"
+    (PICTURES / name).write_text(text)
+
+
+def main(folder, *groups):
+    warnings.simplefilter("ignore")
+    folder = Path(folder)
+    compute(folder, [name for name in groups or GROUPS if name != "lives"])
+    if not groups or "lives" in groups:
+        lives(folder)
+    if not groups:
+        collect(folder)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
