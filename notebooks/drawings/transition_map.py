@@ -57,6 +57,8 @@ GROUPS = {
             Group((30,), MANY[::2], range(1, 4), 2000, "0", tan),
         )
     ],
+    "jumps": [Group((30,), (-0.02303, -0.00329), range(1, 7), 2000)],  # 0.99 and 1.01 times Eq. 22
+    "further": [Group((40,), (0.005,), range(1, 5), 2000), Group((24,), (0.03,), range(1, 5), 2000)],
     "twice": [
         Group((n,), NEAR, range(11, 15), cycles) for n, cycles in ((20, 8000), (30, 4000), (50, 3000))
     ],
