@@ -8,6 +8,8 @@ import numpy as np
 
 DATA = Path(__file__).parents[1] / "pictures"
 LONG, SHORT = {20: "o", 30: "s", 50: "D", 100: "^"}, {6: "v", 10: "<", 12: ">", 15: "p"}
+COLORS = dict(zip((*LONG, *SHORT), ("C0", "C1", "C2", "C3", "0.75", "0.55", "0.35", "0"), strict=True))
+EXCESS = "$x = (l_0 A_\\theta - N m/2)/D$"
 D = 0.1 / (1 + 0.25**2) ** 0.5  # (mu_s - mu_d) cos(alpha); tan(alpha) = 0.25, mu_d = 0.5
 
 
@@ -17,7 +19,7 @@ def table(name):
         return list(csv.DictReader(file))
 
 
-def points(n, groups=("small", "thirty", "fifty", "hundred")):
+def points(n, groups=("small", "thirty", "fifty", "hundred", "further")):
     """Return x, the velocity in units of N (tan/mu_d) D, and its error, of a chain without disorder."""
     rows = [row for row in table("transition.csv") if int(row["n"]) == n and row["group"] in groups]
     kept = [[float(row[name]) / unit for name, unit in columns(n)] for row in rows]
@@ -30,22 +32,23 @@ def columns(n):
 
 def velocity():
     """Draw the velocity over the excess of the dilation: long chains on one curve, short ones cut off."""
-    figure, axes = plt.subplots(figsize=(7.5, 4), layout="constrained")
-    x = np.linspace(0, 9, 2)
-    axes.plot(x, x, "k--", lw=1, label="the paper's law, y = x")
+    figure, (linear, logarithmic) = plt.subplots(1, 2, figsize=(7.5, 3.9), layout="constrained")
+    x = np.linspace(0, 9, 200)
+    for axes in (linear, logarithmic):
+        axes.plot(x, x, "k--", lw=1, label="Eq. 23, long chains: y = x")
     for n, mark in (LONG | SHORT).items():
         x, y, error = points(n)
-        filled = {} if n in LONG else {"mfc": "none"}
-        (line,) = axes.plot(x, np.maximum(y, 1e-5), ":", lw=0.8)
-        axes.errorbar(x, np.maximum(y, 1e-5), error, fmt=mark, ms=5, color=line.get_color(), label=f"N = {n}", **filled)
-    axes.set(
-        xlabel="excess of the dilation $x = (l_0 A_\\theta - N m/2)/D$",
-        ylabel="velocity $y = v / (N D \\tan\\alpha/\\mu_d)$",
-        xlim=(-3, 9),
-        ylim=(-0.05, 9),
-    )
-    axes.set_yscale("symlog", linthresh=0.01, linscale=0.4)
-    axes.legend(frameon=False, ncols=2, loc="lower right")
+        for axes in (linear, logarithmic) if n in LONG else (linear,):
+            face = {} if n in LONG else {"mfc": "none"}
+            kept = np.ones(len(x), bool) if axes is linear else y > 2 * error
+            axes.errorbar(
+                x[kept], y[kept], error[kept], fmt=mark, ms=5, lw=1, ls=":",
+                color=COLORS[n], label=f"N = {n}", **face,
+            )  # fmt: skip
+    name = "$y = v\\,/\\,(N D \\tan\\alpha/\\mu_\\mathrm{d})$"
+    linear.set(xlabel=EXCESS, ylabel=name, xlim=(-1.5, 4.2), ylim=(-0.15, 4.5))
+    logarithmic.set(xlabel=EXCESS, yscale="log", xlim=(-1.5, 4.2), ylim=(1e-3, 6), title="long chains")
+    linear.legend(frameon=False, fontsize=8)
 
 
 def lives():
@@ -82,7 +85,8 @@ def rests():
         axes.loglog(wait / mean, share, drawstyle="steps-post", color=f"C{index}", label=f"N = {n}, mean {mean:.1f} cycles")
     time = np.geomspace(0.15, 60, 200)
     axes.loglog(time, np.exp(-time), "k--", lw=1, label="exponential")
-    axes.loglog(time, 0.4 * time**-0.5, "k:", lw=1, label="power law, exponent 3/2")
+    axes.loglog(time, 0.25 * time**-0.5, "k:", lw=1, label="power law, exponent 3/2")
+    axes.loglog(time[80:], 0.2 / time[80:], "k-.", lw=1, label="power law, exponent 2")
     axes.set(xlabel="rest, over its mean", ylabel="share of longer ones", xlim=(0.15, 60), ylim=(2e-4, 1.2))
     axes.legend(frameon=False, loc="lower left")
 

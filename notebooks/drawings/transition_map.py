@@ -117,7 +117,7 @@ def lives(folder):
         if (n, e) not in done:
             answer = survival(chain_of(n), amplitude_of(n, e), starts=40, cycles=4000, progress=False)
             with file.open("a") as out:
-                out.write(f"{n},{e},40,4000,{answer.deaths},{answer.cycles_lived}\n")
+                out.write(f"{n},{e},40,4000,{answer.lifetimes.size},{answer.durations.sum()}\n")
 
 
 def excess(n, e, tan="0.25"):
