@@ -115,7 +115,7 @@ def derive(p: Proof, model: Model) -> None:
         return beside and not factor.has(N, mu_s)
 
     real = p.show(
-        "... at the captions' values, above the detuning of a hundredth in Fig. 8",
+        "... at the captions' values, above the detuning of a hundredth in the paper's last figure",
         dropped.subs(CAPTIONS),
         sp.Rational(4, 300),
     )
