@@ -233,7 +233,7 @@ def _accepts(judge: Judge | None, text: str) -> bool:
 
 
 _BRACES = re.compile(r"(?<!\\ref)\{(\w+)(?::([^{}]*))?\}")
-_NAMES = re.compile(r"\\ref\{\w+\}|Eq\. \(\w+\)|\b[lr]0\b|->|(?<=[A-Za-z])-(?=[A-Za-z])")
+_NAMES = re.compile(r"\\ref\{\w+\}|Eq\. (?:\(\w+\)|\d+)|\b[lr]0\b|->|(?<=[A-Za-z])-(?=[A-Za-z])")
 _LITERAL = re.compile(r"\d+(?:\.\d+)?|[-+*/^=<>]+")
 
 

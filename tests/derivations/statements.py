@@ -20,8 +20,11 @@ from derivations.model import ASSUMED
 DERIVATIONS = Path(__file__).parents[2] / "derivations"
 NUMBER = re.compile(r"(?<![A-Za-z_\\])\d+(?:\.\d+)?|\.\d+")
 SIGN = re.compile(r"(?<=[\s(\[«{=$])[-+](?=[\s\\\w(«{])|[<>](?!=)|(?<=\s)[-+](?=\s)")
-_WORDS = r"\b[lrT]_?0\b|\.\.\.|(?<=[A-Za-z)])-(?=[A-Za-z])|->|\balpha\*|\b(?:A|sigma|theta)\*"
-"""Names with a digit or an asterisk in them, hyphens, arrows, dots."""
+_WORDS = (
+    r"\b[lrT]_?0\b|\.\.\.|(?<=[A-Za-z)])-(?=[A-Za-z])|->|\balpha\*|\b(?:A|sigma|theta)\*"
+    r"|\bEq\. \d+"
+)
+"""Names with a digit or an asterisk in them, equations by number, hyphens, arrows, dots."""
 _NAMED = re.compile(_WORDS)
 _LITERAL = re.compile(r"\d+|[-+*/^<>]")
 
