@@ -15,7 +15,7 @@ from exactcreep.model.numbers import Scalar
 class Motion(NamedTuple):
     """Where the chain is at one or several times.
 
-    Attributes
+    Parameters
     ----------
     positions, velocities, forces : ndarray, shape (n,) or (n, m)
         Displacement since the start of the simulation (unit ``g tau_dyn**2``), velocity (unit
@@ -49,6 +49,15 @@ class Piece(Protocol):
 class Solution:
     """The motion of a rearrangement: a sequence of pieces, each exact.
 
+    Parameters
+    ----------
+    make : callable
+        Returns the pieces; called when they are first asked for.
+    at_rest : Motion
+        Where the chain is if nothing moves.
+    times : sequence of numbers
+        Of the events, ascending; unit tau_dyn.
+
     Attributes
     ----------
     pieces : tuple of Piece
@@ -78,17 +87,71 @@ class Solution:
 
     @classmethod
     def of(cls, pieces: Sequence[Piece], at_rest: Motion) -> Solution:
-        """Return the solution that consists of these pieces."""
+        """Return the solution that consists of these pieces.
+
+        Parameters
+        ----------
+        pieces : sequence of Piece
+            In order of time.
+        at_rest : Motion
+            Where the chain is if there is none.
+
+        Returns
+        -------
+        Solution
+            It begins with the first piece and ends with the last.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
+        >>> len(type(sol).of(sol.pieces, sol(0.0)).ts)
+        2
+        """
         ends = [piece.t_max for piece in pieces[-1:]] or [0.0]
         return cls(partial(tuple, pieces), at_rest, [piece.t_min for piece in pieces] + ends)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
-        """The motion from each event to the next, made when it is first asked for."""
+        """The motion from each event to the next, made when it is first asked for.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
+        >>> len(sol.pieces)
+        1
+        """
         return tuple(self._make())
 
     def piece_at(self, t: Scalar) -> Piece:
-        """Return the piece that holds at `t`; at an event, the one that begins there."""
+        """Return the piece that holds at a time; at an event, the one that begins there.
+
+        Parameters
+        ----------
+        t : number
+            Between `t_min` and `t_max`, unit tau_dyn.
+
+        Returns
+        -------
+        Piece
+            Its own `t_min` and `t_max` are the events around it.
+
+        Raises
+        ------
+        ValueError
+            If nothing moves, or `t` lies before the first event or after the last.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
+        >>> sol.piece_at(1.0).t_min
+        0.0
+        """
         if not self.pieces:
             raise ValueError("nothing moves in this rearrangement: it has no pieces")
         # a ball that overlaps an end is not outside

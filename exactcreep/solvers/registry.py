@@ -65,23 +65,10 @@ def rearrange(
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
 
-    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; what was not
-    decided is counted in `undecided`.
-    Source: Eqs. 5-10.
-
-    Raises `InputError` if an argument is out of range, an option is not the solver's, or the chain
-    has no slips (mu_s = mu_d with sigma_mu = 0).
-
-    The first slip of the lowest of three relaxed sliders takes half a period, pi:
-
-    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-    >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
-    [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
-
     Parameters
     ----------
     chain : Chain
+        Its parameters.
     state : State
         Where it starts. If it is not at rest, it is rearranged at its own theta.
     direction : {+1, -1, 0}
@@ -108,6 +95,27 @@ def rearrange(
         motion `sol(t)` between the first event and the last; `outcome` and `evidence`. If it was
         given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else in it is
         what was reached.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, an option is not the solver's, or the chain has no slips
+        (mu_s = mu_d with sigma_mu = 0).
+
+    Notes
+    -----
+    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; what was not
+    decided is counted in `undecided`.
+    Source: Eqs. 5-10.
+
+    Examples
+    --------
+    The first slip of the lowest of three relaxed sliders takes half a period, pi:
+
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
+    [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
     """
     limits = Limits.of(whole_number(max_events, "max_events", least=1), max_seconds)
     way, key = _valid(chain, state, direction, seed)

@@ -63,11 +63,10 @@ class Rearrangement(Shown):
     What a solver did not need is made when it is asked for, and kept. `==` compares all but
     `report` and what follows from the rest.
 
-    >>> from exactcreep import Chain, State, rearrange
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
-    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
+    Parameters
+    ----------
+    **known
+        What is known of it: its attributes.
 
     Attributes
     ----------
@@ -95,6 +94,14 @@ class Rearrangement(Shown):
         For a runaway what proves it, for a limit which it is: one sentence.
     motion : Solution or None
         The closed form, if the solver has kept it.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
+    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
     """
 
     shown_as: ClassVar[str] = "Rearrangement"
@@ -119,6 +126,32 @@ class Rearrangement(Shown):
 
     @classmethod
     def of(cls, moved: Any, solver: str, ended: Ending, **known: Any) -> Self:
+        """Return the rearrangement that a solver has come to.
+
+        Parameters
+        ----------
+        moved : Simulation or ChainIntegrator
+            The chain as it is now, and its counts.
+        solver : str
+            Its name.
+        ended : Ending
+            Why it came back.
+        **known
+            What else is known of it: its attributes.
+
+        Returns
+        -------
+        Rearrangement
+            Of the class that is asked.
+
+        Examples
+        --------
+        >>> from exactcreep.solvers.exact.solver import ExactSimulation
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> moved = ExactSimulation(chain, State.relaxed(chain), 0)
+        >>> Rearrangement.of(moved, "exact", Ending(Stop.DONE), events=()).outcome.value
+        'at_rest'
+        """
         tally = moved.tally
         return cls(
             chain=moved.chain,
@@ -136,11 +169,30 @@ class Rearrangement(Shown):
 
     @property
     def evidence(self) -> Evidence:
+        """What the result is worth: proved, computed, or undecided where rounding may decide.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> slip.evidence.value
+        'computed'
+        """
         return self.decided
 
     @cached_property
     def sol(self) -> Solution:
-        """Positions, velocities and forces at any time between the first event and the last."""
+        """Positions, velocities and forces at any time between the first event and the last.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> slip.sol(slip.duration).positions.round(4)
+        array([0.   , 0.194])
+        """
         if self.motion is not None:
             return self.motion
         with self.arithmetic.active():
@@ -152,39 +204,124 @@ class Rearrangement(Shown):
 
         Of `exact`, `reference` and `mpmath`; nan of others, inf where the order of events is in
         doubt. The rounding of the state's numbers to float64 comes on top.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> 0 < slip.error < 1e-14
+        True
         """
         return math.nan
 
     @property
     def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
+        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else "".
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> slip.doubt
+        ''
+        """
         return ""
 
     def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
-        """Return a replay of the events, by default in the solver's own arithmetic."""
+        """Return a replay of the events: the closed form of the motion between them.
+
+        Parameters
+        ----------
+        arithmetic : Arithmetic, optional
+            The numbers to compute with; by default the solver's own.
+
+        Returns
+        -------
+        Replay
+            It yields the phases between events, and tells how far events are from holding.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> len(slip.replay().residuals())
+        2
+        """
         contacts = Contacts(self.chain, self.seed)
         arithmetic = self.arithmetic if arithmetic is None else arithmetic
         return Replay(self.chain, self.initial, self.events, arithmetic, contacts)
 
     @property
     def itinerary(self) -> Itinerary:
-        """The sequence of events without their times."""
+        """The sequence of events without their times.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> slip.itinerary
+        (('start', (2,), (1,)), ('stop', (2,), (1,)))
+        """
         return tuple(event.signature for event in self.events)
 
     @property
     def duration(self) -> Scalar:
-        """Time of the last event, 0 if there is none; unit tau_dyn."""
+        """Time of the last event, 0 if there is none; unit tau_dyn.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> round(slip.duration, 6)
+        3.141593
+        """
         return self.events[-1].time if self.events else 0
 
     @property
     def theta(self) -> Scalar:
-        """The dilation theta_c at which the chain rearranges."""
+        """The dilation theta_c at which the chain rearranges.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> round(slip.theta, 6)
+        0.00034
+        """
         return self.initial.theta
 
     def energy(self, t: ArrayLike) -> Energy:
-        """Return where the energy is at the time(s) `t` since the first event, unit tau_dyn.
+        """Return where the energy is at some time(s).
 
-        Raises `ValueError` if a time lies before the first event or after the last.
+        Parameters
+        ----------
+        t : number or array_like, shape (m,)
+            Since the first event, unit tau_dyn.
+
+        Returns
+        -------
+        Energy
+            Kinetic, elastic, in the field of gravity and dissipated; numbers, or arrays of
+            shape (m,).
+
+        Raises
+        ------
+        ValueError
+            If a time lies before the first event or after the last.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> float(slip.energy(slip.duration).kinetic) < 1e-30
+        True
         """
         known, begin = self.sol(t), self.initial.tensions.astype(float)
         moved = known.positions.astype(float).T - self.initial.displacements.astype(float)
@@ -194,7 +331,20 @@ class Rearrangement(Shown):
         return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
 
     def plot(self) -> tuple[Axes, Axes]:
-        """Draw velocities in space and time, and the energies, in a new figure; return its axes."""
+        """Draw velocities in space and time, and the energies, in a new figure.
+
+        Returns
+        -------
+        tuple of matplotlib.axes.Axes
+            Of the velocities, and of the energies.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+        >>> velocities, energies = slip.plot()  # doctest: +SKIP
+        """
         drawn: tuple[Axes, Axes] = import_module("exactcreep.figures.run").plot_rearrangement(self)
         return drawn
 

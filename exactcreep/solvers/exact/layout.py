@@ -6,6 +6,29 @@ each slider of a chain that is long enough for `local_clocks`, else None), `seri
 of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
 what is recorded. Compiled code calls this module `cells`: ``cell[cells.SPEED, i]``.
+
+What stands in the column of a slider:
+
+| row | meaning |
+|---|---|
+| `cell` | float64; forces in m g, lengths in g tau_dyn**2 |
+| FORCE, FORCE_LOW | the force at rest, of sliders 1 and N without theta: two floats, to 2**-106 |
+| REST | the force at rest with theta |
+| EXCESS | effective (mu_s,n - mu_d) cos(alpha), never negative |
+| STIFFNESS | springs that hold the slider: 2, at an end 1, alone 0 |
+| TRAVEL, TRAVEL_LOW | the displacement from the start of the simulation to the last rest |
+| X | the displacement since the start of the rearrangement |
+| SPEED | the velocity in the direction of motion, never negative |
+| SIDE | the direction of motion, +1 downhill, -1 uphill; 0 at rest |
+| FRESH | 1 while a slider that has started has not moved yet |
+| DRIVE | force minus friction, along the motion, with which it started |
+| COEFFICIENT | the static coefficient, as drawn |
+| DOUBTED | number of the rearrangement in which it was last counted as undecided |
+| `count` | int64 |
+| DRAWS | static coefficients drawn so far |
+| SLIPS | slips since the last target, where they are recorded |
+| EVENT | of the k-th slider of the event under way (in column k) its own column |
+| STOPPED | whether that slider has stopped in this event, else 0 |
 """
 
 from __future__ import annotations
@@ -76,28 +99,13 @@ Longer ones are counted. Measured against the certified solver at N = 2 .. 12 an
 496 events. A start near grazing can spoil a shorter one: `Exact.rearrange` estimates that.
 """
 
-# rows of `cell`, float64
 (
-    FORCE,  # at rest, at sliders 1 and N without theta
-    FORCE_LOW,  # what FORCE lacks: together they hold it to 2**-106
-    REST,  # FORCE with theta
-    EXCESS,  # effective (mu_s,n - mu_d) cos(alpha), never negative
-    STIFFNESS,  # springs that hold the slider: 2, at an end 1, alone 0
-    TRAVEL,  # displacement since the start of the simulation
-    TRAVEL_LOW,
-    X,  # displacement since the start of the rearrangement
-    SPEED,  # velocity in the direction of motion
-    SIDE,  # direction of motion, 0 at rest
-    FRESH,  # 1 while a slider that has started has not moved yet
-    DRIVE,  # force minus friction along the motion with which it started
-    COEFFICIENT,
-    DOUBTED,  # number of the rearrangement in which it was last counted as undecided
-) = range(14)
+    FORCE, FORCE_LOW, REST, EXCESS, STIFFNESS, TRAVEL, TRAVEL_LOW, X, SPEED, SIDE, FRESH, DRIVE,
+    COEFFICIENT, DOUBTED,
+) = range(14)  # rows of `cell`, see above  # fmt: skip
 CELLS = 14
-
-# rows of `count`, int64
-DRAWS, SLIPS, EVENT = range(3)
-COUNTS = 3
+DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `count`
+COUNTS = 4
 
 # rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then
 (

@@ -262,6 +262,8 @@ def _lone(cell, count, deviate, now, log):
         if now.chain.logging != 0:
             if stiff == 0.0:
                 now.time += speed / -drive
+            elif speed == 0.0:
+                now.time += math.pi / math.sqrt(stiff) if length > 0.0 else 0.0
             elif length > 0.0:
                 now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
         cell[cells.X, i] += side * length
@@ -389,19 +391,19 @@ def _resolve(cell, count, deviate, now, log, events, blur):
     stops = 0
     for k in range(events):
         i = count[cells.EVENT, k]
-        if cell[cells.SIDE, i] != 0.0:
+        count[cells.STOPPED, k] = cell[cells.SIDE, i] != 0.0
+        if count[cells.STOPPED, k] == 1:
             _stop(cell, count, deviate, now, log, i)
-            count[cells.EVENT, k] = -i
             stops += 1
     if stops > 0:
         now.number += 1
     starts = 0
     for k in range(events):
-        i = abs(count[cells.EVENT, k])
+        i = count[cells.EVENT, k]
         pull = _present_force(cell, i)
         turn = 1.0 if pull > 0.0 else -1.0
         drive = cell[cells.EXCESS, i]
-        if count[cells.EVENT, k] < 0:
+        if count[cells.STOPPED, k] == 1:
             beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
             turn, close = _exceeds(cell, now, i, pull, blur * beside)
             now.counts.undecided += close
