@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +33,31 @@ from exactcreep.quasistatic.result import Creep
 
 DAYS_PER_YEAR = Fraction(1461, 4)
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
-"""Factors on all friction for which the rate of a descent is computed."""
+"""Factors on all friction for which the rate of a descent is computed, unless an interval is given.
+"""
 _DAY, _MILLIMETRES = 86400, 1000  # seconds; in a metre
 _CONTACTS = 100  # times mu_d/tan_alpha: so many that the next pivot is worth two hundredths
 _BLOCK = 10  # days: longer than weather lasts
 _FEWEST_YEARS = 5
+
+
+class Material(NamedTuple):
+    """What a solid is made of: thermal expansion (1/K), Young's modulus (Pa), density (kg/m^3)."""
+
+    kappa: str
+    youngs_modulus: str
+    density: str
+    source: str
+
+
+_TABLES = "Kaye and Laby, Tables of Physical and Chemical Constants; rounded, quoted from memory"
+MATERIALS = {
+    "lead": Material("29e-6", "16e9", "11340", _TABLES),
+    "copper": Material("16.7e-6", "130e9", "8930", _TABLES),
+    "zinc": Material("30e-6", "108e9", "7130", f"{_TABLES}; alloys for roofs expand less, 22e-6"),
+    "steel": Material("12e-6", "210e9", "7850", "EN 1993-1-1, 3.2.6; quoted from memory"),
+}
+"""Solids by name: near room temperature; kappa is less that of the ground if that expands too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +76,8 @@ class Solid:
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
         As in `physical`; `kappa` less that of the ground if that expands too.
+    friction : tuple of Fraction
+        Least, middle and largest factor on all friction; `mu_d` of an interval is its middle.
     chain : Chain
         The dimensionless chain, with ``l0 = N Y/(g rho L)``. Its times are in units of `tau_dyn`,
         its forces of ``mass * gravity``.
@@ -68,6 +91,7 @@ class Solid:
     chain: Chain
     gravity: Fraction
     measured: Fraction = Fraction(0)
+    friction: tuple[Fraction, Fraction, Fraction] = FRICTION
 
     @property
     def mass(self) -> Fraction:
@@ -211,9 +235,6 @@ class Descent:
     result : Creep
     time_unit : float
         Seconds of one unit of the clock of its temperatures.
-    rates : mapping of (int, Fraction) to float
-        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
-        its `converged_contacts` or twice its own) and by the factor on all friction (`FRICTION`).
     of_seeds : tuple of float
         Millimetres per year of runs like `result` with further seeds.
     """
@@ -221,7 +242,6 @@ class Descent:
     solid: Solid
     result: Creep
     time_unit: float
-    rates: Mapping[tuple[int, Fraction], float]
     of_seeds: tuple[float, ...] = ()
 
     @classmethod
@@ -234,19 +254,36 @@ class Descent:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
         count = whole_number(seeds, "seeds", least=0)
 
-        def rate(other: Solid, seed: int, solver: str, **about: Any) -> float:
-            run = creep(other.chain, own.drive, seed=seed, solver=solver, record=(), **about)
-            return other.per_year(run.velocity, seconds)
-
-        n, many = solid.chain.n, solid.converged_contacts
-        rates = {}
-        for contacts, factor in product((n, many if n < many else 2 * n), FRICTION):
-            other = solid.altered(contacts=contacts, friction=factor)
-            rates[contacts, factor] = rate(other, own.seed, "sliding")
+        made = cls(solid, result, seconds)
         further = [(own.seed + k) % 2**64 for k in range(1, 1 + count)]
         about = {"start": own.start, **own.options}
-        of_seeds = tuple(rate(solid, seed, own.solver, **about) for seed in further)
-        return cls(solid, result, seconds, rates, of_seeds)
+        of_seeds = tuple(made._rate(solid, seed, own.solver, **about) for seed in further)
+        return replace(made, of_seeds=of_seeds)
+
+    def _rate(self, solid: Solid, seed: int, solver: str, **about: Any) -> float:
+        drive = self.result.drive
+        run = creep(solid.chain, drive, seed=seed, solver=solver, record=(), **about)
+        return solid.per_year(run.velocity, self.time_unit)
+
+    @cached_property
+    def rates(self) -> Mapping[tuple[int, Fraction], float]:
+        """Millimetres per year in the sliding limit, by `contacts` and the factor on all friction.
+
+        Six runs, which are made when they are asked for; the factors are `Solid.friction`.
+        """
+        return {
+            (contacts, factor): self._rate(
+                self.solid.altered(contacts=contacts, friction=factor), self.result.seed, "sliding"
+            )
+            for contacts, factor in product(self.contacts, self.solid.friction)
+        }
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Millimetres per year at both ends of the friction, on many contacts: least and most."""
+        _, many = self.contacts
+        ends = [self.rates[many, factor] for factor in self.solid.friction[::2]]
+        return min(ends), max(ends)
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
@@ -316,9 +353,9 @@ class Descent:
 
     @property
     def contacts(self) -> tuple[int, int]:
-        """The numbers of contacts of `rates`."""
-        few, many = dict.fromkeys(n for n, _ in self.rates)
-        return few, many
+        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
+        n, many = self.solid.chain.n, self.solid.converged_contacts
+        return n, many if n < many else 2 * n
 
     @property
     def pivot_step(self) -> float:
@@ -353,7 +390,7 @@ class Descent:
         """Return the descent and what it depends on, as pairs of a name and a sentence."""
         few, many = self.contacts
         chain, sliding = self.solid.chain, self.result.solver == "sliding"
-        less, same, more = (self.rates[many, factor] for factor in FRICTION)
+        less, same, more = (self.rates[many, factor] for factor in self.solid.friction)
         rate = f"{self.millimetres_per_year:.4g} mm/year"
         if self.solid.measured:
             rate += f"; measured: {float(self.solid.measured):.4g} mm/year"
@@ -367,6 +404,11 @@ class Descent:
             f" artefact of whole pivots (the next is worth {100 * self.pivot_step:.2g} %);"
             f" N = {self.solid.converged_contacts} is enough",
         }
+        if self.solid.friction != FRICTION:
+            low, high = (nearest_float(self.solid.friction[k] * chain.mu_d) for k in (0, 2))
+            least, most = self.interval
+            between = f"{least:.4g} to {most:.4g} mm/year for mu_d from {high:.4g} to {low:.4g}"
+            said["friction"] = f"{between} (sliding limit, N = {many})"
         if math.isfinite(self.weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
             differs = f"one year differs from another by {self.weather:.2g} mm"
@@ -388,13 +430,14 @@ class Descent:
 def physical(
     *,
     length: Number,
-    youngs_modulus: Number,
-    density: Number,
     section: Number,
-    kappa: Number,
-    mu_d: Number,
-    mu_s: Number,
+    mu_d: Number | Sequence[Number],
+    mu_s: Number | Sequence[Number],
     tan_alpha: Number,
+    material: str = "",
+    youngs_modulus: Number = 0,
+    density: Number = 0,
+    kappa: Number = 0,
     contacts: int = 0,
     sigma_mu: Number = 0,
     gravity: Number = "9.80665",
@@ -419,6 +462,9 @@ def physical(
     ----------
     length : number
         L along the slope, m.
+    material : str
+        ``lead``, ``copper``, ``zinc`` or ``steel``: what `MATERIALS` says of it stands for the
+        modulus, the density and kappa that are not given.
     youngs_modulus : number
         Y, Pa.
     density : number
@@ -427,8 +473,11 @@ def physical(
         Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
     kappa : number
         Thermal expansion coefficient, 1/K.
-    mu_d, mu_s, sigma_mu : number
-        Friction coefficients, as in `Chain`.
+    mu_d, mu_s : number or pair of numbers
+        Friction coefficients, as in `Chain`; an interval of `mu_d` stands for its middle, and
+        `Descent.interval` is what comes of its ends (all friction is less, or more, alike).
+    sigma_mu : number
+        As in `Chain`.
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
     contacts : int
@@ -440,13 +489,38 @@ def physical(
     """
     given = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
+    if material:
+        if material not in MATERIALS:
+            allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
+            raise InputError("material", material, allowed)
+        known = MATERIALS[material]._asdict()
+        given |= {name: known[name] for name, value in given.items() if name in known and not value}
+    for name in ("youngs_modulus", "density", "kappa"):
+        if given[name] == 0:
+            allowed = f"must be positive, or that of a material: {', '.join(MATERIALS)}"
+            raise InputError(name, given[name], allowed)
+    mu_d, friction = _middle(mu_d, "mu_d")
+    mu_s, _ = _middle(mu_s, "mu_s")
     exact = {name: positive_number(value, name) for name, value in given.items()}
     n = whole_number(contacts, "contacts", least=0)
     beside = number_from_zero(measured, "measured")
     l0 = exact["youngs_modulus"] / (exact["gravity"] * exact["density"] * exact["length"])
     chain = Chain(n or 1, (n or 1) * l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
-    solid = Solid(**exact, chain=chain, measured=beside)
+    solid = Solid(**exact, chain=chain, measured=beside, friction=friction)
     return solid if n else solid.altered(contacts=solid.converged_contacts)
+
+
+def _middle(
+    given: Number | Sequence[Number], name: str
+) -> tuple[Number, tuple[Fraction, Fraction, Fraction]]:
+    """Return the middle of an interval of a coefficient, and its ends in units of it."""
+    if not isinstance(given, (list, tuple)):
+        return given, FRICTION  # type: ignore[return-value]
+    ends = [positive_number(end, name) for end in given]
+    if len(ends) != 2 or ends[0] > ends[1]:
+        raise InputError(name, given, "must be a number, or the lower and the upper end")
+    middle = (ends[0] + ends[1]) / 2
+    return middle, (ends[0] / middle, Fraction(1), ends[1] / middle)
 
 
 def _percent(ratio: float) -> str:

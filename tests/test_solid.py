@@ -17,7 +17,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solid import Descent, Solid, physical
+from exactcreep.solid import MATERIALS, Descent, Solid, physical
 from tests.conftest import Command
 
 DAY = 86400
@@ -272,3 +272,37 @@ def test_a_scene_in_si_units_varies_its_contacts() -> None:
     few, many = (member.solid.chain for member in scene.members())
     assert (few.n, many.n) == (4, 14)
     assert few.l0 / 4 == many.l0 / 14
+
+
+def test_a_material_stands_for_what_is_not_given() -> None:
+    shape = {"length": 3, "section": "0.003", "mu_d": "0.45", "mu_s": "0.55", "tan_alpha": "0.3"}
+    roof = physical(**shape, material="lead", density=11000)
+    assert (roof.kappa, roof.density) == (Fraction(29, 10**6), 11000)
+    assert roof.youngs_modulus == 16 * 10**9
+    assert all(
+        physical(**shape, material=name).kappa == Fraction(known.kappa)
+        for name, known in MATERIALS.items()
+    )
+    with pytest.raises(InputError, match="material = 'tin': must be one of lead, copper, zinc, st"):
+        physical(**shape, material="tin")
+    with pytest.raises(InputError, match="kappa = 0: must be positive, or that of a material"):
+        physical(**shape, youngs_modulus="16e9", density=11340)
+
+
+def test_friction_between_two_ends_makes_a_rate_between_two_ends() -> None:
+    shape = {"length": 3, "section": "0.003", "tan_alpha": "0.3", "material": "lead"}
+    given = {**shape, "mu_d": ["0.4", "0.5"], "mu_s": "0.5"}
+    between = physical(**given)
+    assert between.chain.mu_d == Fraction(9, 20)
+    drive = Cycles(between.dilation(10), cycles=20)
+    descent = between.creep(drive, time_unit=43200)
+    assert "rates" not in vars(descent)  # six runs wait until they are asked for
+    least, most = descent.interval
+    n = descent.contacts[1]
+    for mu, rate in (("0.4", most), ("0.5", least)):
+        alone = physical(**shape, mu_d=mu, mu_s="0.5", contacts=n).creep(drive, time_unit=43200)
+        assert rate == pytest.approx(alone.millimetres_per_year, rel=1e-9)
+    assert f"{least:.4g} to {most:.4g} mm/year for mu_d from 0.5 to 0.4" in repr(descent)
+    for wrong in (["0.5", "0.4"], ["0.4"]):
+        with pytest.raises(InputError, match=r"mu_d = .*: must be a number, or the lower"):
+            physical(**given | {"mu_d": wrong})

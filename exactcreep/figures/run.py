@@ -217,14 +217,16 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     bottom.set_title(said, fontsize=8)
     bottom.margins(x=0.01)
     for place, n in enumerate(descent.contacts):
-        less, same, more = (descent.rates[n, factor] * years for factor in FRICTION)
+        less, same, more = (descent.rates[n, factor] * years for factor in descent.solid.friction)
         if np.isfinite([less, same, more]).all():
             side.plot([place] * 2, [more, less], color=INKS[place], linewidth=3, alpha=0.5)
         side.plot(place, same, marker="o", color=INKS[place])
     side.set_xticks((0, 1), [f"N=\n{n}" for n in descent.contacts], fontsize=8)
     side.set_xlim(-0.6, 1.6)
     when = "mean" if several else "at the end"
-    side.set_title(f"{when},\nfriction \N{PLUS-MINUS SIGN}10 %", fontsize=8)
+    usual = descent.solid.friction == FRICTION
+    about = "\N{PLUS-MINUS SIGN}10 %" if usual else "from end to end"
+    side.set_title(f"{when},\nfriction {about}", fontsize=8)
     side.tick_params(labelleft=False)
     if dates is not None:
         locator: Any = AutoDateLocator()  # type: ignore[no-untyped-call]
