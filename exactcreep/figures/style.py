@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from exactcreep.quasistatic.files import check_picture, write_file
 
 STYLE = mpl.rc_params_from_file(
-    Path(__file__).with_name("exactcreep.mplstyle"), use_default_template=False
+    Path(__file__).with_name("style.mplstyle"), use_default_template=False
 )
-"""What ``exactcreep.mplstyle`` holds, which matplotlib's own functions take."""
+"""What ``style.mplstyle`` holds, which matplotlib's own functions take."""
 styled = mpl.rc_context(STYLE)
 """Decorator of functions that draw in this style."""
 INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
