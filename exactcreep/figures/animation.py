@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -13,6 +14,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
 from exactcreep.figures.run import Floats, draw_forces
@@ -200,10 +202,10 @@ def draw_avalanche(
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
     fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))
     shown, curves = moments_of(motion, times), moments_of(motion, fine).moved
-    figure = new_figure(6.6, 5.6, dpi=100)
-    above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
+    figure = new_figure(6.6, 6.2, dpi=100)
+    above, middle, below = figure.subplots(3, 1, height_ratios=(1.3, 1.3, 1.5))
     moves = (
-        _draw_chain(above, shown, float(np.abs(curves).max())),
+        _draw_chain(above, shown, float(np.abs(curves).max()), float(chain.tan_alpha)),
         _draw_forces(middle, shown, chain.friction),
         _draw_curves(below, times, shown.moved, fine, curves),
     )
@@ -232,32 +234,42 @@ def draw_avalanche(
         write_file(path, drawn.read_bytes(), "out", force=force)
 
 
-def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Move:
-    """Draw sliders and springs."""
-    n = len(shown.moved)
+def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> Move:
+    """Draw sliders and springs on their incline, true to its slope."""
+    n, slope = len(shown.moved), math.atan(tan_alpha)
+    along, up = np.array([math.cos(slope), -math.sin(slope)]), [math.sin(slope), math.cos(slope)]
     places = np.arange(1, n + 1, dtype=float)
     scale = 0.42 / max(widest, 1e-300)  # the distance of two sliders is drawn as 1
+    half = 0.16 if n <= 12 else 0.26  # of a slider's side
     (springs,) = axes.plot([], [], color="0.45", linewidth=0.8, zorder=1)
-    sliders = axes.scatter(places, 0 * places, s=float(np.clip(900 / n, 8, 160)), marker="s",
-                           edgecolors="black", linewidths=0.6, zorder=2)  # fmt: skip
-    axes.set(xlim=(0.3, n + 0.7), ylim=(-1, 1), yticks=[])
-    about = f"slider (downhill to the right; displacements times {scale:.3g})"
+    corners = half * np.array([[-1, 0], [1, 0], [1, 2], [-1, 2]])
+    shape = corners[:, :1] * along + corners[:, 1:] * up
+    sliders = PolyCollection([shape] * n, edgecolors="black", linewidths=0.6, zorder=2)
+    axes.add_collection(sliders)
+    ends = np.outer([0.2, n + 0.8], along)
+    axes.fill([*ends[:, 0], ends[0, 0]], [*ends[:, 1], ends[1, 1]], color="0.93", zorder=0)
+    axes.plot(*ends.T, color="0.45", linewidth=0.8, zorder=0)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set(xticks=[], yticks=[])
+    axes.margins(0.02, 0.12)
+    about = f"sliders 1 (the uppermost) to {n}; displacements times {scale:.3g}"
     axes.set_xlabel(about, fontsize=8)
-    inks = {"moves down": (_DOWN, 0.02), "moves up": (_UP, 0.24), "rests": ("0.45", 0.42)}
+    inks = {"moves down": (_DOWN, 0.52), "moves up": (_UP, 0.7), "rests": ("0.45", 0.86)}
     for name, (ink, where) in inks.items():
-        axes.text(where, 0.86, f"■ {name}", color=ink, transform=axes.transAxes, fontsize=8,
+        axes.text(where, 0.9, f"■ {name}", color=ink, transform=axes.transAxes, fontsize=8,
                   va="center", family="DejaVu Sans")  # fmt: skip
     teeth = 9 if n <= 12 else 5
-    across = np.zeros((n - 1, teeth + 2))
-    across[:, 2:-2:2], across[:, 3:-2:2] = 0.22, -0.22
+    across = np.full((n - 1, teeth + 2), half)
+    across[:, 2:-2:2] += half
+    across[:, 3:-2:2] -= half
 
     def move(k: int) -> None:
         here = places + scale * shown.moved[:, k]
-        sliders.set_offsets(np.column_stack([here, 0 * here]))
+        sliders.set_verts(list(shape + here[:, None, None] * along))
         ways = np.where(shown.velocities[:, k] >= 0, _DOWN, _UP)
         sliders.set_facecolor(np.where(shown.moving[:, k], ways, _REST).tolist())
-        along = np.linspace(here[:-1], here[1:], teeth + 2, axis=1)
-        springs.set_data(along.ravel(), across.ravel())
+        coils = np.linspace(here[:-1] + half, here[1:] - half, teeth + 2, axis=1).ravel()
+        springs.set_data(*(coils[:, None] * along + across.ravel()[:, None] * up).T)
 
     return move
 

@@ -6,11 +6,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
+import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,19 +26,23 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from exactcreep.figures.style import (
+    DASHED,
     DASHES,
     DOTTED,
     INKS,
     LENGTH,
     MOST_NAMED,
+    STYLE,
     new_figure,
     setting_text,
     styled,
 )
+from exactcreep.figures.sweep import SEED, draw_velocities, points_of_runs
+from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.outcome import behaviour
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
@@ -48,6 +55,9 @@ from exactcreep.solvers.tables import joined
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
 Floats = NDArray[np.float64]
+MOST_LINES = 10
+"""Members that are drawn as lines each; of more, the velocities, if a number varies."""
+_APART = 0.01  # of the height: lines that are nearer bear one name
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
 _LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
@@ -55,6 +65,8 @@ _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
+COLUMNS = {"slips": "size", "duration": "duration", "dissipated": "energy", "extent": "extent"}
+"""Columns of the table of rearrangements, and what their distribution is called."""
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 
@@ -68,21 +80,90 @@ def draw_run(
 ) -> Figure:
     """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
 
-    A single run that recorded the positions shows every slider as well, as the paper's
-    Fig. 2; several runs show x_G of all, one line each, coloured by the first
-    quantity that varies.
+    A single run that recorded the positions shows every slider as well, as the paper's Fig. 2, and
+    the law that holds; several runs show x_G of all, one line each, coloured by the first quantity
+    that varies. More than `MOST_LINES` members with a number that varies are drawn as their mean
+    velocities over it, with their errors, beside the laws.
+
+    Parameters
+    ----------
+    results : sequence of Creep
+    settings : sequence of mapping, optional
+        What varies among the members, by the keys of a scene; one for each result.
+    title : str
+
+    Returns
+    -------
+    Figure
     """
+    shared = shared_text(results)
+    varied = settings[0] if settings else {}
+    if len(results) > MOST_LINES and any(_is_number(settings, key) for key in varied):
+        return draw_velocities(points_of_runs(results, settings), title, shared)
+    members = _Members.of(results, settings or [{}] * len(results))
     band = all(run.drive.cyclic and run.half_cycles > _LONGEST_TRACE for run in results)
     figure = new_figure(6.4, 5.2, title)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 5 if band else 2.4))
-    (_draw_band if band else _draw_theta)(top, results)
+    if band:
+        _draw_band(top, results)
+    else:
+        _draw_theta(top, results, members.inks)
+    top.set_title(shared, fontsize=8)
     top.set_ylabel(r"dilation $\theta$")
     top.margins(x=0.01)
     if len(results) == 1:
         draw_one(bottom, results[0])
+        _draw_law(bottom, results[0])
+        bottom.legend(loc="best")
     else:
-        _draw_members(bottom, results, settings or [{}] * len(results))
+        _draw_members(bottom, members)
     return figure
+
+
+def shared_text(results: Sequence[Creep]) -> str:
+    """Return the parameters that all runs share, in a line."""
+    every = [{**run.chain.parameters(), **run.drive.parameters()} for run in results]
+    shared = {key: value for key, value in every[0].items()
+              if isinstance(value, (int, Fraction))
+              and all(key in other and other[key] == value for other in every)}  # fmt: skip
+    return ", ".join(setting_text(key, value) for key, value in shared.items())
+
+
+def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
+    """Return whether a quantity varies among the members, and is a number other than the seed."""
+    values = [setting[key] for setting in settings]
+    numbers = all(isinstance(value, (int, float, Fraction)) for value in map(_number, values))
+    return key != SEED and numbers and len(set(map(str, values))) > 1
+
+
+def _number(value: Any) -> Any:
+    try:
+        return exact_number(value, "value")
+    except InputError:
+        return None
+
+
+def _moved(run: Creep) -> bool:
+    """Return whether there is a course to draw."""
+    return np.size(run.recorded.get("x_G", ())) > 0
+
+
+def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], label: str | None = None) -> None:
+    """Draw the displacement at the velocity of the law that holds, in a band of its deviation."""
+    law = prediction(run.chain, run.drive, run.experiment.start)
+    if law is None or not run.half_cycles:
+        return
+    if label is None:
+        off = f", off by {law.deviation:.2g}" if law.deviation else ""
+        off = ", by how much is not known" if math.isnan(law.deviation) else off
+        label = f"law: {law.law}{off}"
+    time = np.array([0.0, run.half_cycles])
+    for velocity in law.values:
+        axes.plot(time, velocity * time, color=ink, linestyle=DASHED, linewidth=1, label=label)
+        label = ""
+        if law.deviation > 0:
+            low, high = ((velocity + sign * law.deviation) * time for sign in (-1, 1))
+            axes.fill_between(time, low, high, color=ink, alpha=0.2, linewidth=0)
 
 
 def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
@@ -94,14 +175,17 @@ def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=8)
 
 
-def _draw_theta(axes: Axes, results: Sequence[Creep]) -> None:
-    """Draw theta over time, one line for each drive."""
-    drives: dict[Any, Creep] = {}
-    for run in results:
-        drives.setdefault((str(run.drive), run.seed if run.drive.random else None), run)
+def _draw_theta(axes: Axes, results: Sequence[Creep], inks: Sequence[Any]) -> None:
+    """Draw theta over time, one line for each drive, in the colour of its course if it has one."""
+    drives: dict[Any, list[int]] = {}
+    for place, run in enumerate(results):
+        own = str(run.drive), run.seed if run.drive.random else None
+        drives.setdefault(own, []).append(place)
     if len(drives) > len(INKS):
         axes.set_title(f"the first {len(INKS)} of {len(drives)} drives", fontsize=8)
-    for run, ink in zip(drives.values(), ("0.25", *INKS[1:]), strict=False):
+    for places in [*drives.values()][: len(INKS)]:
+        run, colours = results[places[0]], {inks[place] for place in places}
+        ink = colours.pop() if len(colours) == 1 and len(drives) > 1 else "0.25"
         theta = run.drive.targets(1, run.half_cycles, run.seed)
         axes.plot(*_trajectory(theta), color=ink, linewidth=0.7 if theta.size < 2000 else 0.3)
 
@@ -127,33 +211,64 @@ def _name_time(axes: Axes, run: Creep) -> None:
     axes.margins(x=0.01)
 
 
-def _draw_members(
-    axes: Axes, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
-) -> None:
-    families: dict[str, list[tuple[Creep, str]]] = {}
-    # what all members share does not tell them apart
-    telling = [key for key, value in settings[0].items() if any(s[key] != value for s in settings)]
-    for run, setting in zip(results, settings, strict=False):
-        if "x_G" in run.recorded and run.recorded["x_G"].size:
-            name, *others = [setting_text(key, setting[key]) for key in telling] or [""]
-            families.setdefault(name, []).append((run, ", ".join(others)))
-    legend = len(families) <= MOST_NAMED
+class _Members(NamedTuple):
+    """Runs that are drawn as lines; each of a family, and what it is called within it."""
+
+    runs: Sequence[Creep]
+    families: list[str]
+    own: list[str]
+    inks: list[str]
+    dashes: list[Any]
+
+    @classmethod
+    def of(cls, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> _Members:
+        """Return the members, coloured by the first quantity that varies among them."""
+        # what all members share does not tell them apart
+        telling = [key for key in settings[0] if any(s[key] != settings[0][key] for s in settings)]
+        words = [[setting_text(key, setting[key]) for key in telling] or [""]
+                 for setting in settings[: len(results)]]  # fmt: skip
+        families = [first for first, *_ in words]
+        styles = itertools.cycle(itertools.product(DASHES, INKS))
+        look = dict(zip(dict.fromkeys(families), styles, strict=False))
+        dashes, inks = zip(*(look[family] for family in families), strict=True)
+        own = [", ".join(others) for _, *others in words]
+        return cls(results, families, own, [*inks], [*dashes])
+
+
+def _draw_members(axes: Axes, members: _Members) -> None:
+    legend = len(set(members.families)) <= MOST_NAMED
     ends: list[tuple[float, str, str]] = []
-    styles = itertools.product(DASHES, INKS)
-    for (name, family), (dashes, ink) in zip(families.items(), itertools.cycle(styles)):
-        label = name if len(family) == 1 else f"{name} ({len(family)} members)"
-        for run, own in family:
-            axes.plot(*_trajectory(run.recorded["x_G"]), color=ink, linestyle=dashes, label=label,
-                      linewidth=1.4 if label else 0.8, alpha=None if label else 0.8)  # fmt: skip
-            words = own if legend else ", ".join(filter(None, (name, own)))
-            ends.append((float(run.recorded["x_G"][-1]), words, ink))
-            label = ""
-    _name_time(axes, results[0])
+    lines: list[Floats] = []
+    named: set[str] = set()
+    widest = max(np.ptp(run.recorded["x_G"]) for run in members.runs if _moved(run))
+    for run, family, own, ink, dashes in zip(*members, strict=True):
+        if not _moved(run):
+            continue
+        if family not in named:
+            _draw_law(axes, run, ink, "")
+        count = members.families.count(family)
+        label = "" if family in named else f"{family} ({count} members)" if count > 1 else family
+        named.add(family)
+        axes.plot(*_trajectory(run.recorded["x_G"]), color=ink, linestyle=dashes, label=label,
+                  linewidth=1.4 if label else 0.8, alpha=None if label else 0.8)  # fmt: skip
+        words = own if legend else ", ".join(filter(None, (family, own)))
+        lines.append(floats(run.recorded["x_G"]))
+        ends.append((float(lines[-1][-1]), words, ink))
+    if members.runs[0].drive.cyclic or members.runs[0].drive.random:
+        axes.plot([], [], color="0.3", linestyle=DASHED, linewidth=1, label="laws that hold")
+    _name_time(axes, members.runs[0])
     axes.set_ylabel(_DISPLACEMENT)
-    if legend:
+    if legend and any(members.families):
         axes.legend(loc="upper left")
-    if any(words for _, words, _ in ends) and len(ends) <= _MOST_ENDS:
+    near = _APART * widest
+    beside = [sum(_coincide(line, other, near) for other in lines) for line in lines]
+    ends = [end for end, count in zip(ends, beside, strict=True) if count == 1 and end[1]]
+    if ends and len(lines) <= _MOST_ENDS:
         _name_ends(axes, ends)
+
+
+def _coincide(line: Floats, other: Floats, near: float) -> bool:
+    return line.size == other.size and bool(np.abs(line - other).max() <= near)
 
 
 def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
@@ -506,7 +621,19 @@ class Plots:
     def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:
         """Draw how a `measure` of the avalanches after the burn-in is distributed; return the axes.
 
-        Further arguments are those of matplotlib's `errorbar`.
+        Parameters
+        ----------
+        measure : str
+            ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
+            ``rearrangements`` that is one of these: ``slips``, ``rearrangement_slips`` ...
+        ax : Axes, optional
+            Default: new axes.
+        **style
+            As matplotlib's `errorbar` takes it.
+
+        Returns
+        -------
+        Axes
 
         Raises
         ------
@@ -514,18 +641,23 @@ class Plots:
             If the measure is not known, or the run did not record its rearrangements, or has none
             after its burn-in.
         """
+        asked, measure = measure, COLUMNS.get(measure.removeprefix("rearrangement_"), measure)
         if measure not in MEASURES:
-            raise InputError("measure", measure, "must be one of " + ", ".join(MEASURES))
+            allowed = "must be one of " + ", ".join([*MEASURES, *COLUMNS])
+            raise InputError("measure", asked, allowed)
         counted = avalanches_of(self._result)
         if not counted.block.size:
             burnt = f"the burn-in of {self._result.burn_in} half-cycles"
             raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
-        found = distribution(counted, measure)
-        axes = ax or plt.subplots(layout="constrained")[1]
-        kept = found.density > 0
-        y, error = found.density[kept], np.nan_to_num(found.error[kept])
+        binned = distribution(counted, measure)
+        with mpl.rc_context(STYLE):
+            axes = ax or plt.subplots(layout="constrained")[1]
+            if ax is None:
+                axes.set_title(shared_text([self._result]), fontsize=8)
+        kept = binned.density > 0
+        y, error = binned.density[kept], np.nan_to_num(binned.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
-        axes.errorbar(found.middle[kept], y, error, **{**points, **style})
+        axes.errorbar(binned.middle[kept], y, error, **{**points, **style})
         axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure].label)
         axes.set_ylabel(f"density of {measure}")
         # errors as large as the density itself would reach down to zero

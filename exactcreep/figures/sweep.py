@@ -15,6 +15,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from exactcreep.figures.style import (
     DASHED,
@@ -32,11 +33,13 @@ from exactcreep.laws import (
     law_values,
     sliding_velocity,
     sliding_velocity_random,
+    staircase_two_sliders,
     sticking_gain,
     sticking_velocity,
     sticking_velocity_random,
 )
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.sweep import dimensions
 
 SEED = "run.seed"
@@ -49,6 +52,8 @@ LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
 STICKING_MAP = "measured law of sticking sliders"
 STICKING = f"{STICKING_MAP}, with its deviation"
 """What a legend calls `laws.sticking_velocity`."""
+STAIRCASE = "staircase of relaxed starts, exact"
+"""What a legend calls `laws.staircase_two_sliders`."""
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
@@ -151,6 +156,37 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
     return points
 
 
+def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> list[Point]:
+    """Return the points of members of a scene without laws, the seeds of each taken together.
+
+    Parameters
+    ----------
+    runs : sequence of Creep
+    settings : sequence of mapping
+        What varies among the members, by the keys of a scene; one for each run.
+
+    Returns
+    -------
+    list of Point
+    """
+    groups: dict[tuple[tuple[str, Any], ...], list[Creep]] = {}
+    for run, setting in zip(runs, settings, strict=False):
+        own = {key: value for key, value in setting.items() if key != SEED}
+        groups.setdefault(tuple((key, _shown(value)) for key, value in own.items()), []).append(run)
+    points = []
+    for pairs, members in groups.items():
+        sizes = {name: getattr(members[0].drive, name) for name in ("amplitude", "sigma_theta")
+                 if hasattr(members[0].drive, name)}  # fmt: skip
+        velocities, errors = (
+            np.array([getattr(run, name) for run in members], float)
+            for name in ("velocity", "velocity_error")
+        )
+        varied = {key.rpartition(".")[2]: value for key, value in pairs}
+        parameters = {**members[0].chain.parameters(), **sizes}
+        points.append(Point(varied, *_pooled(velocities, errors), parameters=parameters))
+    return points
+
+
 def _exact(value: Any) -> Any:
     try:
         return exact_number(value, "value")
@@ -176,10 +212,18 @@ def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float,
     if controlled:
         known = mean_law(sliding_velocity_random, parameters)
         velocity = velocity - np.atleast_1d(here[CONTROL]) + known
-    if controlled or velocity.size >= _FEWEST_SEEDS:
-        scatter = float(velocity.std(ddof=1)) if velocity.size > 1 else math.nan
-        return float(velocity.mean()), scatter / math.sqrt(velocity.size)
-    return float(velocity.mean()), math.sqrt(float((error**2).sum())) / velocity.size
+    return _pooled(velocity, error, scattered=controlled)
+
+
+def _pooled(
+    velocities: NDArray[np.float64], errors: NDArray[np.float64], *, scattered: bool = False
+) -> tuple[float, float]:
+    """Return the mean velocity of seeds, and its error by their scatter or by their own."""
+    count = velocities.size
+    if scattered or count >= _FEWEST_SEEDS:
+        scatter = float(velocities.std(ddof=1)) if count > 1 else math.nan
+        return float(velocities.mean()), scatter / math.sqrt(count)
+    return float(velocities.mean()), math.sqrt(float((errors**2).sum())) / count
 
 
 # --- drawing -------------------------------------------------------------------------------------
@@ -194,7 +238,8 @@ def draw_points(
 ) -> None:
     """Draw measured velocities over a dimension, with their standard errors."""
     kept = list(points)
-    y = [point.measured * scale(point) for point in kept]
+    # a runaway has no velocity
+    y = [p.measured * scale(p) if math.isfinite(p.measured) else math.nan for p in kept]
     error = [0.0 if math.isnan(p.error) else p.error * scale(p) for p in kept]
     about = {"marker": "o", "markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
     places = [point.varied[x] for point in kept]
@@ -210,18 +255,25 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     a full one in a band of its deviation. Two quantities of which each has at least
     `MAPPED` values, and nothing else, make a map with contours of the law that holds.
     """
-    points = points_of(dataset)
+    return draw_velocities(points_of(dataset), title)
+
+
+@styled
+def draw_velocities(points: Sequence[Point], title: str = "", under: str = "") -> Figure:
+    """Draw velocities as `draw_sweep` does; `under` the title stands what does not vary."""
     values = {key: list(dict.fromkeys(point.varied[key] for point in points))
               for key in points[0].varied}  # fmt: skip
-    many = {key: not any(isinstance(one, str) for one in each) and len(each)
+    many = {key: not any(isinstance(value, str) for value in each) and len(each)
             for key, each in values.items()}  # fmt: skip
     if len(values) == 2 and min(many.values()) >= MAPPED:
         figure = new_figure(6.0, 4.4, title)
         _draw_map(figure, points, *values)
     else:
         figure = new_figure(5.6, 4.0, title)
-        over = max(values, key=lambda key: (many[key] > 0, len(values[key])))
-        draw_families(figure.subplots(), points, over)
+        axes = figure.subplots()
+        draw_families(axes, points, max(values, key=lambda key: (many[key] > 0, len(values[key]))))
+        if under:
+            axes.set_title(under, fontsize=8)
     return figure
 
 
@@ -261,11 +313,16 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
     fine, sticks = _between([point.varied[over] for point in points]), False
+    stairs = False
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
         draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
         law = [_law(family[0].parameters | {over: value}) for value in fine]
         axes.plot(fine, law, **EXACT | {"color": ink})
+        steps = [_staircase(family[0].parameters | {over: value}, family[0]) for value in fine]
+        if np.isfinite(steps).any():
+            axes.plot(fine, steps, color=ink, linewidth=1.0)
+            stairs = True
         measured = [sticking(family[0].parameters | {over: value}) for value in fine]
         if np.isfinite(measured).any():
             value, deviation = np.transpose(measured)
@@ -273,8 +330,9 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
             axes.fill_between(fine, value - deviation, value + deviation, color=ink, alpha=0.2)
             sticks = True
     axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
-    if sticks:
-        axes.plot([], [], color="0.3", linewidth=1.0, label=STICKING)
+    for drawn, label in ((sticks, STICKING), (stairs, STAIRCASE)):
+        if drawn:
+            axes.plot([], [], color="0.3", linewidth=1.0, label=label)
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
     if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
@@ -298,6 +356,16 @@ def _law(given: Mapping[str, Any]) -> float:
             if given.get(size):
                 return mean_law(law, given)
     return math.nan
+
+
+def _staircase(given: Mapping[str, Any], point: Point) -> float:
+    """Return the exact law of two sliders without disorder that start relaxed, nan of others."""
+    about = {key: value for key, value in given.items() if key in _SHARED}
+    relaxed = point.varied.get("start", "relaxed") == "relaxed"
+    two = about.get("n") == 2 and about.get("sigma_mu") == 0 and about.get("amplitude", 0) > 0
+    if not (two and relaxed and 0 < about.get("tan_alpha", 0) < about.get("mu_d", 0)):
+        return math.nan
+    return mean_law(staircase_two_sliders, about)
 
 
 def sticking(given: Mapping[str, Any]) -> tuple[float, float]:

@@ -3,55 +3,123 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
 from exactcreep.laws import edges
+from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import nearest_float
+from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.thresholds.answer import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold
 
 _LAWS = {
-    "law_seuil": r"paper: threshold $A_\theta^*$",
-    "law_corrected": "(N m + D)/(2 l0)",
-    "law_two_sliders": "(mu_s c - s)/l0",
+    "law_seuil": r"paper, Eq. 22: $A_\theta^*$",
+    "law_corrected": "with the term it drops",
+    "law_two_sliders": "two sliders, exact",
     "none": "below this none creeps for ever",
 }
+_FURTHER, _MOST_CYCLES = 8, 200
+"""Cycles that are drawn after both sides have settled, and at most."""
+_SPARE = 10
+"""Decimal digits of the runs on both sides, beyond those of the threshold."""
 _OPEN = 1.05
 """The axis ends in a window that the scan has not seen the end of, so much above its beginning."""
 
 
 @styled
 def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
-    """Draw windows, shares of starts, or velocities over the amplitude, with the laws."""
+    """Draw windows, shares of starts, or velocities over the amplitude, with the laws.
+
+    Of a threshold the displacements below and above it stand beneath.
+
+    Parameters
+    ----------
+    found : Threshold or HalfLife or Intercept
+
+    Returns
+    -------
+    Figure
+    """
     chain = found.chain
     asked = "half-life" if isinstance(found, HalfLife) else getattr(found, "what", found.criterion)
     title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}: {asked}"
-    figure = new_figure(6.0, 4.0, f"{title} ({found.evidence.value})")
-    axes = figure.subplots()
+    sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None
+    figure = new_figure(6.0, 5.6 if sides else 4.0, f"{title} ({found.evidence.value})")
+    axes, *under = figure.subplots(1 + sides, 1, height_ratios=(1, 2.4)[: 1 + sides],
+                                   squeeze=False)[:, 0]  # fmt: skip
     if isinstance(found, Intercept):
         _velocities(axes, found)
     elif isinstance(found, HalfLife):
         _shares(axes, found)
     else:
         _windows(axes, found)
+        for beneath in under:
+            _advance(beneath, found)
     places = {**laws_beside(chain), "none": edges(chain).get("no_lasting_creep")}
     known = {name: float(str(value)) for name, value in places.items() if value is not None}
+    low, high = _span(axes, found, known)
     for (name, value), dashes in zip(known.items(), itertools.cycle(DASHES[1:]), strict=False):
         label, ink = f"{_LAWS[name]}: {value:.6g}", INKS[7 if name == "none" else 1]
-        axes.axvline(value, color=ink, linestyle=dashes, label=label)
-    axes.set_xlabel(r"amplitude $A_\theta$")
-    axes.margins(x=0.05)
+        if low <= value <= high:
+            axes.axvline(value, color=ink, linestyle=dashes, label=label)
+        else:
+            side = "left" if value < low else "right"
+            axes.plot([], [], color=ink, linestyle=dashes, label=f"{label}, to the {side}")
+    axes.set(xlabel=r"amplitude $A_\theta$", xlim=(low, high))
     axes.locator_params(axis="x", nbins=6)
-    if isinstance(found, Threshold) and found.windows and found.windows[-1].begins:
-        axes.set_xlim(axes.get_xlim()[0], _OPEN * float(found.windows[-1].middle))
     figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     return figure
+
+
+def _span(
+    axes: Axes, found: Threshold | HalfLife | Intercept, laws: Mapping[str, float]
+) -> tuple[float, float]:
+    """Return the amplitudes to draw: those that tell something, whatever the laws are."""
+    if isinstance(found, HalfLife):
+        shares = sorted((amplitude, each[1]) for amplitude, each in found.shares.items())
+        told = [amplitude for (amplitude, here), (_, after) in itertools.pairwise(shares)
+                if 0 < here < 1 or here != after]  # fmt: skip
+        told += [after for (_, here), (after, share) in itertools.pairwise(shares) if share != here]
+        told = told or [amplitude for amplitude, _ in shares]
+        margin = 0.25 * (max(told) - min(told)) or 0.05 * max(told)
+        return min(told) - margin, max(told) + margin
+    axes.margins(x=0.05)
+    low, high = axes.get_xlim()
+    if isinstance(found, Threshold):
+        low, high = min(low, *laws.values()), max(high, *laws.values())
+        margin = 0.08 * (high - low)
+        low, high = low - margin, high + margin
+        if found.windows and found.windows[-1].begins:
+            high = _OPEN * float(found.windows[-1].middle)
+    return low, high
+
+
+def _advance(axes: Axes, found: Threshold) -> None:
+    """Draw x_G at the ends of cycles on both sides of a threshold, as its solver follows them."""
+    cycles = found.cycles
+    if found.fates is not None:
+        settled = [fate.settled_after for fate in found.fates if fate is not None]
+        cycles = max((after or 0 for after in settled), default=0) + _FURTHER
+    cycles = min(cycles, found.cycles, _MOST_CYCLES)
+    certified = found.solver == "certified"
+    options: dict[str, Any] = {"digits": found.digits + _SPARE} if certified else {}
+    for side, ink, words in ((found.lower, INKS[6], "below"), (found.upper, INKS[1], "above")):
+        run = creep(found.chain, Cycles(str(side), cycles), solver=found.solver, **options)
+        x_g = floats(run.recorded["x_G"][1::2])
+        axes.plot(np.arange(x_g.size + 1), np.append(0.0, x_g), color=ink, marker=".",
+                  linewidth=1.0, label=f"{words}: A = {float(str(side)):.9g}")  # fmt: skip
+    axes.set(xlabel="cycle", ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
 
 
 def _velocities(axes: Axes, found: Intercept) -> None:

@@ -80,7 +80,7 @@ def test_sliders_have_the_colour_of_their_direction(experiment) -> None:
         motion = find_avalanche(experiment, number).rearrangement
         shown = moments_of(motion, np.linspace(0, float(motion.duration), 6)[1:])
         axes = new_figure(4, 1).subplots()
-        move = animation._draw_chain(axes, shown, 1.0)
+        move = animation._draw_chain(axes, shown, 1.0, 0.25)
         for k in range(5):
             move(k)
             ways = np.where(shown.moving[:, k], np.sign(shown.velocities[:, k]), 0).tolist()
@@ -108,7 +108,7 @@ def test_the_animation_has_the_frames_that_were_asked_for(
         moving.seek(3)
         assert (first != np.asarray(moving.convert("RGB"))).any()
     chain, forces, curves = assert_shows_data(drawn[0]).axes
-    assert len(chain.collections[0].get_offsets()) == len(forces.patches) == CHAIN.n
+    assert len(chain.collections[0].get_paths()) == len(forces.patches) == CHAIN.n
     moved = [line.get_ydata()[-1] for line in curves.lines if line.get_label().startswith("slider")]
     motion = avalanche.rearrangement
     gone = motion.state.displacements - motion.initial.displacements

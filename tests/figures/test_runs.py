@@ -21,10 +21,13 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.figures.run import draw_portrait, draw_run, portrait, tension_bounds
+from exactcreep.figures.style import save_picture
+from exactcreep.figures.sweep import LIMIT, STICKING
+from exactcreep.laws import prediction
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data
 
-CHAIN, SIX = paper_chain(2), paper_chain(6)
+CHAIN, SIX, VARIED = paper_chain(2), paper_chain(6), paper_chain(6, "0.02")
 DRIVE = Cycles("0.004", 20)
 
 
@@ -42,16 +45,80 @@ def test_the_lines_are_theta_and_x_G_of_every_target_from_the_start() -> None:
 
 def test_members_are_told_apart_by_what_varies_among_them() -> None:
     cases = [(a, s) for a in (1, 2) for s in (1, 2)]
-    runs = [creep(CHAIN, Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
-    settings = [{"chain.n": 2, "drive.amplitude": a, "run.seed": s} for a, s in cases]
-    _, axes = drawn(runs, settings=settings)
-    named = [text.get_text() for text in axes.get_legend().get_texts()]
+    runs = [creep(VARIED, Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
+    settings = [{"chain.n": 6, "drive.amplitude": a, "run.seed": s} for a, s in cases]
+    top, axes = drawn(runs, settings=settings)
+    *named, laws = [text.get_text() for text in axes.get_legend().get_texts()]
     assert named == [rf"$A_\theta$ = {a} (2 members)" for a in (1, 2)]
+    assert laws == "laws that hold"
     assert sorted(text.get_text() for text in axes.texts) == ["seed = 1"] * 2 + ["seed = 2"] * 2
-    inks = [line.get_color() for line in axes.lines]
+    courses = [line for line in axes.lines if line.get_linestyle() == "-"]
+    inks = [line.get_color() for line in courses]
     assert inks[0] == inks[1] != inks[2] == inks[3]
-    for line, run in zip(axes.lines, runs, strict=True):
+    assert [line.get_color() for line in top.lines] == inks[::2]  # theta has that of its courses
+    for line, run in zip(courses, runs, strict=True):
         assert_array_equal(line.get_ydata()[1:], run.recorded["x_G"])
+    broken = [line for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
+    assert [line.get_color() for line in broken] == inks[::2]
+    for line, run in zip(broken, runs[::2], strict=True):
+        (velocity,) = prediction(run.chain, run.drive).values
+        assert line.get_ydata()[-1] == pytest.approx(velocity * run.half_cycles, rel=1e-12)
+
+
+def test_lines_that_coincide_bear_no_names_and_parameters_stand_beneath_the_title() -> None:
+    runs = [creep(VARIED, Cycles(a, 9), seed=s) for a in ("1e-5", "0.002") for s in (1, 2)]
+    settings = [{"drive.amplitude": run.drive.amplitude, "run.seed": run.seed} for run in runs]
+    top, axes = drawn(runs, settings=settings, title="my own title")
+    assert [text.get_text() for text in axes.texts] == ["seed = 1", "seed = 2"]
+    assert top.figure.get_suptitle() == "my own title"
+    assert r"$\mu_\mathrm{s}$ = 0.6" in top.get_title()
+    assert r"$A_\theta$" not in top.get_title()
+
+
+def test_many_members_are_drawn_as_velocities_over_what_varies_beside_the_laws() -> None:
+    amplitudes = [f"0.0{k:02}" for k in range(1, 13)]
+    runs = [creep(SIX, Cycles(a, 12), seed=s) for a in amplitudes for s in (1, 2)]
+    settings = [{"drive.amplitude": str(float(run.drive.amplitude)), "run.seed": run.seed}
+                for run in runs]  # fmt: skip
+    (axes,) = drawn(runs, settings=settings)
+    (points,) = axes.containers
+    x, y = points.lines[0].get_data(orig=False)
+    assert_allclose(x, [float(a) for a in amplitudes])
+    assert_allclose(y, [(one.velocity + two.velocity) / 2 for one, two in zip(
+        runs[::2], runs[1::2], strict=True)])  # fmt: skip
+    said = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert LIMIT in said
+    assert STICKING in said
+    seeds = drawn(runs[:1] * 12, settings=[{"run.seed": k} for k in range(12)])
+    assert len(seeds) == 2  # lines over time: a seed is no quantity
+
+
+def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
+    run = creep(paper_chain(10), Cycles("0.01", 8))
+    _, bottom = drawn([run])
+    law = prediction(run.chain, run.drive)
+    (line,) = (each for each in bottom.lines if law.law in str(each.get_label()))
+    assert line.get_ydata()[-1] == pytest.approx(law.values[0] * run.half_cycles)
+    assert f"{law.deviation:.2g}" in line.get_label()
+
+
+def test_sizes_of_avalanches_are_drawn_by_the_names_of_columns_too() -> None:
+    run = creep(SIX, Cycles("0.004", 40), record=("rearrangements",))
+    by_measure, by_column = run.plot.avalanches("size"), run.plot.avalanches("rearrangement_slips")
+    assert_shows_data(by_column.figure)
+    one, two = (axes.containers[0].lines[0].get_data() for axes in (by_measure, by_column))
+    assert_array_equal(one, two)
+    assert "N = 6" in by_measure.get_title()
+    assert r"$A_\theta$ = 0.004" in by_measure.get_title()
+    with pytest.raises(InputError, match=r"must be one of size, .*slips"):
+        run.plot.avalanches("slip")
+
+
+def test_a_user_who_sets_all_text_with_latex_gets_our_pictures(tmp_path) -> None:
+    with plt.rc_context({"text.usetex": True}):
+        save_picture(draw_run([creep(CHAIN, Cycles("0.002", 2))]), tmp_path / "run.png")
+    with plt.style.context("exactcreep.figures.style"):
+        assert not plt.rcParams["text.usetex"]
 
 
 def test_a_short_chain_shows_its_sliders_and_many_cycles_a_band() -> None:
@@ -60,7 +127,7 @@ def test_a_short_chain_shows_its_sliders_and_many_cycles_a_band() -> None:
     (band,) = top.collections
     assert not top.lines
     assert np.abs(band.get_paths()[0].vertices[:, 1]).max() == 0.002
-    mean, *sliders = (line.get_ydata()[1:] for line in bottom.lines)
+    mean, *sliders, _law = (line.get_ydata()[1:] for line in bottom.lines)
     assert_array_equal(mean, run.recorded["x_G"])
     assert_array_equal(np.array(sliders).T, run.recorded["x"])
 

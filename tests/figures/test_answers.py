@@ -1,0 +1,63 @@
+"""Pictures of answers: both sides of a threshold, the axis of a half-life, proved methods."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from exactcreep import Chain, Cycles, Method, compare, creep, half_life, threshold
+from exactcreep.figures.compare import draw_compared
+from exactcreep.figures.threshold import draw_threshold
+from exactcreep.quasistatic.experiment import Experiment
+from tests.paper import paper_chain
+from tests.pictures import assert_shows_data, pixels
+
+
+def test_a_threshold_shows_the_displacements_below_and_above_it() -> None:
+    found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), digits=6)
+    above, beneath = assert_shows_data(draw_threshold(found)).axes
+    low, high = above.get_xlim()
+    assert low < float(found.lower) < high
+    below, beyond = (line.get_ydata() for line in beneath.lines)
+    assert below[-1] == below[-2]
+    assert beyond[-1] - beyond[-2] > 0.1
+    run = creep(found.chain, Cycles(found.upper, beyond.size - 1))
+    assert_allclose(beyond[1:], run.recorded["x_G"][1::2], atol=1e-9)
+
+
+def test_a_half_life_has_more_than_a_twentieth_of_its_axis() -> None:
+    found = half_life(Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25"), cycles=100, starts=20,
+                      digits=2)  # fmt: skip
+    figure = assert_shows_data(draw_threshold(found))
+    (axes,) = figure.axes
+    low, high = axes.get_xlim()
+    assert low < found.low < found.high < high
+    assert (found.high - found.low) / (high - low) > 0.05
+    said = " ".join(text.get_text() for text in figure.legends[0].get_texts())
+    assert "Eq. 22" in said
+    assert "to the left" in said
+
+
+@pytest.fixture(scope="module")
+def compared():
+    experiment = Experiment(paper_chain(3), Cycles("0.002", 4))
+    methods = [Method("exact"), Method("certified", digits=20), Method("verlet", dt="0.05")]
+    return compare(experiment, methods, truth=methods[1], events=30, seeds=1)
+
+
+def test_a_certified_method_is_proved_and_has_no_line_of_errors(compared) -> None:
+    figure = assert_shows_data(draw_compared(compared))
+    left, right = figure.axes
+    named = {line.get_label(): line for line in left.lines}
+    (proved,) = (label for label in named if label.endswith(": proved"))
+    assert proved.startswith("certified")
+    assert not len(named[proved].get_xdata())
+    errors = np.concatenate([line.get_ydata() for line in left.lines])
+    assert np.nanmin(errors) > 0
+    assert left.get_xlabel()
+    assert left.get_ylabel()
+    pixels(figure)  # the labels are made when it is drawn
+    assert any(label.get_text() for label in right.get_xticklabels(which="both"))
+    plt.close("all")
