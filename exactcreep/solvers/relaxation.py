@@ -6,7 +6,6 @@ forces holds it, and no further.
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 
@@ -89,7 +88,7 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
 
 
 def relaxed(
-    tensions: list[Any], uphill: Any, downhill: Any, share: Fraction
+    tensions: list[Any], uphill: Any, downhill: Any, share: Any
 ) -> tuple[list[Any], list[Any], Any]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 

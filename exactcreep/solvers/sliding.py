@@ -21,7 +21,7 @@ chain; at equality one holds it wherever it is: there is no limit.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
@@ -35,10 +35,9 @@ from exactcreep.laws import pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, ratio_of
+from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.solver import (
     Rearrangement,
@@ -52,14 +51,8 @@ from exactcreep.solvers.solver import (
 from exactcreep.solvers.tables import TargetRows
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
-_LAW_BITS = 256  # of the law beside an exact run
-_SHARES = {
-    "mean": (Fraction(1, 2), Fraction(1, 2)),
-    "downhill": (Fraction(1), Fraction(0)),
-    "uphill": (Fraction(0), Fraction(1)),
-}
-"""How two equally possible pivots are told apart, see `Sliding`: what the lower one of two takes
-of the extension between them, when the chain dilates and when it contracts."""
+_SHARE = 0.5
+"""Of the extension between two equally possible pivots that each of them takes."""
 
 
 def _not_held_because(chain: Chain) -> str:
@@ -80,30 +73,23 @@ def _resting(chain: Chain) -> list[int]:
     return [1] if chain.n == 1 else [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
 
 
-def exact_cosine(chain: Chain) -> Fraction | Quadratic:
-    """Return cos(alpha) exactly, a rational for Pythagorean slopes (3/4, 5/12)."""
-    cosine = CosineField(chain.tan_alpha).times_cosine(Fraction(1))
-    rational, multiple = cosine.rationals()
-    return cosine if multiple else rational
-
-
 class _Ways(NamedTuple):
     """What a ramp does to the springs; the first row of each array is of dilations."""
 
-    bounds: NDArray[Any]  # shape (2, n - 1): the least (dilation) or largest tension
+    bounds: NDArray[np.float64]  # shape (2, n - 1): the least (dilation) or largest tension
     pivots: NDArray[np.int64]  # shape (2, 2): the sliders between which the limit is open, from 0
-    shares: NDArray[Any]  # of the spring between two pivots that go to the lower one
 
 
 class _Configuration(NamedTuple):
     """Everything that changes: springs, sliders, and what is counted."""
 
-    extension: NDArray[Any]
-    x: NDArray[Any]
-    carry: NDArray[Any]  # rounding error of x, zero in exact arithmetic
+    extension: NDArray[np.float64]
+    x: NDArray[np.float64]
+    carry: NDArray[np.float64]  # rounding error of x
     sliding: NDArray[np.int8]
     slips: NDArray[np.int64]  # in this half-cycle
-    totals: NDArray[Any]  # extension of the shared spring, half-cycles with one, starts, stops
+    # extension of the shared spring, half-cycles with one, starts, stops
+    totals: NDArray[np.float64]
 
 
 @register_jitable
@@ -114,10 +100,10 @@ def _ramp(way, place, ways, chain):
     pivots lies a spring whose extension they share.
     """
     row = 0 if way > 0 else 1
-    bounds, share = ways.bounds[row], ways.shares[row]
+    bounds = ways.bounds[row]
     above, below = ways.pivots[row, 0], ways.pivots[row, 1]
     extension, last = chain.extension, chain.x.size - 1
-    shared = place - place  # zero in the arithmetic of the chain
+    shared = 0.0
     if below > above:
         change = bounds[above] + place - extension[above]
         if (change if way > 0 else -change) > 0:
@@ -125,7 +111,7 @@ def _ramp(way, place, ways, chain):
             shared = change
     for side in (1, -1):
         slider = below if side > 0 else above
-        shift = shared * share if side > 0 else shared * share - shared
+        shift = side * _SHARE * shared
         while 0 <= slider <= last:
             if shift != 0:
                 total = chain.x[slider] + shift
@@ -147,6 +133,7 @@ def _ramp(way, place, ways, chain):
         chain.totals[1] += 1
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
 def _follow(places, start, way, ways, chain, rows):
     """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp."""
     n = chain.x.size
@@ -167,8 +154,8 @@ def _follow(places, start, way, ways, chain, rows):
                         chain.sliding[k] = 0
             way = turn
             _ramp(way, place, ways, chain)
-        total = place - place
-        rest = place - place
+        total = 0.0
+        rest = 0.0
         for k in range(n):
             total += chain.x[k]
             rest += chain.carry[k]
@@ -184,75 +171,49 @@ def _follow(places, start, way, ways, chain, rows):
     return way
 
 
-_follow_floats = njit(cache=True, nogil=True, error_model="numpy")(_follow)
-
-
 class SlidingSimulation(Simulation):
-    def __init__(self, start: Start, record: tuple[str, ...], exact: bool, pivot: str) -> None:
+    def __init__(self, start: Start, record: tuple[str, ...]) -> None:
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
-        self.exact, self.pivot = exact, pivot
-        self._kind: Any = object if exact else np.float64
-        self._l0: Any = chain.l0 if exact else nearest_float(chain.l0)
+        self._l0 = nearest_float(chain.l0)
         self._start = state
         self._relaxed = False
         self._way = 0
-        self._theta = state.theta
+        self._theta = float(state.theta)
         self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
         self._lost = _not_held_because(chain)
         if self._lost:
             return
         n = chain.n
-        cosine: Any = exact_cosine(chain) if exact else None
-        uphill, downhill = (
-            force * cosine if exact else chain.times_cosine(force)
-            for force in (chain.mu_d + chain.tan_alpha, chain.mu_d - chain.tan_alpha)
-        )
+        uphill = chain.times_cosine(chain.mu_d + chain.tan_alpha)
+        downhill = chain.times_cosine(chain.mu_d - chain.tan_alpha)
         rest = _resting(chain)
         across = [n + 1 - i for i in rest][::-1]
-        above: NDArray[Any] = np.arange(1, n, dtype=self._kind)  # sliders above each spring
+        above = np.arange(1, n)  # sliders above each spring
         below = n - above
         # dilations: springs 1..i-1 feel the bound from above, the others the one from below
         low = np.where(above < rest[-1], -above * uphill, -below * downhill)
         high = np.where(above < across[0], above * downhill, below * uphill)
         self._ways = _Ways(
-            np.array([low, high], dtype=self._kind).reshape(2, n - 1),
+            np.array([low, high]),
             np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
-            self._array(_SHARES[pivot]),
         )
-        tensions, x = self._array(state.tensions), self._array(state.displacements)
-        carry, left_open = x - x, self._number(0)
-        forces = np.diff(tensions, prepend=self._number(0), append=self._number(0))
-        slack = 0 if exact else 4 * np.spacing(max([*abs(tensions), uphill]))
+        tensions, x = state.tensions.astype(float), state.displacements.astype(float)
+        left_open = 0.0
+        forces = np.diff(tensions, prepend=0.0, append=0.0)
+        slack = 4 * np.spacing(max([*abs(tensions), uphill]))
         if np.any(forces > downhill + slack) or np.any(forces < -uphill - slack):
-            share = self._number(_SHARES[pivot][1])
-            reached, shift, left_open = relaxed(tensions.tolist(), uphill, downhill, share)
-            tensions, x = self._array(reached), x + self._array(shift)
+            reached, shift, left_open = relaxed(tensions.tolist(), uphill, downhill, _SHARE)
+            tensions, x = np.array(reached, dtype=float), x + np.array(shift)
             self._relaxed = True
         self._chain = _Configuration(
-            extension=tensions + self._place(state.theta),
+            extension=tensions + self._l0 * self._theta,
             x=x,
-            carry=carry,
+            carry=np.zeros(n),
             sliding=np.zeros(n, dtype=np.int8),
             slips=np.zeros(n, dtype=np.int64),
-            totals=self._array([left_open, int(left_open != 0), 0, 0]),
+            totals=np.array([left_open, float(left_open != 0), 0.0, 0.0]),
         )
-
-    def _number(self, value: Any) -> Any:
-        if not self.exact:
-            return float(value)
-        return value if isinstance(value, Quadratic) else exact_number(value, "state")
-
-    def _array(self, values: Iterable[Any]) -> NDArray[Any]:
-        listed = values if isinstance(values, np.ndarray) else list(values)
-        if not self.exact:
-            return np.array(listed, dtype=np.float64)
-        array = np.empty(len(listed), dtype=object)
-        array[:] = [self._number(value) for value in listed]
-        return array
-
-    def _place(self, theta: Any) -> Any:
-        return self._l0 * self._number(theta)
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -266,24 +227,19 @@ class SlidingSimulation(Simulation):
             return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n, before = self.chain.n, self.tally.events
-        rows = TargetRows.empty(self.record, count, n, self._kind)
-        follow = _follow if self.exact else _follow_floats
-        done, most = 0, 1
+        rows = TargetRows.empty(self.record, count, n)
+        done = 0
         stop: Stop | None = None
         while stop is None:
             used = self.tally.events - before
-            if not self.exact:  # no slider starts or stops more than once in a half-cycle
-                most = max(1, min(_PAUSE // n, (limits.events_left - used) // (2 * n)))
+            # no slider starts or stops more than once in a half-cycle
+            most = max(1, min(_PAUSE // n, (limits.events_left - used) // (2 * n)))
             until = min(done + most, count)
-            if self.exact:
-                targets = range(first + done, first + until)
-                theta = self._array(drive.exact_target(q, self.seed) for q in targets)
-            else:
-                theta = drive.targets(first + done, until - done, self.seed)
-            places, start = self._l0 * theta, self._place(self._theta)
+            theta = drive.targets(first + done, until - done, self.seed)
+            places, start = self._l0 * theta, self._l0 * self._theta
             own = rows.part(done, until)
-            self._way = int(follow(places, start, self._way, self._ways, self._chain, own))
-            self._theta = theta[-1] if self.exact else float(theta[-1])
+            self._way = int(_follow(places, start, self._way, self._ways, self._chain, own))
+            self._theta = float(theta[-1])
             done = until
             stop = Stop.DONE if done == count else limits.stop(self.tally.events - before)
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
@@ -297,7 +253,7 @@ class SlidingSimulation(Simulation):
             return self._start
         return replace(
             self._start,
-            tensions=self._chain.extension - self._place(self._theta),
+            tensions=self._chain.extension - self._l0 * self._theta,
             displacements=self._chain.x + self._chain.carry,
             theta=self._theta,
         )
@@ -307,35 +263,22 @@ class SlidingSimulation(Simulation):
         return not self._lost
 
     def snapshot(self) -> dict[str, Any]:
-        taken: dict[str, Any] = {"way": self._way, "theta": _written(self._theta)}
+        taken: dict[str, Any] = {"way": self._way, "theta": self._theta}
         taken["amplitude"] = "" if self._amplitude is None else str(self._amplitude)
-        for name, values in self._chain._asdict().items():
-            taken[name] = np.array([_written(value) for value in values.tolist()], values.dtype)
-        return taken
+        return taken | {name: values.copy() for name, values in self._chain._asdict().items()}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        require_like(self.snapshot() | {"theta": None, "way": None}, snapshot)
-        theta = snapshot["theta"]  # that of a start is of any arithmetic
-        self._way = snapshot["way"]
-        self._theta = theta if isinstance(theta, float) else self._read(theta)
+        require_like(self.snapshot(), snapshot)
+        self._way, self._theta = snapshot["way"], snapshot["theta"]
         self._amplitude = Fraction(snapshot["amplitude"]) if snapshot["amplitude"] else None
         for name, values in self._chain._asdict().items():
-            values[:] = [self._read(value) for value in snapshot[name].tolist()]
-
-    def _read(self, written: Any) -> Any:
-        if not isinstance(written, str):
-            return written
-        rational, *multiple = map(ratio_of, written.split(" "))
-        field = CosineField(self.chain.tan_alpha)
-        return field.number(rational, *multiple) if multiple else rational
+            values[:] = snapshot[name]
 
     @property
     def evidence(self) -> Evidence:
         if self._too_steep:
             return Evidence.PROVED
-        if self._lost or self.tally.undecided:
-            return Evidence.UNDECIDED
-        return Evidence.PROVED if self.exact else Evidence.COMPUTED
+        return Evidence.of(int(bool(self._lost)) + self.tally.undecided, Evidence.COMPUTED)
 
     def report(self) -> dict[str, Any]:
         """Return the pivots and, where the limit is not unique, what it leaves open.
@@ -346,7 +289,7 @@ class SlidingSimulation(Simulation):
         """
         chain = self.chain
         report: dict[str, Any] = {
-            "arithmetic": "exact" if self.exact else "float64",
+            "arithmetic": "float64",
             "static_excess_left_out": chain.mu_s > chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
         }
@@ -354,21 +297,15 @@ class SlidingSimulation(Simulation):
             return report | {"reason": self._lost}
         report |= {"pivots": _resting(chain), "unique": self.tally.undecided == 0}
         if not report["unique"]:
-            x_g = float(sum((self._chain.x + self._chain.carry).tolist(), Fraction(0)) / chain.n)
+            x_g = float((self._chain.x + self._chain.carry).mean())
             open_part = float(self._chain.totals[0])
-            report["x_G_low"] = low = x_g - float(_SHARES[self.pivot][0]) * open_part
+            report["x_G_low"] = low = x_g - _SHARE * open_part
             report["x_G_high"] = low + open_part
             if self._amplitude is not None:
-                law = prediction(chain, Cycles(self._amplitude, 1), bits=_LAW_BITS)
+                law = prediction(chain, Cycles(self._amplitude, 1))
                 assert law is not None
                 report["velocity_low"], report["velocity_high"] = law.sliding[0], law.sliding[-1]
         return report
-
-
-def _written(value: Any) -> Any:
-    if isinstance(value, Quadratic):
-        return f"{value.a} {value.b}"
-    return str(value) if isinstance(value, Fraction) else value
 
 
 @dataclass(frozen=True)
@@ -378,36 +315,20 @@ class Sliding(Solver):
     A start that friction cannot hold first goes to the rest state nearest in elastic energy. A
     slip is one slider's uninterrupted sliding; its start, and its stop where theta turns, are
     counted as events, but there are no rearrangements, and no events that could be recorded.
-    In float64 each extension is the rounded exact one, without drift.
-
-    Parameters
-    ----------
-    exact : bool
-        Compute with exact numbers (rationals for Pythagorean slopes, ``a + b cos(alpha)``
-        otherwise) in place of float64.
-    pivot : {"mean", "downhill", "uphill"}
-        What to take where two neighbours may both be the pivot and the limit is not unique: the
-        one with which the chain moves further downhill, further uphill, or both in equal shares.
-        The half-cycles in which it mattered are counted as undecided.
+    Each extension is the rounded exact one, without drift. Where two neighbours may both be the
+    pivot, as the chain's rationals tell, the limit is not unique: they take equal shares, and the
+    half-cycles in which it mattered are counted as undecided.
     """
 
-    exact: bool = False
-    pivot: str = "mean"
     needs_slips: ClassVar[bool] = False
     records: ClassVar[tuple[str, ...]] = ("x_G", "x", "tension", "slips")
     no_more: ClassVar[str] = ": without inertia there are no events; solver 'exact' has them"
     name: ClassVar[str] = "sliding"
     summary: ClassVar[str] = "no inertia, no static excess: piecewise linear in theta"
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.exact, bool):
-            raise InputError("exact", self.exact, "must be true or false")
-        if self.pivot not in _SHARES:
-            raise InputError("pivot", self.pivot, "must be one of " + ", ".join(_SHARES))
-
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         allowed = "has no rearrangements (sliders slide continuously with theta); use 'exact'"
         raise InputError("solver", self.name, allowed)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        return SlidingSimulation(start, record, self.exact, self.pivot)
+        return SlidingSimulation(start, record)

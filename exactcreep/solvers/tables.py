@@ -185,13 +185,13 @@ class TargetRows(NamedTuple):
     slips: NDArray[np.int64]
 
     @classmethod
-    def empty(cls, record: tuple[str, ...], count: int, n: int, dtype: Any = float) -> TargetRows:
-        """Return room for `record` at `count` targets of `n` sliders, in numbers of `dtype`."""
+    def empty(cls, record: tuple[str, ...], count: int, n: int) -> TargetRows:
+        """Return room for `record` at `count` targets of `n` sliders."""
         x, tension, slips = (count * (name in record) for name in ("x", "tension", "slips"))
         return cls(
-            np.empty(count, dtype),
-            np.empty((x, n), dtype),
-            np.empty((tension, n - 1), dtype),
+            np.empty(count),
+            np.empty((x, n)),
+            np.empty((tension, n - 1)),
             np.empty((slips, n), np.int64),
         )
 

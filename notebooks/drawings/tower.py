@@ -6,7 +6,7 @@ STOREYS = (
     ("float64", "exact, verlet", "computed: decided by more than a bound of its rounding"),
     ("many digits", "mpmath, reference", "computed, with as many digits as asked for"),
     ("balls", "certified", "proved where balls do not overlap; else more precision"),
-    ("rationals", "sliding with exact=True, ties, lone slips", "proved, equality included"),
+    ("rationals", "ties, lone slips, pivots", "proved, equality included"),
 )
 figure, axes = plt.subplots(figsize=(7.5, 2.9), layout="constrained")
 for k, (name, who, claim) in enumerate(STOREYS):

@@ -40,7 +40,6 @@ RUNS: list[dict[str, Any]] = [
     {"chain": TWO, "drive": Cycles("0.002", 900), "accuracy": "0.01", "record": ("x_G",)},
     {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips"),
      "start": State.prepared(SIX, theta=Fraction(1, 3000))},
-    {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding", "exact": True},
 ]  # fmt: skip
 
 

@@ -92,7 +92,7 @@ SAVED: dict[str, dict[str, Any]] = {
     "accuracy": {"chain": SIX, "drive": Cycles("0.002", 20), "accuracy": "0.001"},
     "certified": {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "certified",
                   "record": RECORDS},
-    "rational": {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding", "exact": True},
+    "sliding": {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding"},
 }  # fmt: skip
 
 

@@ -61,8 +61,6 @@ REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
     ("state", "must have the chain's 4 sliders", moving(chain=replace(THREE, n=4))),
     ("direction", "at least -1", moving(direction=2)),
     ("seed", "at least 0", moving(seed=-1)),
-    ("pivot", "must be one of mean", lambda: SOLVERS["sliding"]()(pivot="left")),
-    ("exact", "true or false", lambda: SOLVERS["sliding"]()(exact="yes")),
     ("max_events", "at least 1", moving(max_events=0)),
     ("max_events", "whole number", moving(max_events=2.5)),
     ("max_seconds", "max_seconds = -1", moving(max_seconds=-1)),
@@ -86,7 +84,6 @@ SLIPPING = ("exact", "reference", "certified", "verlet", "located")
 NAMED: dict[str, tuple[str, dict[str, Any]]] = {
     "verlet": ("verlet", {"dt": 0.05}),
     "located": ("verlet", {"dt": 0.05, "locate": True}),
-    "rational": ("sliding", {"exact": True}),
 }
 
 
@@ -153,7 +150,7 @@ def asked(times: int) -> Iterator[Limits]:
 
 
 CALLED_BACK: dict[str, tuple[tuple[str, ...], Callable[[], Iterator[Limits]]]] = {
-    "after an event": ((*SLIPPING, "sliding", "rational"), lambda: repeat(Limits(events=1))),
+    "after an event": ((*SLIPPING, "sliding"), lambda: repeat(Limits(events=1))),
     "after forty": (SLIPPING, lambda: repeat(Limits(events=40))),
     "at a pause": (("reference", "certified"), lambda: repeat(Limits(pause=0.0))),
     "within a cluster": (("exact",), lambda: asked(0)),
