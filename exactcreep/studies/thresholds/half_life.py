@@ -102,7 +102,11 @@ class _Search:
                 self.say("amplitudes", part, max(self.most, done + 1), "amplitudes")
 
             left = self.limits.seconds_left
-            found = self.follow(amplitude, max_seconds=left, progress=followed)
+            try:
+                found = self.follow(amplitude, max_seconds=left, progress=followed)
+            except KeyboardInterrupt:  # before its first start
+                self.limits.require()
+                raise
             if found.reason:
                 raise OutOfTime(self.limits.reason(Stop.DEADLINE))
             self.tried[amplitude] = found
