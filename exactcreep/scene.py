@@ -75,7 +75,6 @@ def _settable() -> list[str]:
     return keys + [f"run.start.{key}" for key in _START]
 
 
-
 class Literal(str):
     """A decimal number as it was written; its value is exact."""
 
@@ -94,12 +93,6 @@ class Member:
 class Scene(Shown):
     """What a TOML scene says, checked for its names but not yet for its values.
 
-    >>> from exactcreep import load_scene
-    >>> scene = load_scene("two-sliders-cycles")
-    >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
-    >>> [member.experiment.chain.tan_alpha for member in varied.members()]
-    [Fraction(1, 10), Fraction(1, 5)]
-
     Attributes
     ----------
     name, title : str
@@ -111,6 +104,14 @@ class Scene(Shown):
         ``{ from = 0, to = 0.5, step = 0.1 }``, both ends included.
     folder : Path
         Where files named by the scene are looked for.
+
+    Examples
+    --------
+    >>> from exactcreep import load_scene
+    >>> scene = load_scene("two-sliders-cycles")
+    >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
+    >>> [member.experiment.chain.tan_alpha for member in varied.members()]
+    [Fraction(1, 10), Fraction(1, 5)]
     """
 
     name: str
@@ -121,14 +122,66 @@ class Scene(Shown):
 
     @classmethod
     def from_text(cls, text: str, *, name: str = "scene", folder: FilePath | None = None) -> Scene:
-        """Return the scene that TOML text describes, or raise `InputError`."""
+        """Return the scene that TOML text describes, or raise `InputError`.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str, optional
+            Of the scene.
+        folder : Path, optional
+            Where files that it names are looked for.
+
+        Returns
+        -------
+        Scene
+            With its names checked.
+
+        Raises
+        ------
+        InputError
+            If it is no TOML, or a name in it is unknown.
+
+        Examples
+        --------
+        >>> from exactcreep import Scene
+        >>> Scene.from_text('title = "none"').title
+        'none'
+        """
         return cls.from_mapping(_parsed(text, name), name=name, folder=folder)
 
     @classmethod
     def from_mapping(
         cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
     ) -> Scene:
-        """Return the scene that nested mappings describe; raise `InputError` if it is none."""
+        """Return the scene that nested mappings describe; raise `InputError` if it is none.
+
+        Parameters
+        ----------
+        data : mapping
+            Tables by name.
+        name : str, optional
+            Of the scene.
+        folder : Path, optional
+            Where files that it names are looked for.
+
+        Returns
+        -------
+        Scene
+            With its names checked.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown.
+
+        Examples
+        --------
+        >>> from exactcreep import Scene
+        >>> Scene.from_mapping({"chain": {"n": 2}}).tables["chain"]
+        {'n': 2}
+        """
         _known(data, ("title", *_keys(), "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
@@ -171,6 +224,28 @@ class Scene(Shown):
 
         A key that was varied takes the one value instead; another ``drive.kind`` empties the table
         ``[drive]`` first; ``vary.KEY`` takes a list.
+
+        Parameters
+        ----------
+        settings : mapping of str to value
+            By dotted keys.
+
+        Returns
+        -------
+        Scene
+            Another one.
+
+        Raises
+        ------
+        InputError
+            If a key is unknown.
+
+        Examples
+        --------
+        >>> from exactcreep import load_scene
+        >>> scene = load_scene("two-sliders-cycles")
+        >>> scene.with_settings({"chain.n": 6}).tables["chain"]["n"]
+        6
         """
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         vary = dict(self.vary)
@@ -190,7 +265,25 @@ class Scene(Shown):
         return Scene.from_mapping(data, name=self.name, folder=self.folder)
 
     def settings(self) -> list[dict[str, Any]]:
-        """Return, for every member, the varied keys and their values; the first varies slowest."""
+        """Return, for every member, the varied keys and their values; the first varies slowest.
+
+        Returns
+        -------
+        list of dict
+            One for each member.
+
+        Raises
+        ------
+        InputError
+            If there are more than a million.
+
+        Examples
+        --------
+        >>> from exactcreep import load_scene
+        >>> scene = load_scene("two-sliders-cycles")
+        >>> scene.settings()
+        [{}]
+        """
         count = math.prod(map(len, self.vary.values()))
         if count > MOST_MEMBERS:
             raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
@@ -198,11 +291,47 @@ class Scene(Shown):
         return [dict(zip(self.vary, values, strict=True)) for values in places]
 
     def members(self) -> list[Member]:
-        """Return the members; raise `InputError` with the key of a value out of its range."""
+        """Return the members; raise `InputError` with the key of a value out of its range.
+
+        Returns
+        -------
+        list of Member
+            Each with its `settings` and its `experiment`.
+
+        Examples
+        --------
+        >>> from exactcreep import load_scene
+        >>> scene = load_scene("two-sliders-cycles")
+        >>> len(scene.members())
+        1
+        """
         return [self._member(settings) for settings in self.settings()]
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
-        """Return the experiment of the scene with these dotted keys set."""
+        """Return the experiment of the scene with these dotted keys set.
+
+        Parameters
+        ----------
+        settings : mapping of str to value, optional
+            By dotted keys.
+
+        Returns
+        -------
+        Experiment
+            Of the first member, if keys are varied.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+
+        Examples
+        --------
+        >>> from exactcreep import load_scene
+        >>> scene = load_scene("two-sliders-cycles")
+        >>> scene.experiment({"drive.cycles": 10}).drive.cycles
+        10
+        """
         return self._member(settings or {}).experiment
 
     def _member(self, settings: Mapping[str, Any]) -> Member:
@@ -234,15 +363,25 @@ class Scene(Shown):
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
     """Return the built-in scene of that name, or the scene in that file.
 
-    Raises `InputError` if there is neither, it is no TOML, or a name in it is unknown.
-
-    >>> load_scene("two-sliders-cycles").experiment().chain.n
-    2
-
     Parameters
     ----------
     scene : str or path
         A name that ``exactcreep scenes`` lists, or a TOML file.
+
+    Returns
+    -------
+    Scene
+        With its names checked, not yet its values.
+
+    Raises
+    ------
+    InputError
+        If there is neither, it is no TOML, or a name in it is unknown.
+
+    Examples
+    --------
+    >>> load_scene("two-sliders-cycles").experiment().chain.n
+    2
     """
     name, builtin = file_name(scene, "scene"), builtin_scenes()
     path = _BUILTIN / f"{name}.toml" if name in builtin else FilePath(name)

@@ -66,12 +66,6 @@ class Solid:
 
     It is cut into as many equal pieces as it has contacts, each with its contact at the middle.
 
-    >>> from exactcreep import physical
-    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-    >>> f"{roof.tau_dyn:.2g} s, {roof.critical_temperature_change:.2g} K"
-    '0.00025 s, 0.052 K'
-
     Attributes
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
@@ -81,6 +75,14 @@ class Solid:
     chain : Chain
         The dimensionless chain, with ``l0 = N Y/(g rho L)``. Its times are in units of `tau_dyn`,
         its forces of ``mass * gravity``.
+
+    Examples
+    --------
+    >>> from exactcreep import physical
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+    >>> f"{roof.tau_dyn:.2g} s, {roof.critical_temperature_change:.2g} K"
+    '0.00025 s, 0.052 K'
     """
 
     length: Fraction
@@ -95,50 +97,201 @@ class Solid:
 
     @property
     def mass(self) -> Fraction:
-        """m = rho S L/N of one slider, kg."""
+        """m = rho S L/N of one slider, kg.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> float(roof.mass)
+        10.206
+        """
         return self.density * self.section * self.length / self.chain.n
 
     @property
     def stiffness(self) -> Fraction:
-        """k = N Y S/L of one spring, N/m."""
+        """k = N Y S/L of one spring, N/m.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> float(roof.stiffness)
+        160000000.0
+        """
         return self.chain.n * self.youngs_modulus * self.section / self.length
 
     @property
     def tau_dyn(self) -> float:
-        """Unit of time sqrt(m/k), s."""
+        """Unit of time sqrt(m/k), s.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.tau_dyn:.3g}"
+        '0.000253'
+        """
         return math.sqrt(self.mass / self.stiffness)
 
     @property
     def length_unit(self) -> Fraction:
-        """Unit of length g tau_dyn^2, m."""
+        """Unit of length g tau_dyn^2, m.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{float(roof.length_unit):.3g}"
+        '6.26e-07'
+        """
         return self.gravity * self.mass / self.stiffness
 
     def dilation(self, temperature_change: Number) -> Fraction:
-        """Return theta of a temperature change (K), exactly; a cycle's +-dT is +-A_theta."""
+        """Return theta of a temperature change (K), exactly; a cycle's +-dT is +-A_theta.
+
+        Parameters
+        ----------
+        temperature_change : number
+            In K.
+
+        Returns
+        -------
+        Fraction
+            Dimensionless.
+
+        Raises
+        ------
+        InputError
+            If it is no number.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> roof.dilation(10)
+        Fraction(29, 100000)
+        """
         return self.kappa * exact_number(temperature_change, "temperature_change")
 
     def metres(self, displacement: Any) -> Any:
-        """Return a dimensionless displacement (number or array of floats) in metres."""
+        """Return a dimensionless displacement (number or array of floats) in metres.
+
+        Parameters
+        ----------
+        displacement : number or ndarray
+            Unit ``g tau_dyn**2``.
+
+        Returns
+        -------
+        number or ndarray
+            In m.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.metres(1.0):.3g}"
+        '6.26e-07'
+        """
         return _times(displacement, self.length_unit)
 
     def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
-        """Return a velocity per half-cycle, two of which are a `period` (s), in mm/day."""
+        """Return a velocity per half-cycle, two of which are a `period` (s), in mm/day.
+
+        Parameters
+        ----------
+        velocity : number or ndarray
+            Unit ``g tau_dyn**2`` per half-cycle.
+        period : number
+            Of a whole cycle, in s.
+
+        Returns
+        -------
+        number or ndarray
+            In mm/day.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.millimetres_per_day(1.0, 86400):.3g}"
+        '0.00125'
+        """
         daily = self.length_unit * _MILLIMETRES * _DAY * 2 / positive_number(period, "period")
         return _times(velocity, daily)
 
     def per_year(self, velocity: float, time_unit: Number) -> float:
-        """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
+        """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year.
+
+        Parameters
+        ----------
+        velocity : float
+            Unit ``g tau_dyn**2`` per unit of the clock.
+        time_unit : number
+            Of the clock, in s.
+
+        Returns
+        -------
+        float
+            In mm per year.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.per_year(1.0, 43200):.3g}"
+        '0.457'
+        """
         daily = self.millimetres_per_day(Fraction(1), 2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
     @property
     def critical_temperature_change(self) -> float:
-        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it."""
+        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.critical_temperature_change:.3g}"
+        '0.0517'
+        """
         known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
         return float(threshold_amplitude(**known))
 
     def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
-        """Return Eq. 25 in mm/day, of cycles of +-amplitude (K) and a period (s)."""
+        """Return Eq. 25 in mm/day, of cycles of +-amplitude (K) and a period (s).
+
+        Parameters
+        ----------
+        temperature_amplitude : number
+            In K.
+        period : number
+            Of a whole cycle, in s.
+
+        Returns
+        -------
+        float
+            In mm/day, positive downhill.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> f"{roof.continuum_velocity(20, 86400):.3g}"
+        '2.31'
+        """
         amplitude = self.dilation(temperature_amplitude)
         law = float(solid_velocity(amplitude=amplitude, **self._dimensionless()))
         downhill = -1 if self.chain.tan_alpha < 0 else 1
@@ -149,7 +302,33 @@ class Solid:
         return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
     def altered(self, *, contacts: int | None = None, friction: Number = 1) -> Solid:
-        """Return the same solid on another number of contacts, all friction times a factor."""
+        """Return the same solid on another number of contacts, all friction times a factor.
+
+        Parameters
+        ----------
+        contacts : int, optional
+            Default: as many.
+        friction : number, optional
+            Factor on all coefficients, positive.
+
+        Returns
+        -------
+        Solid
+            Another one.
+
+        Raises
+        ------
+        InputError
+            If a number is out of range.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> roof.altered(contacts=20).chain.n
+        20
+        """
         chain, factor = self.chain, positive_number(friction, "friction")
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
         coefficients = (factor * mu for mu in (chain.mu_d, chain.mu_s, chain.sigma_mu))
@@ -161,6 +340,14 @@ class Solid:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
         It goes as ``N + 3 - 2 i`` (Eq. 20): the next pivot is worth a fiftieth.
+
+        Examples
+        --------
+        >>> from exactcreep import physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> roof.converged_contacts
+        150
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
@@ -168,7 +355,33 @@ class Solid:
         return min(max(math.ceil(_CONTACTS * self.chain.mu_d / slope), _CONTACTS), 2000)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
-        """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does."""
+        """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does.
+
+        Parameters
+        ----------
+        temperatures : Drive
+            What the solid is to feel.
+        time_unit : number, optional
+            As of `creep`.
+
+        Returns
+        -------
+        float
+            In s.
+
+        Raises
+        ------
+        InputError
+            If it is missing, not wanted, or the record is of another kappa.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> roof.time_unit_of(Cycles(roof.dilation(10), 5), 43200)
+        43200.0
+        """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
         kappa = getattr(temperatures, "kappa", self.kappa)
@@ -194,8 +407,6 @@ class Solid:
     ) -> Descent:
         """Return how far the solid creeps under these temperatures, and what that depends on.
 
-        Raises `InputError` if an argument is not what it must be, or a seed would have no effect.
-
         Parameters
         ----------
         temperatures : TemperatureRecord or other drive
@@ -203,11 +414,32 @@ class Solid:
         time_unit : number, optional
             Seconds of one unit of the record's times, from one target of another drive to the next
             (43200 for day and night); not for dates.
-        solver, **options
+        solver : str
             As for `exactcreep.creep`. In the sliding limit `mu_s`, `sigma_mu` and the seed have no
             effect.
         seeds : int
             How many further seeds show what disorder does, each a run of its own.
+        **options
+            As for `exactcreep.creep`.
+
+        Returns
+        -------
+        Descent
+            In millimetres.
+
+        Raises
+        ------
+        InputError
+            If an argument is not what it must be, or a seed would have no effect.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> f"{descent.total:.2f} mm"
+        '5.76 mm'
         """  # fmt: skip
         self.time_unit_of(temperatures, time_unit)  # before the run
         for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
@@ -222,13 +454,6 @@ class Solid:
 class Descent:
     """How far a solid crept under temperatures in time, in millimetres.
 
-    >>> from exactcreep import Cycles, physical
-    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-    >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-    >>> f"{descent.total:.2f} mm in {descent.days:g} days"
-    '5.76 mm in 5 days'
-
     Attributes
     ----------
     solid : Solid
@@ -237,6 +462,15 @@ class Descent:
         Seconds of one unit of the clock of its temperatures.
     of_seeds : tuple of float
         Millimetres per year of runs like `result` with further seeds.
+
+    Examples
+    --------
+    >>> from exactcreep import Cycles, physical
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+    >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+    >>> f"{descent.total:.2f} mm in {descent.days:g} days"
+    '5.76 mm in 5 days'
     """
 
     solid: Solid
@@ -248,7 +482,38 @@ class Descent:
     def of(
         cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
     ) -> Descent:
-        """Return the descent of a run of this solid's chain; raise `InputError` for another."""
+        """Return the descent of a run of this solid's chain; raise `InputError` for another.
+
+        Parameters
+        ----------
+        solid : Solid
+            Which crept.
+        result : Creep
+            A run of its chain.
+        time_unit : number, optional
+            As of `Solid.creep`.
+        seeds : int, optional
+            As of `Solid.creep`.
+
+        Returns
+        -------
+        Descent
+            With the runs that it depends on.
+
+        Raises
+        ------
+        InputError
+            If the run is of another chain.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> Descent.of(roof, descent.result, 43200).total == descent.total
+        True
+        """
         seconds, own = solid.time_unit_of(result.drive, time_unit), result.experiment
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
@@ -270,6 +535,15 @@ class Descent:
         """Millimetres per year in the sliding limit, by `contacts` and the factor on all friction.
 
         Six runs, which are made when they are asked for; the factors are `Solid.friction`.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> len(descent.rates)
+        6
         """
         return {
             (contacts, factor): self._rate(
@@ -280,14 +554,35 @@ class Descent:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Millimetres per year at both ends of the friction, on many contacts: least and most."""
+        """Millimetres per year at both ends of the friction, on many contacts: least and most.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> least, most = descent.interval
+        >>> least < most
+        True
+        """
         _, many = self.contacts
         ends = [self.rates[many, factor] for factor in self.solid.friction[::2]]
         return min(ends), max(ends)
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """Temperature at each target, of a record in its unit, else less that of theta = 0."""
+        """Temperature at each target, of a record in its unit, else less that of theta = 0.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.temperatures[:2].round(6)
+        array([ 10., -10.])
+        """
         drive, reached = self.result.drive, self.result.half_cycles
         if isinstance(drive, TemperatureRecord):
             return drive.temperatures[:reached]
@@ -295,19 +590,49 @@ class Descent:
 
     @property
     def elapsed(self) -> NDArray[np.float64]:
-        """Days from the start to each target that was reached, shape (targets,)."""
+        """Days from the start to each target that was reached, shape (targets,).
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.elapsed[:2]
+        array([0.5, 1. ])
+        """
         ticks = self.result.drive.clock(np.arange(self.result.half_cycles + 1))
         days: NDArray[np.float64] = (ticks[1:] - ticks[0]) * self.time_unit
         return days / _DAY
 
     @property
     def days(self) -> float:
-        """How long the part of the drive lasts that was reached."""
+        """How long the part of the drive lasts that was reached.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.days
+        5.0
+        """
         return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
 
     @property
     def millimetres(self) -> NDArray[np.float64]:
-        """Displacement of the centre of mass at each target, mm; needs a recorded x_G."""
+        """Displacement of the centre of mass at each target, mm; needs a recorded x_G.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.millimetres.shape
+        (10,)
+        """
         if "x_G" not in self.result.recorded:
             raise InputError("record", self.result.experiment.record, "must hold x_G")
         moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
@@ -315,16 +640,56 @@ class Descent:
 
     @property
     def total(self) -> float:
-        """Displacement of the centre of mass at the end, mm."""
+        """Displacement of the centre of mass at the end, mm.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> f"{descent.total:.2f}"
+        '5.76'
+        """
         return float(_MILLIMETRES * self.solid.metres(self.result.x_G))
 
     @property
     def millimetres_per_year(self) -> float:
-        """Mean velocity of the run, mm per year of 365.25 days."""
+        """Mean velocity of the run, mm per year of 365.25 days.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> f"{descent.millimetres_per_year:.0f}"
+        '443'
+        """
         return self.solid.per_year(self.result.velocity, self.time_unit)
 
     def stretches(self, days: Number) -> NDArray[np.float64]:
-        """Return the descents in whole stretches of so many days, mm; none without x_G."""
+        """Return the descents in whole stretches of so many days, mm; none without x_G.
+
+        Parameters
+        ----------
+        days : number
+            Length of a stretch.
+
+        Returns
+        -------
+        ndarray
+            One number for each whole stretch.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.stretches(2).shape
+        (2,)
+        """
         ends = np.arange(int(self.days / float(days)) + 1) * float(days)
         if "x_G" not in self.result.recorded:
             return np.empty(0)
@@ -336,6 +701,15 @@ class Descent:
 
         Between the years of a record of at least five; else from blocks of ten days, each against
         the next, so that the seasons do not count. nan if there are too few.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> type(descent.weather).__name__
+        'float'
         """
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
@@ -347,19 +721,49 @@ class Descent:
 
     @property
     def disorder(self) -> float:
-        """The standard deviation between seeds, mm per year; nan if there is but one."""
+        """The standard deviation between seeds, mm per year; nan if there is but one.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.disorder
+        nan
+        """
         rates = (self.millimetres_per_year, *self.of_seeds)
         return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
 
     @property
     def contacts(self) -> tuple[int, int]:
-        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
+        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> descent.contacts
+        (10, 150)
+        """
         n, many = self.solid.chain.n, self.solid.converged_contacts
         return n, many if n < many else 2 * n
 
     @property
     def pivot_step(self) -> float:
-        """By how much of itself the descent jumps when the pivot moves on by one contact."""
+        """By how much of itself the descent jumps when the pivot moves on by one contact.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> f"{descent.pivot_step:.2g}"
+        '0.29'
+        """
         chain = self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
@@ -369,12 +773,37 @@ class Descent:
 
     @property
     def artefact(self) -> float:
-        """By what share the rate differs from that on many contacts, all else the same."""
+        """By what share the rate differs from that on many contacts, all else the same.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> type(descent.artefact).__name__
+        'float'
+        """
         few, many = self.contacts
         return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        """Return the numbers by name, ready for JSON: a number that is not finite is None.
+
+        Returns
+        -------
+        dict
+            What `json.dumps` takes.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> sorted(descent.summary())[:2]
+        ['artefact_of_contacts', 'days']
+        """
         names = ("days", "millimetres_per_year", "weather", "disorder", "pivot_step")
         rates = [
             {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
@@ -387,7 +816,22 @@ class Descent:
         )
 
     def lines(self) -> list[tuple[str, str]]:
-        """Return the descent and what it depends on, as pairs of a name and a sentence."""
+        """Return the descent and what it depends on, as pairs of a name and a sentence.
+
+        Returns
+        -------
+        list of (str, str)
+            As the command line prints them.
+
+        Examples
+        --------
+        >>> from exactcreep import Cycles, physical
+        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+        >>> len(descent.lines()) > 3
+        True
+        """
         few, many = self.contacts
         chain, sliding = self.solid.chain, self.result.solver == "sliding"
         less, same, more = (self.rates[many, factor] for factor in self.solid.friction)
@@ -448,20 +892,17 @@ def physical(
     Source: Eq. 25 and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
     ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
 
-    Raises `InputError` if a quantity is not a positive number, or the chain's are out of their
-    range.
-
-    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
-
-    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-    ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
-    >>> round(roof.continuum_velocity(10, 86400), 3)
-    0.862
-
     Parameters
     ----------
     length : number
         L along the slope, m.
+    section : number
+        Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
+    mu_d, mu_s : number or pair of numbers
+        Friction coefficients, as in `Chain`; an interval of `mu_d` stands for its middle, and
+        `Descent.interval` is what comes of its ends (all friction is less, or more, alike).
+    tan_alpha : number
+        Slope, the tangent of the angle: 0.268 for 15 degrees.
     material : str
         ``lead``, ``copper``, ``zinc`` or ``steel``: what `MATERIALS` says of it stands for the
         modulus, the density and kappa that are not given.
@@ -469,23 +910,35 @@ def physical(
         Y, Pa.
     density : number
         rho, kg/m^3.
-    section : number
-        Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
     kappa : number
         Thermal expansion coefficient, 1/K.
-    mu_d, mu_s : number or pair of numbers
-        Friction coefficients, as in `Chain`; an interval of `mu_d` stands for its middle, and
-        `Descent.interval` is what comes of its ends (all friction is less, or more, alike).
-    sigma_mu : number
-        As in `Chain`.
-    tan_alpha : number
-        Slope, the tangent of the angle: 0.268 for 15 degrees.
     contacts : int
         Number N of contacts; 0 for `Solid.converged_contacts`, where it no longer matters.
+    sigma_mu : number
+        Standard deviation of the static coefficients, as in `Chain`.
     gravity : number
         g, m/s^2.
     measured : number
         A descent to be shown beside the computed one, mm/year.
+
+    Returns
+    -------
+    Solid
+        With its `chain`.
+
+    Raises
+    ------
+    InputError
+        If a quantity is not a positive number, or the chain's are out of their range.
+
+    Examples
+    --------
+    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
+
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
+    >>> round(roof.continuum_velocity(10, 86400), 3)
+    0.862
     """
     given = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip

@@ -71,6 +71,8 @@ def _names_within(name: str) -> Iterator[str]:
                 continue
             owner = next(owner for owner in public.__mro__ if member in vars(owner))
             ours = owner.__module__.startswith("exactcreep") and owner not in inherited
+            # what overrides a member that is described does as that says
+            ours &= bool(value.__doc__) or not any(member in vars(each) for each in inherited)
             read = isinstance(value, (classmethod, staticmethod, property)) or callable(value)
             if ours and (read or hasattr(value, "func")):
                 yield f"{name}.{member}"

@@ -68,9 +68,7 @@ def largest_avalanche(
     return int(numbers[events.argmax()])
 
 
-def find_avalanche(
-    experiment: Experiment, number: int, limits: Limits = NO_LIMITS
-) -> RunAvalanche:
+def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
     """Return rearrangement `number` of a run, with its motion in closed form.
 
     Raises

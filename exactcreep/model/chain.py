@@ -57,12 +57,6 @@ class Chain(Shown):
 
     Source: Eqs. 5-10 and 11.
 
-    Raises `InputError` if a parameter is not a number or out of its range.
-
-    >>> chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> chain.mu_s, chain.sigma_mu, chain.may_run_away
-    (Fraction(3, 5), Fraction(1, 100), False)
-
     Parameters
     ----------
     n : int
@@ -77,6 +71,17 @@ class Chain(Shown):
         Standard deviation of the static friction coefficients; not negative.
     tan_alpha : number
         Tangent of the angle of the incline; negative is the mirror image.
+
+    Raises
+    ------
+    InputError
+        If a parameter is not a number or out of its range.
+
+    Examples
+    --------
+    >>> chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> chain.mu_s, chain.sigma_mu, chain.may_run_away
+    (Fraction(3, 5), Fraction(1, 100), False)
     """
 
     n: int
@@ -131,7 +136,24 @@ class Chain(Shown):
         return hash(tuple(value.as_integer_ratio() for value in self.parameters().values()))
 
     def times_cosine(self, value: Fraction) -> float:
-        """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""
+        """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp).
+
+        Parameters
+        ----------
+        value : Fraction
+            Any rational.
+
+        Returns
+        -------
+        float
+            The product, rounded once.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.times_cosine(chain.mu_d) == chain.friction
+        True
+        """
         top, bottom = self._cosine
         return value.numerator * top / (value.denominator * bottom)
 
@@ -144,57 +166,157 @@ class Chain(Shown):
 
     @cached_property
     def cos_alpha(self) -> float:
-        """cos(alpha), nearest float64."""
+        """cos(alpha), nearest float64.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> round(chain.cos_alpha, 6)
+        0.970143
+        """
         return self.times_cosine(Fraction(1))
 
     @cached_property
     def sin_alpha(self) -> float:
-        """sin(alpha), nearest float64: the weight of a slider along the incline."""
+        """sin(alpha), nearest float64: the weight of a slider along the incline.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> round(chain.sin_alpha, 6)
+        0.242536
+        """
         return self.times_cosine(self.tan_alpha)
 
     @cached_property
     def friction(self) -> float:
-        """mu_d cos(alpha), nearest float64: the dynamical friction force."""
+        """mu_d cos(alpha), nearest float64: the dynamical friction force.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> round(chain.friction, 6)
+        0.485071
+        """
         return self.times_cosine(self.mu_d)
 
     @cached_property
     def excess(self) -> float:
-        """D = (mu_s - mu_d) cos(alpha), nearest float64."""
+        """D = (mu_s - mu_d) cos(alpha), nearest float64.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> round(chain.excess, 6)
+        0.097014
+        """
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @property
     def no_advance(self) -> Fraction:
-        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
+        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> float(chain.no_advance) < 1e-12
+        True
+        """
         return (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha) / 2**40
 
     @property
     def rounding(self) -> Fraction:
-        """The most that rounding adds to a displacement in one slip, in float64."""
+        """The most that rounding adds to a displacement in one slip, in float64.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> float(chain.rounding) < 1e-14
+        True
+        """
         return self.n * self.no_advance / 2**10
 
     @property
     def may_run_away(self) -> bool:
-        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
+        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.may_run_away
+        False
+        """
         return abs(self.tan_alpha) >= self.mu_d
 
     @property
     def slides(self) -> bool:
-        """Whether sliders follow theta without slips: no static excess, and no disorder."""
+        """Whether sliders follow theta without slips: no static excess, and no disorder.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.slides
+        False
+        """
         return self.mu_s == self.mu_d and self.sigma_mu == 0
 
     def mirrored(self) -> Chain:
-        """Return the mirror image: the incline tilted the other way."""
+        """Return the mirror image: the incline tilted the other way.
+
+        Returns
+        -------
+        Chain
+            With the opposite `tan_alpha`, and otherwise the same.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.mirrored().tan_alpha
+        Fraction(-1, 4)
+        """
         return replace(self, tan_alpha=-self.tan_alpha)
 
     def require_dilation(self, theta: Fraction | float, field: str, given: Any) -> None:
-        """Raise `InputError` unless ``l0 theta`` is below half the largest float."""
+        """Raise `InputError` unless ``l0 theta`` is below half the largest float.
+
+        Parameters
+        ----------
+        theta : Fraction or float
+            A dilation.
+        field : str
+            How the user calls it.
+        given : object
+            What the user gave.
+
+        Raises
+        ------
+        InputError
+            Unless it is.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.require_dilation(0.01, "theta", 0.01)
+        """
         finite = isinstance(theta, Fraction) or math.isfinite(theta)
         if not finite or math.isinf(nearest_float(2 * self.l0 * Fraction(theta))):
             allowed = "must keep l0 theta below half the largest float, 1.8e308"
             raise InputError(field, given, allowed)
 
     def parameters(self) -> dict[str, int | Fraction]:
-        """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again."""
+        """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again.
+
+        Returns
+        -------
+        dict of str to int or Fraction
+            `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`.
+
+        Examples
+        --------
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> chain.parameters()["mu_s"]
+        Fraction(3, 5)
+        """
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def _facts(self) -> dict[str, Any]:

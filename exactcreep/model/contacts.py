@@ -32,6 +32,8 @@ from exactcreep.model.numbers import Scalar, nearest_float
 class EventKind(Enum):
     """What happens to the sliders of an event.
 
+    Examples
+    --------
     >>> EventKind("start") is EventKind.START
     True
     """
@@ -47,12 +49,6 @@ class Event:
     A reversal is a stop and a start at the same time; stops come first. Two events are equal if
     all their numbers are the same; balls, if midpoints and radii are.
 
-    >>> from exactcreep import Chain, State, rearrange
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
-    >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
-    ('stop', (2,), (1,), 3.141593)
-
     Attributes
     ----------
     time : number
@@ -60,6 +56,14 @@ class Event:
     kind : EventKind
     sliders, signs : tuple of int
         Ascending, from 1; direction of motion after a start, before a stop: +1 downhill, -1 uphill.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
+    >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
+    ('stop', (2,), (1,), 3.141593)
     """
 
     time: Scalar
@@ -77,7 +81,13 @@ class Event:
 
     @property
     def signature(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """What happened, without when: the element of an itinerary."""
+        """What happened, without when: the element of an itinerary.
+
+        Examples
+        --------
+        >>> Event(0.0, EventKind.START, (2,), (1,)).signature
+        ('start', (2,), (1,))
+        """
         return (self.kind.value, self.sliders, self.signs)
 
 

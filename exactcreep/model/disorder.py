@@ -72,7 +72,31 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
 def static_coefficients(
     chain: Chain, seed: int, n: int, first: int, count: int
 ) -> NDArray[np.float64]:
-    """Return draws `first` .. `first + count - 1` of slider `n` as float64, shape (count,)."""
+    """Return draws `first` .. `first + count - 1` of slider `n` as float64, shape (count,).
+
+    Parameters
+    ----------
+    chain : Chain
+        Of whose `mu_s` and `sigma_mu` they are drawn.
+    seed : int
+        Of the disorder.
+    n : int
+        The slider, from 1.
+    first, count : int
+        The first draw, from 0, and how many.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        As drawn: below `mu_d` they act as `mu_d`.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    >>> static_coefficients(chain, seed=1, n=2, first=0, count=2).round(4)
+    array([0.6039, 0.5999])
+    """
     mean = nearest_float(chain.mu_s)
     if chain.sigma_mu == 0:
         return np.full(count, mean)
@@ -85,6 +109,34 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
 
     The drawn float64 is the value exactly, also below `mu_d`, as which it then acts; with
     ``sigma_mu = 0`` it is the rational `mu_s`. Source: Eq. 11.
+
+    Parameters
+    ----------
+    chain : Chain
+        Of whose `mu_s` and `sigma_mu` it is drawn.
+    seed : int
+        Of the disorder.
+    n : int
+        The slider, from 1.
+    k : int
+        The draw, from 0.
+
+    Returns
+    -------
+    float or Fraction
+        The coefficient as drawn.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    >>> round(static_coefficient(chain, seed=1, n=2, k=0), 4)
+    0.6039
     """
     n = whole_number(n, "n", least=1, most=chain.n)
     k = whole_number(k, "k", least=0, most=2**62)
@@ -95,19 +147,84 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
 
 
 def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
-    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12."""
+    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12.
+
+    Parameters
+    ----------
+    drive : GaussianSteps
+        Of whose width it is drawn.
+    seed : int
+        Of the drive.
+    q : int
+        Number of the target, from 1.
+
+    Returns
+    -------
+    float
+        The dilation.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+
+    Examples
+    --------
+    >>> from exactcreep import GaussianSteps
+    >>> round(dilation(GaussianSteps("0.01", 3), seed=5, q=1), 6)
+    0.005736
+    """
     q = whole_number(q, "q", least=1, most=2**62)
     return float(dilations(drive, valid_seed(seed), q, 1)[0])
 
 
 def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
-    """Return theta_q for q = first .. first + count - 1, shape (count,)."""
+    """Return theta_q for q = first .. first + count - 1, shape (count,).
+
+    Parameters
+    ----------
+    drive : GaussianSteps
+        Of whose width they are drawn.
+    seed : int
+        Of the drive.
+    first, count : int
+        The first target, from 1, and how many.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        The dilations.
+
+    Examples
+    --------
+    >>> from exactcreep import GaussianSteps
+    >>> dilations(GaussianSteps("0.01", 3), seed=5, first=1, count=2).round(4)
+    array([ 0.0057, -0.002 ])
+    """
     width = nearest_float(drive.sigma_theta)
     return width * _deviates(seed, STREAM_DILATION, 0, first, count)
 
 
 def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:
-    """Return `count` numbers uniform in (-1, 1), for seeded starting tensions."""
+    """Return `count` numbers uniform in (-1, 1), for seeded starting tensions.
+
+    Parameters
+    ----------
+    seed : int
+        Of the start.
+    count : int
+        How many.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        To be multiplied by a size.
+
+    Examples
+    --------
+    >>> uniform_tensions(seed=1, count=2).round(4)
+    array([0.273 , 0.2389])
+    """
     key = np.array([seed, STREAM_TENSION], dtype=np.uint64)
     word = np.random.Philox(key=key, counter=[0, 0, 0, 0]).random_raw(count)
     return (word >> np.uint64(11)).astype(np.float64) * 2.0**-52 + (2.0**-53 - 1.0)

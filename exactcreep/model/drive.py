@@ -33,6 +33,8 @@ class Drive(Shown):
     Targets are numbered from 1; theta = 0 before the first (or the theta of the given start). A
     subclass of one's own needs `half_cycles` and `targets`; a run keeps it as a `Path`.
 
+    Examples
+    --------
     >>> from exactcreep import Path
     >>> drive = Path(["0.001", "-0.002"])
     >>> isinstance(drive, Drive), drive.half_cycles, drive.exact_target(2)
@@ -48,28 +50,105 @@ class Drive(Shown):
 
     @property
     def half_cycles(self) -> int:
-        """Number of targets."""
+        """Number of targets.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).half_cycles
+        10
+        """
         raise NotImplementedError
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
+        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,).
+
+        Parameters
+        ----------
+        first : int
+            Number of the first target, from 1.
+        count : int
+            How many.
+        seed : int, optional
+            Of random dilations.
+
+        Returns
+        -------
+        ndarray, shape (count,)
+            Dimensionless.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).targets(first=2, count=3)
+        array([-0.001,  0.001, -0.001])
+        """
         raise NotImplementedError
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly."""
+        """Return theta_q exactly.
+
+        Parameters
+        ----------
+        q : int
+            Number of the target, from 1.
+        seed : int, optional
+            Of random dilations.
+
+        Returns
+        -------
+        Fraction
+            Dimensionless.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).exact_target(2)
+        Fraction(-1, 1000)
+        """
         return Fraction(float(self.targets(q, 1, seed)[0]))
 
     def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return when targets are reached, in units of `per`, same shape; target 0 is the start."""
+        """Return when targets are reached, in units of `per`, same shape; target 0 is the start.
+
+        Parameters
+        ----------
+        targets : ndarray of int
+            Numbers of targets.
+
+        Returns
+        -------
+        ndarray
+            Of the same shape.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).clock(np.arange(3))
+        array([0., 1., 2.])
+        """
         return targets.astype(np.float64)
 
     @property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """When targets are reached, shape (half_cycles,); None unless a record has dates."""
+        """When targets are reached, shape (half_cycles,); None unless a record has dates.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).dates is None
+        True
+        """
         return None
 
     def parameters(self) -> dict[str, Any]:
-        """Return what the drive was made from, by the names used in a scene, `kind` first."""
+        """Return what the drive was made from, by the names used in a scene, `kind` first.
+
+        Returns
+        -------
+        dict
+            What makes the drive again.
+
+        Examples
+        --------
+        >>> Cycles("0.001", 5).parameters()
+        {'kind': 'cycles', 'amplitude': Fraction(1, 1000), 'cycles': 5}
+        """
         made_from = {field.name: getattr(self, field.name) for field in fields(self)}
         lists = {name: list(value) for name, value in made_from.items() if type(value) is tuple}
         return {"kind": self.kind, **made_from, **lists}
@@ -84,15 +163,17 @@ class Drive(Shown):
 class Cycles(Drive):
     """Temperature cycles: targets +A, -A, `cycles` times (2 `cycles` half-cycles).
 
-    >>> Cycles(amplitude="0.01", cycles=2).targets(first=1, count=4)
-    array([ 0.01, -0.01,  0.01, -0.01])
-
     Parameters
     ----------
     amplitude : number
         A_theta, dimensionless, not negative; kept exactly.
     cycles : int
         At least 1.
+
+    Examples
+    --------
+    >>> Cycles(amplitude="0.01", cycles=2).targets(first=1, count=4)
+    array([ 0.01, -0.01,  0.01, -0.01])
     """
 
     amplitude: Fraction
@@ -125,15 +206,17 @@ class GaussianSteps(Drive):
 
     Source: Eq. 12. theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
 
-    >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
-    array([ 0.0057, -0.002 , -0.0074])
-
     Parameters
     ----------
     sigma_theta : number
         Standard deviation, dimensionless, not negative.
     steps : int
         At least 1.
+
+    Examples
+    --------
+    >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
+    array([ 0.0057, -0.002 , -0.0074])
     """
 
     sigma_theta: Fraction
@@ -183,13 +266,15 @@ class Listed(Drive):
 class Path(Listed):
     """A given sequence of dilations.
 
-    >>> Path(["0.001", 0, "-1/300"]).theta
-    (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
-
     Parameters
     ----------
     theta : sequence of numbers
         At least one; each is kept exactly.
+
+    Examples
+    --------
+    >>> Path(["0.001", 0, "-1/300"]).theta
+    (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
     """
 
     theta: tuple[Fraction, ...]
@@ -208,6 +293,28 @@ class Path(Listed):
         """Return the targets of a drive of somebody's own class, which files cannot make again.
 
         `InputError` if there are more than a million, or it has a clock of its own.
+
+        Parameters
+        ----------
+        drive : Drive
+            Any, also one of somebody's own class.
+        seed : int, optional
+            Of random dilations.
+
+        Returns
+        -------
+        Path
+            The same targets, exactly.
+
+        Raises
+        ------
+        InputError
+            If there are more than a million, or it has a clock of its own.
+
+        Examples
+        --------
+        >>> Path.of(Cycles("0.001", 1)).theta
+        (Fraction(1, 1000), Fraction(-1, 1000))
         """
         name = type(drive).__name__
         if type(drive).clock is not Drive.clock or drive.dates is not None:

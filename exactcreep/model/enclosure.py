@@ -20,6 +20,15 @@ from exactcreep.model.numbers import nearest_float
 class Enclosure(NamedTuple):
     """A number known to lie within `radius` of `middle`; both exact rationals.
 
+    Parameters
+    ----------
+    middle : Fraction
+        The middle.
+    radius : Fraction
+        Not negative.
+
+    Examples
+    --------
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.001", 3), solver="certified").velocity_enclosure.text(20)
@@ -30,7 +39,25 @@ class Enclosure(NamedTuple):
     radius: Fraction
 
     def text(self, digits: int) -> str:
-        """Return at most `digits` significant decimal digits, none beyond the radius."""
+        """Return at most `digits` significant decimal digits, none beyond the radius.
+
+        Parameters
+        ----------
+        digits : int
+            The most that are wanted.
+
+        Returns
+        -------
+        str
+            A decimal number.
+
+        Examples
+        --------
+        >>> from fractions import Fraction
+        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
+        >>> third.text(20)
+        '0.33333'
+        """
         known = digits
         if self.radius and self.middle:
             # one unit of the last digit shown is at least the radius
@@ -39,19 +66,70 @@ class Enclosure(NamedTuple):
         return _decimal(self.middle, known)
 
     def radius_text(self) -> str:
-        """Return the radius as a decimal of three digits, rounded up."""
+        """Return the radius as a decimal of three digits, rounded up.
+
+        Returns
+        -------
+        str
+            A decimal number.
+
+        Examples
+        --------
+        >>> from fractions import Fraction
+        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
+        >>> third.radius_text()
+        '0.000001'
+        """
         return _decimal(self.radius, 3, rounding="ROUND_CEILING")
 
     def __float__(self) -> float:
         return nearest_float(self.middle)
 
     def apart(self, other: Enclosure) -> float:
-        """Return how far the middles are apart, 0 if the numbers may be the same."""
+        """Return how far the middles are apart, 0 if the numbers may be the same.
+
+        Parameters
+        ----------
+        other : Enclosure
+            Another number.
+
+        Returns
+        -------
+        float
+            Not negative.
+
+        Examples
+        --------
+        >>> from fractions import Fraction
+        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
+        >>> third.apart(third)
+        0.0
+        """
         distance = abs(self.middle - other.middle)
         return nearest_float(distance) if distance > self.radius + other.radius else 0.0
 
     def rate(self, begin: Enclosure, span: Fraction | int) -> Enclosure:
-        """Return the mean rate of a quantity that went from `begin` to this within `span`."""
+        """Return the mean rate of a quantity that went from `begin` to this within `span`.
+
+        Parameters
+        ----------
+        begin : Enclosure
+            What it was at first.
+        span : Fraction or int
+            How long that is ago.
+
+        Returns
+        -------
+        Enclosure
+            The change by the span.
+
+        Examples
+        --------
+        >>> from fractions import Fraction
+        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
+        >>> third.rate(third, 2).middle
+        Fraction(0, 1)
+        """
         middle = (self.middle - begin.middle) / span
         return Enclosure(middle, (self.radius + begin.radius) / span)
 

@@ -44,6 +44,17 @@ _WIDEST = 5_000  # largest decimal exponent
 class InputError(ValueError):
     """Bad input: the message names the field, the value and what is allowed.
 
+    Parameters
+    ----------
+    field : str
+        What the user calls it.
+    value : object
+        What was given.
+    allowed : str
+        What would be right: the end of a sentence.
+
+    Examples
+    --------
     >>> from exactcreep import Cycles
     >>> try:
     ...     Cycles(amplitude="0.01", cycles="many")

@@ -9,6 +9,8 @@ from typing import Any
 class Evidence(Enum):
     """How well a result is known.
 
+    Examples
+    --------
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence is Evidence.PROVED
@@ -35,6 +37,8 @@ class Evidence(Enum):
 class Outcome(Enum):
     """What the chain does, or why the computation stopped; see `exactcreep.creep`.
 
+    Examples
+    --------
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.0001", 3)).outcome is Outcome.AT_REST

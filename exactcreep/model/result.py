@@ -32,12 +32,33 @@ class Result(Shown):
         return {name: getattr(self, name) for name in self.told or _names(self)}
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        """Return the numbers by name, ready for JSON: a number that is not finite is None.
+
+        Returns
+        -------
+        dict
+            What `json.dumps` takes.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.summary()["outcome"]
+        'creeping'
+        """
         return plain_data(self._numbers())
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out."""
+        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, fate
+        >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").dataset.attrs["outcome"]
+        'creeping'
+        """
         known = {name: value for name, value in self.summary().items() if value is not None}
         texts = {name: json.dumps(value) for name, value in known.items()
                  if isinstance(value, (bool, list, dict))}  # fmt: skip

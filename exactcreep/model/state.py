@@ -32,13 +32,6 @@ class State(Shown):
 
     Two states are equal if all their numbers are the same, whatever their type.
 
-    >>> from exactcreep import Chain
-    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
-    >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
-    array([0.7, 0.4, 0.7])
-    >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
-    array([0.000273, 0.000239])
-
     Attributes
     ----------
     tensions : ndarray, shape (n - 1,)
@@ -53,6 +46,15 @@ class State(Shown):
         How many coefficients each slider has had, at least 1.
     theta : number
         The dilation.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
+    >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
+    array([0.7, 0.4, 0.7])
+    >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
+    array([0.000273, 0.000239])
     """
 
     tensions: NDArray[Any]
@@ -86,7 +88,29 @@ class State(Shown):
         draws: NDArray[np.int64],
         theta: Scalar,
     ) -> State:
-        """Return the state of a solver's own arrays, which are not copied."""
+        """Return the state of a solver's own arrays, which are not copied.
+
+        Parameters
+        ----------
+        tensions, displacements, coefficients, draws : ndarray
+            As of a `State`, of the right types and shapes.
+        theta : number
+            The dilation.
+
+        Returns
+        -------
+        State
+            Whose arrays they are from now on, read-only.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> state = State.relaxed(chain)
+        >>> arrays = state.tensions, state.displacements, state.coefficients, state.draws
+        >>> State.owning(*arrays, theta=0.0) == state
+        True
+        """
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
             array.flags.writeable = False
@@ -111,11 +135,31 @@ class State(Shown):
 
     @property
     def n(self) -> int:
-        """Number of sliders."""
+        """Number of sliders.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> State.relaxed(chain).n
+        3
+        """
         return self.displacements.size
 
     def require_finite(self) -> None:
-        """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks."""
+        """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks.
+
+        Raises
+        ------
+        InputError
+            If one is not.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> State.relaxed(chain).require_finite()
+        """
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)
             if array.dtype != object and np.isfinite(array).all():
@@ -130,6 +174,20 @@ class State(Shown):
     def relaxed(cls, chain: Chain, seed: int = 0) -> State:
         """Return the relaxed chain: theta = 0, no tension, first draw of every slider.
 
+        Parameters
+        ----------
+        chain : Chain
+            The chain.
+        seed : int, optional
+            Of the disorder.
+
+        Returns
+        -------
+        State
+            At rest, unless a draw is so low that a slider exceeds its threshold.
+
+        Examples
+        --------
         >>> from exactcreep import Chain
         >>> State.relaxed(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")).tensions
         array([0., 0.])
@@ -148,6 +206,34 @@ class State(Shown):
         """Return a chain prepared with n - 1 given tensions (default none) at `theta`.
 
         If a slider exceeds its threshold, the chain is first rearranged at its own theta.
+
+        Parameters
+        ----------
+        chain : Chain
+            The chain.
+        tensions : sequence of numbers, shape (n - 1,), optional
+            Unit ``m g``; kept exactly where a float rounds one.
+        theta : number, optional
+            The dilation.
+        seed : int, optional
+            Of the disorder.
+
+        Returns
+        -------
+        State
+            Of displacements zero and first draws.
+
+        Raises
+        ------
+        InputError
+            If there are not n - 1 tensions, or one of the numbers is none.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").tensions
+        array([Fraction(1, 10), Fraction(-1, 10)], dtype=object)
         """
         seed = disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)
@@ -166,13 +252,59 @@ class State(Shown):
         """Return the relaxed chain with tensions uniform in (-size, size), keyed by `start_seed`.
 
         `seed` keys the static coefficients, as everywhere.
+
+        Parameters
+        ----------
+        chain : Chain
+            The chain.
+        size : number
+            Bound of the tensions, unit ``m g``, not negative.
+        start_seed : int
+            Keys the tensions.
+        seed : int, optional
+            Of the disorder.
+
+        Returns
+        -------
+        State
+            At theta = 0.
+
+        Raises
+        ------
+        InputError
+            If a number is out of range.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
+        array([0.000273, 0.000239])
         """
         largest = nearest_float(number_from_zero(size, "size"))
         uniform = disorder.uniform_tensions(disorder.valid_seed(start_seed), chain.n - 1)
         return cls.prepared(chain, largest * uniform, seed=seed)
 
     def forces(self, chain: Chain) -> NDArray[np.float64]:
-        """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,)."""
+        """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,).
+
+        Parameters
+        ----------
+        chain : Chain
+            Whose state it is.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            In float64.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain
+        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> State.relaxed(chain).forces(chain).round(6)
+        array([0.242536, 0.242536, 0.242536])
+        """
         around = np.zeros(self.n + 1)
         around[1:-1] = self.tensions
         return np.asarray(around[1:] - around[:-1] + chain.sin_alpha)

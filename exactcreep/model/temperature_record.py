@@ -60,6 +60,8 @@ _ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
 class RecordWarning(UserWarning):
     """A temperature record that probably does not mean what it says.
 
+    Examples
+    --------
     >>> import warnings
     >>> from exactcreep import TemperatureRecord
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
@@ -78,18 +80,9 @@ class TemperatureRecord(Listed):
     taken from T0 to the first row at the time of that row. What a record lacks, or has twice, is
     refused with the name of the first row that is concerned, and mended with pandas; see `of`.
 
-    Raises `InputError` if an option is not what it must be, a row has no temperature, times do not
-    increase, or there is a gap: a step longer than 1.5 usual ones (at least one step in ten is as
-    long as the usual one, so that uneven hours are no gaps).
-
     Warns with `RecordWarning` if temperatures look like those of the other unit, like degrees
     Fahrenheit or tenths of a degree, or one must mark a missing reading; and if the minimum of a
     day is above its maximum, which is refused on more than one day in a hundred.
-
-    >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
-    >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
-    >>> record.theta[1], record.temperatures
-    (Fraction(609, 1000000), array([10. , 31. , 12.5]))
 
     Parameters
     ----------
@@ -118,6 +111,13 @@ class TemperatureRecord(Listed):
     theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
 
+    Raises
+    ------
+    InputError
+        If an option is not what it must be, a row has no temperature, times do not
+        increase, or there is a gap: a step longer than 1.5 usual ones (at least one step in
+        ten is as long as the usual one, so that uneven hours are no gaps).
+
     Attributes
     ----------
     theta : tuple of Fraction
@@ -128,6 +128,13 @@ class TemperatureRecord(Listed):
         Date of the first row in ISO 8601, "" if times are numbers.
     sha256 : str
         Digest of the file, or of the arrays.
+
+    Examples
+    --------
+    >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
+    >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
+    >>> record.theta[1], record.temperatures
+    (Fraction(609, 1000000), array([10. , 31. , 12.5]))
     """
 
     file: str
@@ -244,6 +251,12 @@ class TemperatureRecord(Listed):
             of a Series or DataFrame.
         minimum_hour, maximum_hour, scale, unit : optional
             As of a file.
+
+        Examples
+        --------
+        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
+        >>> record.theta[2]
+        Fraction(29, 400000)
         """
         index = getattr(temperatures, "index", None) if times is None else times
         if index is None or callable(index):
@@ -268,7 +281,14 @@ class TemperatureRecord(Listed):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Names of the columns that are read, by option: of times, and of temperatures."""
+        """Names of the columns that are read, by option: of times, and of temperatures.
+
+        Examples
+        --------
+        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
+        >>> record.columns["time_column"]
+        'time'
+        """
         names = _DAILY if self.minimum_column else _SINGLE
         return {name: getattr(self, name).strip() for name in names}
 
@@ -400,7 +420,14 @@ class TemperatureRecord(Listed):
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """The date of each row, in UTC if the record names a time zone; None if it has numbers."""
+        """The date of each row, in UTC if the record names a time zone; None if it has numbers.
+
+        Examples
+        --------
+        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
+        >>> record.dates is None
+        True
+        """
         if not self.origin:
             return None
         origin = datetime.fromisoformat(self.origin)
@@ -411,7 +438,14 @@ class TemperatureRecord(Listed):
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperature of each row in `unit`, shape (rows,)."""
+        """The temperature of each row in `unit`, shape (rows,).
+
+        Examples
+        --------
+        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
+        >>> record.temperatures
+        array([10. , 31. , 12.5])
+        """
         return np.array([nearest_float(theta / self.kappa + self.T0) for theta in self.theta])
 
     @cached_property
@@ -419,7 +453,24 @@ class TemperatureRecord(Listed):
         return np.array((self.times[0], *self.times))
 
     def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return when targets are reached, in units of `times`; the start has the first row's."""
+        """Return when targets are reached, in units of `times`; the start has the first row's.
+
+        Parameters
+        ----------
+        targets : ndarray of int
+            Numbers of targets.
+
+        Returns
+        -------
+        ndarray
+            Of the same shape.
+
+        Examples
+        --------
+        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
+        >>> record.clock(np.arange(4))
+        array([ 0.,  0., 12., 24.])
+        """
         return self._clock[targets]
 
     def _facts(self) -> dict[str, Any]:

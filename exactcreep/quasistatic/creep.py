@@ -44,6 +44,8 @@ PHYSICS = {
 class PhysicsWarning(UserWarning):
     """A run has left the model's physical range; the result counts how often.
 
+    Examples
+    --------
     >>> import warnings
     >>> from exactcreep import Chain, Path, creep
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
@@ -56,6 +58,8 @@ class PhysicsWarning(UserWarning):
 class AccuracyWarning(UserWarning):
     """The velocity of a run is not known as accurately as was asked for.
 
+    Examples
+    --------
     >>> import warnings
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
@@ -69,6 +73,13 @@ class AccuracyWarning(UserWarning):
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run; `results` holds what was computed, the last one partial.
 
+    Parameters
+    ----------
+    results : sequence of Creep
+        What was computed, the last one partial.
+
+    Examples
+    --------
     >>> from exactcreep import Chain, Cycles, creep
     >>> run = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
     >>> Interrupted([run]).partial.half_cycles
@@ -81,7 +92,16 @@ class Interrupted(KeyboardInterrupt):
 
     @property
     def partial(self) -> Creep:
-        """The result that was being computed."""
+        """The result that was being computed.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> Interrupted([run]).partial == run
+        True
+        """
         return self.results[-1]
 
 
@@ -109,19 +129,12 @@ def creep(
 
     Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
 
-    Raises `InputError` if an argument is out of range, or an option is not the solver's. Raises
-    `Interrupted`: a KeyboardInterrupt that holds the partial result.
-
-    >>> from exactcreep import Chain, Cycles
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
-    >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
-    ('creeping', 0.776114, (100, 2))
-
     Parameters
     ----------
     chain : Chain
+        What is driven.
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
+        Through which dilations.
     seed : int
         Of the disorder.
     solver : str
@@ -186,6 +199,20 @@ def creep(
 
         `velocity_error` comes from averages over blocks (`statistics.standard_error`). It is nan
         where it still grows with the blocks; what no block of the run shows remains unseen.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or an option is not the solver's. Raises
+        `Interrupted`: a KeyboardInterrupt that holds the partial result.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
+    >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
+    ('creeping', 0.776114, (100, 2))
     """
     asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # in several forms
     experiment = Experiment(
@@ -210,20 +237,30 @@ def resume(
 
     The file goes on being kept up to date; limits count anew, except `max_events`.
 
-    Raises `InputError` if the file is no checkpoint of one run, damaged, or of another version.
-
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
-    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
-    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
-    ('limit', True)
-
     Parameters
     ----------
     path : path
         What `creep` or ``exactcreep run --checkpoint`` kept.
     progress, max_events, max_seconds, every
         As for `creep`.
+
+    Returns
+    -------
+    Creep
+        As `creep` returns it.
+
+    Raises
+    ------
+    InputError
+        If the file is no checkpoint of one run, damaged, or of another version.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
+    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
+    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
+    ('limit', True)
     """
     saved = Checkpoint.read(path, every)
     if len(saved.experiments) != 1:

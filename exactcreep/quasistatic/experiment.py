@@ -106,12 +106,30 @@ class Experiment:
 
     @property
     def theta(self) -> float:
-        """The dilation at which the chain starts."""
+        """The dilation at which the chain starts.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.theta
+        0.0
+        """
         return 0.0 if self.start is None else as_float(self.start.theta)
 
     @cached_property
     def widest(self) -> float:
-        """A bound of |theta| over the whole drive."""
+        """A bound of |theta| over the whole drive.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.widest
+        0.001
+        """
         drive = self.drive
         if isinstance(drive, Cycles):
             return nearest_float(drive.amplitude)
@@ -121,20 +139,68 @@ class Experiment:
 
     @cached_property
     def algorithm(self) -> Solver:
+        """The solver, made from its name and options.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.algorithm.name
+        'exact'
+        """
         return solver_named(self.solver, dict(self.options))
 
     @cached_property
     def initial(self) -> State:
+        """The state at which the run begins.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.initial.tensions
+        array([0.])
+        """
         return State.relaxed(self.chain, self.seed) if self.start is None else self.start
 
     @property
     def digits(self) -> int | None:
-        """Significant decimal digits asked of the solver; None if it knows only floats."""
+        """Significant decimal digits asked of the solver; None if it knows only floats.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.digits is None
+        True
+        """
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
 
     def burn_in_of(self, reached: int) -> int:
-        """Return the burn-in of a run that reached so many targets; even if they are cycles."""
+        """Return the burn-in of a run that reached so many targets; even if they are cycles.
+
+        Parameters
+        ----------
+        reached : int
+            Targets.
+
+        Returns
+        -------
+        int
+            Targets left out of the mean velocity.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.burn_in_of(100)
+        10
+        """
         if self.burn_in is not None:
             targets = self.burn_in
         elif isinstance(self.drive, Listed):  # what the chain does on this path is the question
@@ -144,7 +210,21 @@ class Experiment:
         return targets + targets % 2 if self.drive.cyclic else targets
 
     def description(self) -> dict[str, Any]:
-        """Return the experiment as plain data, exactly; `from_description` makes it again."""
+        """Return the experiment as plain data, exactly; `from_description` makes it again.
+
+        Returns
+        -------
+        dict
+            Of numbers, texts, rationals and arrays.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> experiment.description()["solver"]
+        'exact'
+        """
         start = self.start
         return {field.name: getattr(self, field.name) for field in fields(self)} | {
             "chain": self.chain.parameters(),
@@ -156,6 +236,31 @@ class Experiment:
 
     @classmethod
     def from_description(cls, data: Mapping[str, Any]) -> Experiment:
+        """Return the experiment that `description` described.
+
+        Parameters
+        ----------
+        data : mapping
+            What `description` returned.
+
+        Returns
+        -------
+        Experiment
+            The same.
+
+        Raises
+        ------
+        InputError
+            If it describes none.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 50))
+        >>> Experiment.from_description(experiment.description()).chain == chain
+        True
+        """
         drive, start = dict(data["drive"]), data["start"]
         made = {
             "chain": Chain(**data["chain"]),

@@ -46,14 +46,6 @@ class Creep(Result):
 
     Two are equal if their datasets are identical, whatever the time they took.
 
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
-    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
-    True
-    >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
-    (-0.001, 0.0)
-
     Attributes
     ----------
     experiment : Experiment
@@ -104,6 +96,16 @@ class Creep(Result):
         What only this solver knows: precision, enclosure radii, work counts.
     saved : mapping of int to mapping
         Snapshots by targets reached, from which `state_at` begins; none of a result from a file.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
+    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
+    True
+    >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
+    (-0.001, 0.0)
     """
 
     experiment: Experiment
@@ -133,23 +135,72 @@ class Creep(Result):
 
     @property
     def chain(self) -> Chain:
+        """The chain of the experiment.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.chain == chain
+        True
+        """
         return self.experiment.chain
 
     @property
     def drive(self) -> Drive:
+        """The drive of the experiment.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.drive.cycles
+        50
+        """
         return self.experiment.drive
 
     @property
     def solver(self) -> str:
+        """The name of the solver.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.solver
+        'exact'
+        """
         return self.experiment.solver
 
     @property
     def seed(self) -> int:
+        """The seed of the disorder.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.seed
+        0
+        """
         return self.experiment.seed
 
     @property
     def x_G(self) -> float:
-        """Displacement of the centre of mass at the end, unit ``g tau_dyn**2``."""
+        """Displacement of the centre of mass at the end, unit ``g tau_dyn**2``.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> round(run.x_G, 6)
+        77.223343
+        """
         return math.fsum(floats(self.state.displacements).tolist()) / self.chain.n
 
     @property
@@ -157,6 +208,14 @@ class Creep(Result):
         """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
 
         On the level ``+x`` or ``-x``; ``none`` if it does neither, as far as `outcome` is known.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.direction
+        'downhill'
         """
         if self.outcome not in (Outcome.CREEPING, Outcome.RUNAWAY):
             return "none"
@@ -168,24 +227,60 @@ class Creep(Result):
 
     @property
     def velocity_text(self) -> str | None:
-        """The velocity in the digits that were asked for and are known; None without digits."""
+        """The velocity in the digits that were asked for and are known; None without digits.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.velocity_text is None
+        True
+        """
         known, digits = self.velocity_enclosure, self.experiment.digits
         return None if known is None or digits is None else known.text(digits)
 
     @property
     def velocity_radius(self) -> str:
-        """The radius of `velocity_enclosure`; "" if it is zero, or there is none."""
+        """The radius of `velocity_enclosure`; "" if it is zero, or there is none.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.velocity_radius
+        ''
+        """
         known = self.velocity_enclosure
         return known.radius_text() if known and known.radius else ""
 
     @property
     def velocity_units(self) -> str:
-        """The unit of `velocity` and `velocity_error`."""
+        """The unit of `velocity` and `velocity_error`.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.velocity_units
+        'g tau_dyn^2 per half-cycle'
+        """
         return f"g tau_dyn^2 per {self.drive.per}"
 
     @property
     def velocity_of(self) -> str:
-        """Which velocity it is: that of this run after its burn-in, or of what it settled in."""
+        """Which velocity it is: that of this run after its burn-in, or of what it settled in.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.velocity_of
+        'the cycle in which it has settled, since cycle 1'
+        """
         if self.outcome is Outcome.AT_REST:
             return "at rest, in which the run ends"
         if math.isinf(self.velocity):
@@ -199,7 +294,16 @@ class Creep(Result):
 
     @property
     def velocity_reason(self) -> str:
-        """Why the velocity, or only its standard error, is nan; "" where both are known."""
+        """Why the velocity, or only its standard error, is nan; "" where both are known.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.velocity_reason
+        ''
+        """
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
         named = "half-cycles" if cyclic else "targets"
         if math.isnan(self.velocity):
@@ -226,6 +330,14 @@ class Creep(Result):
 
         That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. For
         more than two sliders no number is known: `survival` tells for how long they creep.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.metastable
+        ''
         """
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
@@ -244,7 +356,16 @@ class Creep(Result):
 
     @property
     def followed(self) -> int | None:
-        """Up to which target the course is followed, if it is undecided beyond; else None."""
+        """Up to which target the course is followed, if it is undecided beyond; else None.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.followed is None
+        True
+        """
         if not self.undecided_from:
             return None
         before = self.undecided_from - 1
@@ -253,12 +374,30 @@ class Creep(Result):
 
     @property
     def course(self) -> str:
-        """One sentence: what outcome and velocity are worth, how far the course is known; or ""."""
+        """One sentence: what outcome and velocity are worth, how far the course is known; or "".
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.course
+        'copies that are a few roundings off take the same course to the end'
+        """
         return known_of([self])
 
     @property
     def counts(self) -> dict[str, int]:
-        """The counts by the names that they have in files."""
+        """The counts by the names that they have in files.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.counts["half_cycles"]
+        100
+        """
         return {name: getattr(self, ATTRIBUTES.get(name, name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
@@ -266,6 +405,29 @@ class Creep(Result):
 
         It is computed again from the nearest state before that was saved. `InputError` if the run
         did not reach it.
+
+        Parameters
+        ----------
+        half_cycle : int
+            From 0, the start, to `half_cycles`.
+
+        Returns
+        -------
+        State
+            At rest.
+
+        Raises
+        ------
+        InputError
+            If the run did not reach it.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.state_at(0) == run.experiment.initial
+        True
         """
         most, experiment = self.half_cycles, self.experiment
         until = whole_number(half_cycle, "half_cycle", least=0, most=most)
@@ -313,6 +475,14 @@ class Creep(Result):
         ``event``, ``rearrangement`` and ``slip``; half-cycles of a record with dates have a
         ``date`` (UTC, if it names a time zone). Parameters stand in the attributes, rationals as
         strings; each variable says its unit and meaning.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.dataset.x_G.shape
+        (100,)
         """
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
@@ -323,6 +493,14 @@ class Creep(Result):
         ``plot(ax=None)`` draws x_G over time and returns the axes; ``plot.avalanches("size")``
         draws how the size of its avalanches is distributed (or their ``"duration"``, ``"energy"``,
         ``"extent"``).
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> type(run.plot).__name__
+        'Plots'
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
         return import_module("exactcreep.figures.run").Plots(self)  # type: ignore[no-any-return]
@@ -337,6 +515,24 @@ class Creep(Result):
             from 0: ``events.merge(rearrangements, left_on="rearrangement", right_index=True)``.
             What has a number for each slider is one column for each, ``x_1``, ``x_2``, ... Units
             and meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
+
+        Returns
+        -------
+        DataFrame
+            A row for each half-cycle, event, rearrangement or slip.
+
+        Raises
+        ------
+        InputError
+            If the table was not recorded.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> len(run.to_pandas("half_cycles"))
+        100
         """
         return import_module("exactcreep.quasistatic.frames").frame(self, table)
 
@@ -345,6 +541,20 @@ class Creep(Result):
 
         `InputError` if the file exists and `force` is not given, or it cannot be written.
 
+        Parameters
+        ----------
+        path : path
+            A file to be made.
+        force : bool, optional
+            Whether a file that exists may be replaced.
+
+        Raises
+        ------
+        InputError
+            If the file exists and `force` is not given, or it cannot be written.
+
+        Examples
+        --------
         >>> from exactcreep import Chain, Cycles, creep
         >>> result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 5))
         >>> result.save("run.nc")
@@ -355,7 +565,32 @@ class Creep(Result):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Creep:
-        """Return the result that `save` wrote; a file of several has `load_members`."""
+        """Return the result that `save` wrote; a file of several has `load_members`.
+
+        Parameters
+        ----------
+        path : path
+            A file of one result.
+
+        Returns
+        -------
+        Creep
+            Equal to what was saved.
+
+        Raises
+        ------
+        InputError
+            If it holds none, or several.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.save("it.nc", force=True)
+        >>> Creep.load("it.nc") == run
+        True
+        """
         members = load_members(path)
         if len(members) != 1:
             name = os.fspath(path)

@@ -189,6 +189,7 @@ class ChainIntegrator(ChainAtRest):
         self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
         self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
 
+
 def event_of(
     time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None
 ) -> FirstEvent:
