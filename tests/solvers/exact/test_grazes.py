@@ -52,6 +52,16 @@ def test_a_speed_that_turns_just_above_zero_is_no_stop(shift: float, solver: str
 
 
 @pytest.mark.parametrize("solver", ["exact", "reference"])
+def test_a_speed_that_touches_zero_within_rounding_is_a_stop_that_is_counted(solver: str) -> None:
+    result = rearrange(GRAZING, State.prepared(GRAZING, TENSIONS), direction=1, solver=solver)
+    stops = [event for event in result.events if event.kind.value == "stop"]
+    assert stops[0].sliders == (3,)
+    assert stops[0].time == pytest.approx(3.7262, abs=1e-4)
+    assert result.undecided > 0
+    assert result.error == math.inf
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference"])
 @pytest.mark.parametrize(("n", "mu_s", "tan_alpha", "tensions", "direction"), ELSEWHERE)
 def test_other_grazes_are_undecided_or_right(
     n: int, mu_s: str, tan_alpha: str, tensions: list[float], direction: int, solver: str
