@@ -68,7 +68,7 @@ FRESH = {  # drawn once, before any of them was looked at
 
 def drawn(name: str, count: int) -> list[Rate]:
     """Return the rates told of so many samples of a mixture; the same in every call."""
-    starts, life, horizon, share, scale = (MIXTURES | OWN)[name]
+    starts, life, horizon, share, scale = (MIXTURES | OWN | FRESH)[name]
     random = np.random.default_rng(list(name.encode()))
     told = []
     for _ in range(count):
@@ -81,19 +81,19 @@ def drawn(name: str, count: int) -> list[Rate]:
 
 def held(name: str, rates: list[Rate]) -> tuple[int, int]:
     """Return of how many samples an interval is told, and how many of these hold the late rate."""
-    true = -math.expm1(-1 / (MIXTURES | OWN)[name][1])
+    true = -math.expm1(-1 / (MIXTURES | OWN | FRESH)[name][1])
     told = [rate for rate in rates if not math.isnan(rate.low)]
     assert all(rate.reason for rate in rates if math.isnan(rate.low))
     return len(told), sum(rate.low <= true <= rate.high for rate in told)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MIXTURES | OWN)
+@pytest.mark.parametrize("name", MIXTURES | OWN | FRESH)
 def test_intervals_hold_the_late_rate_of_90_to_99_percent_wherever_they_are_told(name: str) -> None:
     told, holds = held(name, drawn(name, 400))
     if told >= 20:
         assert 0.9 <= holds / told <= 0.99
-    if name in APART:
+    if name in APART or name in [*FRESH][:10]:
         assert told >= 360
 
 
@@ -149,6 +149,12 @@ def test_starts_that_never_advanced_tell_nothing_of_the_rate_but_are_counted() -
     alone, more = escape_rate(late), escape_rate([0] * 9 + late)
     assert more[:4] == alone[:4]
     assert more.before == alone.before + 9
+
+
+@pytest.mark.parametrize("lives", [[0, 0], [1], [0, 1, 1]])
+def test_lives_of_one_cycle_at_most_are_refused(lives: list[int]) -> None:
+    reason = escape_rate(lives).reason
+    assert reason == f"no rate: every start was arrested up to cycle {max(lives)}"
 
 
 def test_without_an_arrest_the_interval_begins_at_zero() -> None:
