@@ -53,6 +53,7 @@ from exactcreep.commands.values import (
 
 if TYPE_CHECKING:
     import xarray as xr
+    from pandas import DataFrame
 
     from exactcreep.figures.paper import Picture, Table
 
@@ -167,18 +168,22 @@ def export(
         raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
     check_output(to, "to", force=force)
     rows = chosen(load_members(run), member).to_pandas(table)
+    write_file(to, _content(rows, to), "to", force=force)
+    put(f"written: {to} ({len(rows)} rows)")
+
+
+def _content(rows: DataFrame, to: Path) -> bytes:
+    """Return a table as the file that the ending of its name says."""
     if to.suffix == ".csv":
         units = rows.attrs["units"]
         header = [f"{name} [{units[name]}]" if units[name] != "1" else name for name in rows]
-        content = rows.to_csv(header=header, lineterminator="\n").encode()
-    else:
-        try:
-            content = rows.to_parquet(engine="pyarrow", compression="zstd", index=True)
-        except ImportError:
-            needed = 'needs pyarrow: pip install "exactcreep[export]"'
-            raise exactcreep.InputError("to", str(to), needed) from None
-    write_file(to, content, "to", force=force)
-    put(f"written: {to} ({len(rows)} rows)")
+        text: str = rows.to_csv(header=header, lineterminator="\n")
+        return text.encode()
+    try:
+        return bytes(rows.to_parquet(engine="pyarrow", compression="zstd", index=True))
+    except ImportError:
+        needed = 'needs pyarrow: pip install "exactcreep[export]"'
+        raise exactcreep.InputError("to", str(to), needed) from None
 
 
 def animate(

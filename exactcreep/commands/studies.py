@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
@@ -180,19 +180,24 @@ def question(command: str) -> Callable[..., None]:
             remark="interrupted: this is what is known" if interrupted else "",
         ))  # fmt: skip
 
+    ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
+    lines = "\n".join(f"exactcreep {command} {line}" for line in about.examples)
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
+    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
+    ask.__doc__ = f"{text}\n\n{status}\n\nExamples\n--------\n{lines}"
+    return ask
+
+
+def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
+    """Return what the command of a public function takes, by how the command line takes it."""
     said, options = described(public), list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
             default, kind = _as_text(own.default), _kind(own, said.get(own.name, ""))
             options.append(inspect.Parameter(own.name, _KEYWORD, default=default, annotation=kind))
     chain = inspect.Parameter("chain", _KEYWORD, annotation=ChainOptions)
-    output = inspect.Parameter("output", _KEYWORD, default=about.group(), annotation=about.group)
-    ask.__signature__ = inspect.Signature([chain, *options, output])  # type: ignore[attr-defined]
-    lines = "\n".join(f"exactcreep {command} {line}" for line in about.examples)
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
-    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
-    ask.__doc__ = f"{text}\n\n{status}\n\nExamples\n--------\n{lines}"
-    return ask
+    output = inspect.Parameter("output", _KEYWORD, default=group(), annotation=group)
+    return inspect.Signature([chain, *options, output])
 
 
 def _kind(own: inspect.Parameter, about: str) -> Any:
@@ -359,20 +364,25 @@ def plan(
 
     def tell() -> None:
         say_heading(planned.name, planned.title)
-        if len(members) <= _MOST_IN_FULL:
-            for setting, one in plans:
-                if setting:
-                    say(settings_text(setting))
-                _print_plan(one)
-            return
-        words = [f"{one.solver}: {one.reason}" for _, one in plans]
-        for texts, alike in grouped([setting for setting, _ in plans], words):
-            many = f" ({len(alike)} members)" if len(alike) > 1 else ""
-            which = settings_text(dict(zip(members[0], texts, strict=True)))
-            say(f"{which}{many}: {words[alike[0]]}")
+        _print_plans(plans, in_full=len(members) <= _MOST_IN_FULL)
 
-    summary = of_members(planned.name, members, [one.summary() for _, one in plans])
+    summary = of_members(planned.name, members, [plan.summary() for _, plan in plans])
     output.deliver(Answer(summary, tell, status=LIMIT if left else 0, remark=left))
+
+
+def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bool) -> None:
+    """Print plans of members with what these set, in full, or one line each."""
+    if in_full:
+        for setting, plan in plans:
+            if setting:
+                say(settings_text(setting))
+            _print_plan(plan)
+        return
+    words = [f"{plan.solver}: {plan.reason}" for _, plan in plans]
+    for texts, alike in grouped([setting for setting, _ in plans], words):
+        many = f" ({len(alike)} members)" if len(alike) > 1 else ""
+        which = settings_text(dict(zip(plans[0][0], texts, strict=True)))
+        say(f"{which}{many}: {words[alike[0]]}")
 
 
 def _print_plan(plan: Plan) -> None:
