@@ -118,7 +118,7 @@ def test_a_public_module_shows_an_example_and_is_imported_by_its_public_name(nam
     ("statement", "needed", "heavy"),
     [
         ("exactcreep", "exactcreep", "numpy numba scipy sympy mpmath xarray matplotlib flint"),
-        ("exactcreep.creep", "numba", "scipy.stats sympy xarray matplotlib pandas"),
+        ("exactcreep.creep", "numpy", "numba scipy.stats sympy xarray matplotlib pandas"),
         ("exactcreep.laws.critical_angle", "mpmath", "numba scipy sympy xarray flint"),
     ],
 )
