@@ -17,12 +17,6 @@ _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 class Progress:
     """How far a computation has come.
 
-    >>> from exactcreep import Chain, Cycles, creep
-    >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
-    >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events
-    (10, 10, 152)
-
     Attributes
     ----------
     phase : str
@@ -40,6 +34,14 @@ class Progress:
         How many of `done` an earlier computation had saved.
     work, theta : float or None
         Of a run: the part of the work that is done, between 0 and 1, and where theta is.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
+    >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events
+    (10, 10, 152)
     """
 
     phase: str
@@ -57,23 +59,61 @@ class Progress:
 
     @property
     def half_cycles(self) -> int:
-        """Of a run: targets reached."""
+        """Of a run: how many targets were reached.
+
+        Examples
+        --------
+        >>> from exactcreep import Progress
+        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
+        >>> half.half_cycles
+        50
+        """
         return int(self.done)
 
     @property
     def share(self) -> float:
-        """Which part of the work is done, between 0 and 1; 0 where that is not known."""
+        """Which part of the work is done, between 0 and 1; 0 where that is not known.
+
+        Examples
+        --------
+        >>> from exactcreep import Progress
+        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
+        >>> half.share
+        0.5
+        """
         counted = self.done / self.total if self.total else 0.0
         return counted if self.work is None else self.work
 
     @property
     def events_per_second(self) -> float:
-        """Events per second of wall time."""
+        """Events per second of wall time; 0 before any time has passed.
+
+        Examples
+        --------
+        >>> from exactcreep import Progress
+        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
+        >>> half.events_per_second
+        300.0
+        """
         return self.events / self.seconds if self.seconds > 0 else 0.0
 
     @property
     def seconds_left(self) -> float:
-        """An estimate of the time to the end, further members taken as equally long; else nan."""
+        """An estimate of the wall time to the end; nan before a thousandth of the work is done.
+
+        Further members are taken to be equally long.
+
+        Notes
+        -----
+        Guarantee: none; what is to come may take longer than what is done.
+
+        Examples
+        --------
+        >>> from exactcreep import Progress
+        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
+        >>> half.seconds_left
+        4.0
+        """
         left = self.members - self.member + 1 - self.share
         return self.seconds * left / self.share if self.share > _TOO_FEW else math.nan
 

@@ -238,19 +238,30 @@ class TemperatureRecord(Listed):
         (``sort_index``), thins (``groupby(level=0).mean()``, ``dropna``) and fills
         (``interpolate``).
 
-        Raises `InputError`: as for a file.
-
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
             Floats are taken for the binary numbers that they are. Two columns are minimum and
             maximum of a day.
-        kappa, T0 : number
+        kappa : number
+            Thermal expansion coefficient, unit 1/K; positive.
+        T0 : number
+            Temperature at which the chain is prepared (theta = 0), in `unit`.
         times : array, shape (rows,), optional
             Numbers, `datetime.datetime`, `numpy.datetime64` or ISO 8601 texts. Default: the index
             of a Series or DataFrame.
         minimum_hour, maximum_hour, scale, unit : optional
             As of a file.
+
+        Returns
+        -------
+        TemperatureRecord
+            A drive with one target for each temperature; dilations are kappa (T - T0), exactly.
+
+        Raises
+        ------
+        InputError
+            As for a file; if shapes do not fit, or there are no times.
 
         Examples
         --------

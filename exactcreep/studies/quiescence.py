@@ -83,6 +83,15 @@ class Quiescence(Result):
         """One row for each jump: `run`, `cycle`, `advance` and cycles `waited` since the last one.
 
         Runs and cycles are counted from 0 and 1; `waited` is -1 for the first jump of a run.
+        Advances have the unit ``g tau_dyn**2``.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep, quiescent
+        >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+        >>> rests = quiescent(creep(chain, Cycles("0.0008", 100), seed=3))
+        >>> list(rests.table), int(rests.table["waited"][0])
+        (['run', 'cycle', 'advance', 'waited'], -1)
         """
         import pandas as pd  # noqa: PLC0415
 
@@ -112,6 +121,7 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
     Returns
     -------
     Quiescence
+        The share of cycles without a jump, all waiting times, and a table of the jumps.
 
     Raises
     ------

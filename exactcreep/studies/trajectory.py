@@ -46,6 +46,7 @@ class Method:
     Parameters
     ----------
     solver : str
+        Its name: ``exact``, ``certified``, ``verlet``, ... (see `exactcreep.solvers`).
     **options
         The solver's own.
 
@@ -64,16 +65,69 @@ class Method:
 
     @property
     def label(self) -> str:
-        """How it is called in tables and pictures."""
+        """How it is called in tables and pictures: the solver, and the options that tell it apart.
+
+        Examples
+        --------
+        >>> from exactcreep import Method
+        >>> Method("certified", digits=30).label
+        'certified, 30 digits'
+        """
         words = [form.format(self.options[k]) for k, form in _WORDS.items() if self.options.get(k)]
         return ", ".join([self.solver, *words])
 
     def algorithm(self) -> Solver:
-        """Return the solver; options out of range raise `InputError`."""
+        """Return the solver with these options.
+
+        Returns
+        -------
+        Solver
+            It makes simulations, and knows nothing of a chain or a drive.
+
+        Raises
+        ------
+        InputError
+            If there is no such solver, it has no such option, or an option is out of range.
+
+        Examples
+        --------
+        >>> from exactcreep import Method
+        >>> type(Method("verlet", dt="0.01").algorithm()).__name__
+        'Verlet'
+        """
         return solver_named(self.solver, dict(self.options))
 
     def simulation(self, experiment: Experiment, record: tuple[str, ...] = ()) -> Simulation:
-        """Return the solver at the start of an experiment, whose own solver plays no part."""
+        """Return the solver at the start of an experiment, whose own solver plays no part.
+
+        Parameters
+        ----------
+        experiment : Experiment
+            Its chain, start and seed are taken.
+        record : tuple of str
+            What is recorded on the way: names among the `records` of the solver.
+
+        Returns
+        -------
+        Simulation
+            The chain before the first target; its `follow` takes it along a drive.
+
+        Raises
+        ------
+        InputError
+            As `algorithm`, and if the solver does not take this chain.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, Experiment, Method
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> experiment = Experiment(chain, Cycles("0.001", 5))
+        >>> simulation = Method("exact").simulation(experiment)
+        >>> simulation.follow(experiment.drive, first=1, count=10).completed
+        10
+        >>> simulation.tally.events
+        152
+        """
         chain, start = experiment.chain, experiment.initial
         return self.algorithm().simulation(chain, start, experiment.seed, record)
 

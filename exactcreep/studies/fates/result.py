@@ -84,14 +84,39 @@ class Fate(Result):
 
     @property
     def direction(self) -> str:
-        """Which way the chain creeps or runs away, as `direction_of` says it; else ``none``."""
+        """Which way the chain creeps or runs away; ``none`` if it does neither.
+
+        ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, the axis from slider 1 to N.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, fate
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> fate(chain, "0.001").direction, fate(chain, "0.0001").direction
+        ('downhill', 'none')
+        """
         tangent = self.chain.tan_alpha
         ways = {Outcome.RUNAWAY: tangent, Outcome.CREEPING: self.advance or 0.0}
         return direction_of(ways.get(self.outcome, 0), tangent)
 
     @property
     def velocity(self) -> float | None:
-        """The advance per half-cycle once it has settled."""
+        """The advance of x_G per half-cycle once the chain has settled, unit ``g tau_dyn**2``.
+
+        0 at rest or locked; None if it has not settled, or runs away.
+
+        Notes
+        -----
+        Guarantee: that of `advance`, divided by the half-cycles of a period and rounded.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, fate
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> creeps = fate(chain, "0.001")
+        >>> creeps.velocity == creeps.advance / (2 * creeps.period)
+        True
+        """
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
     told = (

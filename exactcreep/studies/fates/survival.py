@@ -136,7 +136,16 @@ class Survival(Result):
 
     @cached_property
     def arrested(self) -> NDArray[np.bool_]:
-        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,)."""
+        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,).
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.arrested
+        array([False, False, False,  True, False,  True,  True,  True])
+        """
         return self._came_to(Outcome.AT_REST, Outcome.CYCLING)
 
     @cached_property
@@ -144,28 +153,90 @@ class Survival(Result):
         """Cycles up to the last advance of an arrested start, and those seen of another.
 
         Shape (starts,). Periodic creep goes on for ever, and counts as seen up to the horizon.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.durations
+        array([50, 50, 50, 12, 50, 12, 12, 12])
         """
         seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
         return np.where(self.arrested, self._column("last_advance"), seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
-        """The last cycle with an advance of each start that is arrested, shape (arrested,)."""
+        """The last cycle with an advance of each start that is arrested, shape (arrested,).
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.lifetimes
+        array([12, 12, 12, 12])
+        """
         return self.durations[self.arrested]
 
     @property
     def censored(self) -> NDArray[np.int64]:
-        """How many cycles each of the others has been seen, shape (others,)."""
+        """How many cycles each start that is not arrested has been seen, shape (others,).
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.censored
+        array([50, 50, 50, 50])
+        """
         return self.durations[~self.arrested]
 
     @cached_property
     def rate(self) -> Rate:
-        """Arrests per cycle of the starts that outlive the early phase; see `escape_rate`."""
+        """Arrests per cycle of the starts that outlive the early phase, with an interval of 95 %.
+
+        A `Rate`: its numbers are nan, and its `reason` says why, where lifetimes do not tell one.
+
+        Notes
+        -----
+        Guarantee: none; `exactcreep.studies.fates.escape.escape_rate` says how often intervals of
+        samples with known rates held these.
+
+        Source: transient chaos, Lai and Tel.
+
+        Examples
+        --------
+        None of eight starts is arrested within 50 cycles:
+
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> rate = survival(chain, "0.0005", starts=8, cycles=50).rate
+        >>> rate.rate, rate.low, round(rate.high, 3)
+        (0.0, 0.0, 0.009)
+        """
         return escape_rate(self.lifetimes, self.censored)
 
     @cached_property
     def curve(self) -> Curve:
-        """The Kaplan-Meier estimate, a step after each lifetime and each censoring."""
+        """Which part of the starts outlives each number of cycles, by Kaplan and Meier.
+
+        A `Curve` of arrays of shape (steps,), a step after each lifetime and each censoring.
+
+        Notes
+        -----
+        Guarantee: its interval of 95 % (log-log) holds for many independent starts; nan where
+        none, or all of them, are moving.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.curve.cycles, lives.curve.moving
+        (array([12., 50.]), array([0.5, 0.5]))
+        """
         times = scipy.stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
         moving = scipy.stats.ecdf(times).sf
         with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
@@ -181,17 +252,65 @@ class Survival(Result):
 
     @property
     def moving(self) -> Share:
-        """The starts that are not arrested at the horizon, whether they advance or not."""
+        """The starts that are not arrested at the horizon, whether they advance or not.
+
+        A `Share`: how many, which part of all that were followed, and its interval.
+
+        Notes
+        -----
+        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
+        in at least 95 % of such studies.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.moving.starts, lives.moving.share
+        (4, 0.5)
+        """
         return self._share(~self.arrested)
 
     @property
     def creeping(self) -> Share:
-        """The starts that still creep at the horizon, either way, or run away."""
+        """The starts that still creep at the horizon, either way, or run away.
+
+        A `Share`; `fractions` says what counts as creeping.
+
+        Notes
+        -----
+        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
+        in at least 95 % of such studies.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.creeping.starts, round(lives.creeping.low, 2), round(lives.creeping.high, 2)
+        (4, 0.16, 0.84)
+        """
         return self._share(self._creeping)
 
     @property
     def directions(self) -> dict[str, Share]:
-        """Which part of the starts is among `creeping`, by the way that they go."""
+        """Which part of the starts is among `creeping`, by the way that they go.
+
+        The words are those of `Fate.direction`; ways that no start goes are left out.
+
+        Notes
+        -----
+        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
+        in at least 95 % of such studies.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> {way: share.starts for way, share in lives.directions.items()}
+        {'downhill': 4}
+        """
         ways, creeping = self._column("direction"), self._creeping
         words = np.unique(ways[creeping]).tolist()
         return {word: self._share(creeping & (ways == word)) for word in words}
@@ -223,12 +342,34 @@ class Survival(Result):
         have come further than ever, either way, within the last `dormant` cycles (and the last
         half); ``dormant`` those with disorder whose inner sliders have not slipped for so long;
         ``runaway`` those proved never to come to rest; ``undecided`` all others.
+
+        Notes
+        -----
+        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
+        in at least 95 % of such studies.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> {what: share.starts for what, share in lives.fractions.items() if share.starts}
+        {'at_rest': 4, 'creeping': 4}
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
     def evidence(self) -> Evidence:
-        """Of float64: undecided if one of the starts is."""
+        """How well it is known: `COMPUTED` in float64, `UNDECIDED` if one of the starts is.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.evidence.value
+        'computed'
+        """
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     @property
@@ -261,7 +402,18 @@ class Survival(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """What every start came to along ``start``, and the curve along ``step``."""
+        """What every start came to along ``start``, and `curve` along ``step``.
+
+        Its attributes are the parameters, `rate` and `reason`.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, survival
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
+        >>> lives.dataset["settled_after"].dims, int(lives.dataset["arrested"].sum())
+        (('start',), 4)
+        """
         columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})
             for name, text in _COLUMNS.items()
@@ -307,9 +459,11 @@ def survival(
     Parameters
     ----------
     chain : Chain
+        With slips (mu_s > mu_d, or disorder), of at most 10 000 sliders.
     amplitude : number
         Of the cycles +A, -A.
     starts : int
+        How many are followed, at least 1.
     size : number
         Tensions of the starts are uniform in (-size, size), unit m g.
     cycles : int
