@@ -20,7 +20,6 @@ from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
 import exactcreep
-from tests.docstrings_to_come import TO_COME
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
@@ -111,14 +110,9 @@ def _lacks(dotted: str) -> list[str]:
 
 @pytest.mark.parametrize("name", [*PUBLIC, "disorder", "laws"])
 def test_what_a_user_calls_or_reads_has_the_sections_of_numpydoc(name: str) -> None:
-    """`TO_COME` may only shrink: a name of it that has all sections has to leave it."""
-    for dotted in _names_within(name):
-        assert bool(lacks := _lacks(dotted)) == (dotted in TO_COME), (dotted, lacks)
-
-
-def test_names_whose_docstrings_are_to_come_exist() -> None:
-    known = {dotted for name in (*PUBLIC, "disorder", "laws") for dotted in _names_within(name)}
-    assert known >= TO_COME
+    names = list(_names_within(name))
+    assert names
+    assert {dotted: lacks for dotted in names if (lacks := _lacks(dotted))} == {}
 
 
 @pytest.mark.parametrize("name", ["disorder", "laws"])

@@ -53,7 +53,19 @@ class Answer(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """What was looked at, with the chain and all single numbers and texts as attributes."""
+        """What was looked at, with the chain and all single numbers and texts as attributes.
+
+        Of `Threshold` its `windows` along ``edge``; of `HalfLife` and `Intercept` what was measured
+        along ``amplitude``. Units are those of the fields.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, intercept
+        >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+        >>> measured = intercept(chain, cycles=100, points=8).dataset
+        >>> measured["velocities"].dims, measured.sizes["amplitude"], measured.attrs["mu_s"]
+        (('amplitude',), 8, '3/5')
+        """
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
         about = plain_data(self.chain.parameters()) | single
         # imported late: the help of a command takes its options from this module
@@ -75,7 +87,18 @@ class Measured(Answer):
 
     @property
     def evidence(self) -> Evidence:
-        """`COMPUTED`; `UNDECIDED` if a limit ended the measurement, or it does not fit the law."""
+        """How well it is known: `COMPUTED` in float64, or `UNDECIDED`; `reason` then says why.
+
+        It is undecided if a limit ended the measurement, or what was measured does not fit the law.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, intercept
+        >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+        >>> steps = intercept(chain, cycles=100)  # v(A) of two sliders is a staircase
+        >>> steps.evidence.value, steps.reason.split(":")[1]
+        ('undecided', ' v(A) is no straight line')
+        """
         return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
 
     def _numbers(self) -> dict[str, Any]:

@@ -186,6 +186,7 @@ def half_life(
     cycles : int
         The horizon; see `survival`.
     starts : int
+        How many are followed at each amplitude, at least 1.
     size : number
         Tensions of a start are uniform in (-size, size), unit m g.
     seed : int
@@ -213,6 +214,12 @@ def half_life(
     InputError
         If an argument is out of range, the question has no sense for the chain, or the share does
         not pass one half.
+
+    Notes
+    -----
+    Guarantee: none for `amplitude`, a statistic of these starts in float64. Fewer than half of all
+    starts creep at `low`, and more at `high`, as far as the intervals of 95 % of the two shares
+    hold. How many threads there are changes no number.
 
     Examples
     --------

@@ -106,6 +106,7 @@ def intercept(
     Parameters
     ----------
     chain : Chain
+        Of at least two sliders, with slips, on a slope below mu_d; disorder is welcome.
     cycles : int
         Of each amplitude.
     points : int
@@ -123,11 +124,25 @@ def intercept(
         Come back after so much wall time with the velocities that are known, and the line through
         them if they are 8 or more; `reason` then says so.
 
+    Returns
+    -------
+    Intercept
+        What was measured, the line through it, and how well that fits.
+
     Raises
     ------
     InputError
         If an argument is out of range, the question has no sense for the chain, or Eq. 22 is
-        not positive.
+        not positive, a fit is out of the range of the model, or `cycles` are too few to tell
+        standard errors.
+
+    Notes
+    -----
+    Guarantee: none; the line is a weighted least-squares fit of velocities measured in float64.
+    `error` is statistical, `systematic` tells what the range of the fit does, and `evidence` is
+    `UNDECIDED` where chi2 has a probability below 1 %.
+
+    Source: Eqs. 20 and 22, and the figures of v(A).
 
     Examples
     --------

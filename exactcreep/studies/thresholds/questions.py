@@ -44,8 +44,19 @@ _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
 class GivenUp(RuntimeError):
     """A run on which the search depends came to a limit of its solver.
 
-    >>> issubclass(GivenUp, RuntimeError)
-    True
+    Its text names the amplitude, and the limit.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, GivenUp, threshold
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
+    >>> try:
+    ...     edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
+    ... except GivenUp as limit:
+    ...     print(f"undecided: {limit}")
+    ... else:
+    ...     print(f"{edge.lower} to {edge.upper}")
+    0.00016923 to 0.00016924
     """
 
 
