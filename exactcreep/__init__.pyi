@@ -1,4 +1,5 @@
 from . import disorder as disorder, laws as laws
+from .figures.sweep import plot_sweep as plot_sweep
 from .model.chain import Chain as Chain
 from .model.contacts import Event as Event, EventKind as EventKind
 from .model.drive import (

@@ -79,7 +79,7 @@ def draw_survival(found: Survival) -> Figure:
         times = np.linspace(rate.cut, end, 200)
         begin = moving[np.searchsorted(steps, rate.cut, side="right") - 1]
         constant = begin * np.exp(-rate.rate * (times - rate.cut))
-        label = f"constant rate: one in {1 / rate.rate:.4g} cycles"
+        label = f"constant rate: one in {1 / rate.rate:.3g} cycles"
         axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
     axes.set(xlim=(0.0, end), xlabel="cycle", ylim=(0.0, 1.05))
     axes.set_ylabel("starts not locked or at rest yet")

@@ -511,11 +511,16 @@ def _draw_whole(inset: Axes, seen: Portrait) -> None:
 
 
 def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
-    """Draw how often each slider slips within each half-cycle, in at most seven classes."""
+    """Draw how often each slider slips within each half-cycle, in at most seven classes.
+
+    The classes begin at the fewest slips that there are, so that not all fall into the last.
+    """
     most = int(seen.slips.max(initial=0))
     edges = np.arange(most + 2)
     if most >= len(_SHADES):
-        edges = np.unique([0, *np.geomspace(1, most + 1, len(_SHADES)).round()]).astype(int)
+        fewest = int(seen.slips[seen.slips > 0].min())
+        above = np.geomspace(fewest, most + 1, len(_SHADES)).round()
+        edges = np.unique([0, *above]).astype(int)
     shades = _SHADES[: edges.size - 1]
     window, n = seen.slips.shape
     image = axes.pcolormesh(

@@ -10,9 +10,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import FuncNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -21,6 +24,7 @@ from exactcreep.figures.style import (
     DASHED,
     INKS,
     MOST_NAMED,
+    STYLE,
     VELOCITY,
     new_figure,
     setting_text,
@@ -261,48 +265,151 @@ def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
 @styled
 def draw_velocities(points: Sequence[Point], title: str = "", under: str = "") -> Figure:
     """Draw velocities as `draw_sweep` does; `under` the title stands what does not vary."""
-    values = {key: list(dict.fromkeys(point.varied[key] for point in points))
-              for key in points[0].varied}  # fmt: skip
-    many = {key: not any(isinstance(value, str) for value in each) and len(each)
-            for key, each in values.items()}  # fmt: skip
-    if len(values) == 2 and min(many.values()) >= MAPPED:
-        figure = new_figure(6.0, 4.4, title)
-        _draw_map(figure, points, *values)
-    else:
-        figure = new_figure(5.6, 4.0, title)
-        axes = figure.subplots()
-        draw_families(axes, points, max(values, key=lambda key: (many[key] > 0, len(values[key]))))
-        if under:
-            axes.set_title(under, fontsize=8)
+    figure = new_figure(*((6.0, 4.4) if _mapped(points) else (5.6, 4.0)), title)
+    _draw(figure.subplots(), points)
+    if under and not _mapped(points):
+        figure.axes[0].set_title(under, fontsize=8)
     return figure
 
 
-def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> None:
-    """Draw the velocity in colour over two quantities, and contours of the law."""
-    axes = figure.subplots()
+def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the velocities of a sweep with their errors beside the laws; return the axes.
+
+    The quantity with most values is along the axis; the seeds of each point are taken together.
+    What varies besides makes families, each in a colour of its own, of a single run a point. The
+    law of the sliding limit, where there is one, is a broken line; that of sliders that stick and
+    slip, in its range, a full one in a band of its deviation. Two quantities of at least five
+    values each, and nothing else, make a map in colour, with the laws as contours; cells without a
+    velocity stay white.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `sweep` returns, or its ``sweep.nc`` that `xarray.open_dataset` reads.
+    ax : Axes, optional
+        Default: new axes.
+
+    Returns
+    -------
+    Axes
+        Velocities in ``g tau_dyn**2`` per half-cycle (or target).
+
+    Raises
+    ------
+    InputError
+        If the dataset is not a whole grid of a sweep, or nothing varies but the seed.
+
+    Examples
+    --------
+    >>> from exactcreep import load_scene, plot_sweep, sweep
+    >>> scene = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 10})
+    >>> grid = sweep(scene.with_settings({"vary.chain.n": [2, 3, 4]}))
+    >>> plot_sweep(grid).get_xlabel()
+    'N'
+    """
+    whole = isinstance(dataset, xr.Dataset) and "vary" in dataset.attrs
+    vary = json.loads(dataset.attrs["vary"]) if whole else {}
+    sizes = {name: len(vary[key]) for key, name in dimensions(vary).items()}
+    if not whole or any(dataset.sizes.get(name) != size for name, size in sizes.items()):
+        allowed = "must be a whole grid that sweep returned, nothing averaged or left out"
+        raise InputError("dataset", type(dataset).__name__, allowed)
+    if not {*vary} - {SEED}:
+        raise InputError("dataset", [*vary], "must vary something other than the seed")
+    points = points_of(dataset)
+    with mpl.rc_context(STYLE):
+        axes = ax or plt.subplots(layout="constrained")[1]
+        _draw(axes, points)
+    return axes
+
+
+def _values(points: Sequence[Point]) -> dict[str, list[Any]]:
+    """Return the values of each quantity that varies among the points."""
+    return {key: list(dict.fromkeys(point.varied[key] for point in points))
+            for key in points[0].varied}  # fmt: skip
+
+
+def _numbers(values: Sequence[Any]) -> int:
+    """Return how many numbers these are, none where one is a word."""
+    return 0 if any(isinstance(value, str) for value in values) else len(values)
+
+
+def _mapped(points: Sequence[Point]) -> bool:
+    """Return whether points are drawn as a map."""
+    values = _values(points)
+    return len(values) == 2 and min(map(_numbers, values.values())) >= MAPPED
+
+
+def _draw(axes: Axes, points: Sequence[Point]) -> None:
+    values = _values(points)
+    if _mapped(points):
+        _draw_map(axes, points, *values)
+    else:
+        over = max(values, key=lambda key: (_numbers(values[key]) > 0, len(values[key])))
+        draw_families(axes, points, over)
+
+
+def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None:
+    """Draw the velocity in colour over two quantities, and contours of the laws.
+
+    Colours go with the square root, so that slow creep is told from rest beside fast creep.
+    """
     x, y = (sorted({point.varied[key] for point in points}) for key in (across, up))
     measured = {(point.varied[across], point.varied[up]): point.measured for point in points}
     values = np.array([[measured[a, b] for a in x] for b in y])
     values[~np.isfinite(values)] = math.nan  # a runaway has no velocity
-    image = axes.pcolormesh(x, y, values, shading="nearest", cmap="cividis", rasterized=True)
-    bar = figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
+    low, high = _ends(values)
+    image = axes.pcolormesh(
+        x, y, values, shading="nearest", cmap="cividis", rasterized=True,
+        norm=FuncNorm((_root, _square), low, high),
+    )  # fmt: skip
+    bar = axes.figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
+    levels = _levels(low, high)
+    bar.set_ticks([0.0, *levels] if low <= 0 <= high else levels)
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
     shared = points[0].parameters
     grid = [[shared | {across: a, up: b} for a in fine_x] for b in fine_y]
     law = np.array([[_law(parameters) for parameters in row] for row in grid])
     measured_law = np.array([[sticking(parameters)[0] for parameters in row] for row in grid])
-    sticks = np.isfinite(measured_law)
-    law = np.where(sticks, measured_law, law)
-    if np.isfinite(law).sum() < 2 or np.nanmin(law) == np.nanmax(law):
-        return
-    ticks = MaxNLocator(8).tick_values(np.nanmin(law), np.nanmax(law))
-    levels = [level for level in ticks if level]  # where the law is 0 it is so all around
-    lines = axes.contour(fine_x, fine_y, law, levels=levels, colors="white", linewidths=0.9)
-    axes.clabel(lines, fontsize=7)
-    bar.add_lines(lines)
-    measured_words = f"{STICKING_MAP}; elsewhere {LIMIT}" if not sticks.all() else STICKING_MAP
-    axes.set_title(f"lines: {measured_words if sticks.any() else LIMIT}", fontsize=8)
+    words: list[str] = []
+    law[np.isfinite(measured_law)] = math.nan
+    for form, dashes, name in ((measured_law, "-", STICKING_MAP), (law, "--", LIMIT)):
+        kept = [level for level in levels if np.nanmin(form, initial=math.inf) < level
+                < np.nanmax(form, initial=-math.inf)]  # fmt: skip
+        if not kept:
+            continue
+        lines = axes.contour(fine_x, fine_y, form, levels=kept, colors="white", linewidths=0.9,
+                             linestyles=dashes)  # fmt: skip
+        axes.clabel(lines, fontsize=7, fmt="%g")
+        words.append(f"{'full' if dashes == '-' else 'broken'} lines: {name}")
+    axes.set_title("; ".join(words), fontsize=8)
+
+
+def _root(values: Any) -> Any:
+    return np.sign(values) * np.sqrt(np.abs(values))
+
+
+def _square(values: Any) -> Any:
+    return np.sign(values) * np.square(values)
+
+
+def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the least and the largest of finite values, apart where all are equal."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    apart = 0.0 if high > low else 0.5 * (abs(low) or 1.0)
+    return low - apart, high + apart
+
+
+def _levels(low: float, high: float) -> list[float]:
+    """Return round numbers between two others, 1, 2 and 5 in each decade if they are enough."""
+    most = max(abs(low), abs(high))
+    decades = 10.0 ** np.arange(math.floor(math.log10(most)) - 1, math.floor(math.log10(most)) + 1)
+    sizes = np.outer(decades, [1, 2, 5]).ravel()
+    levels = [float(level) for level in [*-sizes[::-1], *sizes] if low < level < high]
+    if len(levels) >= 3:
+        return levels
+    return [float(level) for level in MaxNLocator(8).tick_values(low, high) if low < level < high]
 
 
 def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:

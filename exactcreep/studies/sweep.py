@@ -112,6 +112,15 @@ def sweep(
     >>> varied = {"vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1, 2, 3]}
     >>> dict(sweep(scene.with_settings(varied)).sizes)
     {'tan_alpha': 2, 'seed': 3}
+
+    Several starts, and the standard error of their mean; `plot_sweep` draws a grid:
+
+    >>> starts = [{"size": "1e-6", "seed": seed} for seed in range(1, 5)]
+    >>> near = {"drive.cycles": 100, "drive.amplitude": "0.001", "vary.run.start": starts}
+    >>> velocity = sweep(load_scene("six-sliders-cycles").with_settings(near)).velocity
+    >>> error = velocity.std("start", ddof=1) / velocity.sizes["start"] ** 0.5
+    >>> print(f"{float(velocity.mean('start')):.4f} +- {float(error):.4f}")
+    0.8348 +- 0.0084
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     cells = _Cells(scene)

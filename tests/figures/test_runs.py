@@ -229,3 +229,12 @@ def test_the_shades_of_slips_are_those_of_their_counts_in_the_legend() -> None:
         for count, shade in zip(counts, mesh.norm(counts), strict=True):
             low, _, high = names[shade].partition("-")
             assert int(low) <= count <= int(high or low)
+
+
+def test_slips_that_are_many_everywhere_do_not_all_have_one_shade() -> None:
+    run = creep(SIX, Cycles("0.01", 20), record=("x_G",))
+    figure = assert_shows_data(draw_portrait(portrait(run, window=20)))
+    (mesh,) = (one for axes in figure.axes for one in axes.collections if one.colorbar)
+    slips = np.asarray(mesh.get_array())
+    assert slips[slips > 0].min() > 7
+    assert np.unique(mesh.norm(slips[slips > 0])).size >= 4

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose, assert_array_equal
 
+import exactcreep
 from exactcreep.figures.style import VELOCITY
 from exactcreep.figures.sweep import draw_sweep
 from exactcreep.laws import sliding_velocity, sliding_velocity_random
+from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
 from tests.pictures import assert_shows_data
@@ -79,6 +83,7 @@ def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law() -> 
     grid = swept(vary__chain__tan_alpha=["0", *slopes], vary__drive__amplitude=sizes)
     axes, bar = drawn(grid).axes
     mesh, lines = axes.collections[:2]
+    assert axes.get_title().startswith("broken lines")
     shown = np.asarray(mesh.get_array()).reshape(7, 5)
     velocity = grid["velocity"].transpose("amplitude", "tan_alpha").to_numpy()
     assert_array_equal(shown, velocity)
@@ -93,3 +98,43 @@ def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law() -> 
                 assert at == pytest.approx(level, abs=0.02 * np.nanmax(velocity))
                 checked += 1
     assert checked > 5
+
+
+def test_slow_creep_has_another_colour_than_rest_in_a_map() -> None:
+    """A hundredth of the fastest is a tenth of the way along the colours; the ticks tell it."""
+    slopes, sizes = [f"0.{k}" for k in range(5)], [f"0.00{k}" for k in range(1, 6)]
+    grid = swept(vary__chain__tan_alpha=slopes, vary__drive__amplitude=sizes)
+    grid["velocity"] = grid.velocity * 0
+    grid["velocity"][1, 1], grid["velocity"][2, 2], grid["velocity"][3, 3] = 10.0, 0.1, math.nan
+    figure = drawn(grid)
+    mesh = figure.axes[0].collections[0]
+    assert_allclose(mesh.norm([0.0, 0.1, 10.0]), [0.0, 0.1, 1.0], rtol=1e-12)
+    assert np.count_nonzero(np.ma.getmaskarray(mesh.get_array())) == 1
+    ticks = figure.axes[1].get_yticks()
+    assert {0.0, 1.0, 5.0} <= {*ticks.tolist()}
+    grid["velocity"] = grid.velocity * math.nan  # runaways alone
+    draw_sweep(grid)
+
+
+def test_a_sweep_draws_itself_into_given_axes_with_its_errors_and_the_law() -> None:
+    grid = swept(vary__chain__tan_alpha=["0.1", "0.2", "0.3"], vary__run__seed=[1, 2])
+    figure = Figure(layout="constrained")
+    given = figure.subplots()
+    assert exactcreep.plot_sweep(grid, ax=given) is given
+    assert_shows_data(figure)
+    (bars,) = given.containers
+    assert bars.has_yerr
+    assert_allclose(bars.lines[0].get_data(orig=False)[1], grid.velocity.mean("seed"), rtol=1e-15)
+    assert any(line.get_linestyle() == "--" and len(line.get_xdata()) for line in given.lines)
+    own = exactcreep.plot_sweep(grid)
+    assert_shows_data(own.figure)
+    plt.close(own.figure)
+
+
+def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> None:
+    grid = swept(vary__chain__tan_alpha=["0.1", "0.2", "0.3"], vary__run__seed=[1, 2])
+    for part in (grid.mean("seed"), grid.isel(seed=0), grid.isel(tan_alpha=[0, 1]), grid.velocity):
+        with pytest.raises(InputError, match="whole grid that sweep returned"):
+            exactcreep.plot_sweep(part)
+    with pytest.raises(InputError, match="other than the seed"):
+        exactcreep.plot_sweep(swept(vary__run__seed=[1, 2]))
