@@ -90,7 +90,7 @@ def _span(
         told = [amplitude for (amplitude, here), (_, after) in itertools.pairwise(shares)
                 if 0 < here < 1 or here != after]  # fmt: skip
         told += [after for (_, here), (after, share) in itertools.pairwise(shares) if share != here]
-        told = told or [amplitude for amplitude, _ in shares]
+        told = told or [amplitude for amplitude, _ in shares] or [*laws.values()]
         margin = 0.25 * (max(told) - min(told)) or 0.05 * max(told)
         return min(told) - margin, max(told) + margin
     axes.margins(x=0.05)
@@ -135,7 +135,8 @@ def _velocities(axes: Axes, found: Intercept) -> None:
 
 def _shares(axes: Axes, found: HalfLife) -> None:
     tried = sorted(found.shares)
-    _, middle, low, high = np.array([found.shares[amplitude] for amplitude in tried]).T
+    rows = np.array([found.shares[amplitude] for amplitude in tried], float).reshape(-1, 4)
+    _, middle, low, high = rows.T  # none, if the search was stopped before its first amplitude
     axes.errorbar(tried, middle, [middle - low, high - middle], fmt="o", color=INKS[0],
                   markersize=3, label=f"of {found.starts} starts, 95 %")  # fmt: skip
     axes.axhline(0.5, color=INKS[6], linewidth=0.6)

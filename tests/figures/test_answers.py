@@ -40,6 +40,15 @@ def test_a_half_life_has_more_than_a_twentieth_of_its_axis() -> None:
     assert "to the left" in said
 
 
+def test_a_half_life_that_was_stopped_at_once_shows_its_laws_alone() -> None:
+    found = half_life(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), max_seconds="1e-9")
+    assert not found.shares
+    (axes,) = draw_threshold(found).axes
+    low, high = axes.get_xlim()
+    marked = [line for line in axes.lines if "Eq. 22" in line.get_label()]
+    assert [low < float(line.get_xdata()[0]) < high for line in marked] == [True]
+
+
 @pytest.fixture(scope="module")
 def compared():
     experiment = Experiment(paper_chain(3), Cycles("0.002", 4))
