@@ -94,7 +94,7 @@ def _span(
         margin = 0.25 * (max(told) - min(told)) or 0.05 * max(told)
         return min(told) - margin, max(told) + margin
     axes.margins(x=0.05)
-    low, high = axes.get_xlim()
+    low, high = axes.get_xlim() if axes.has_data() else (min(laws.values()), max(laws.values()))
     if isinstance(found, Threshold):
         low, high = min(low, *laws.values()), max(high, *laws.values())
         margin = 0.08 * (high - low)

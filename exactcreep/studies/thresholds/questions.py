@@ -117,6 +117,7 @@ class Question:
         self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
     ) -> tuple[Stretch, Evidence]:
         """Follow all cycles, or to a runaway; `GivenUp` and `OutOfTime` where that fails."""
+        self.limits.require()  # short runs end before they ask
         algorithm = solver_named(solver, options)
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         most = _MOST_EVENTS * max(self.chain.n, 20)
@@ -178,6 +179,7 @@ class Lasting(Question):
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
+        self.limits.require()  # a chain that settles at once ends before it asks
         drive = Cycles(amplitude, self.cycles)
         course = solvers.SettlingChain(self.chain, drive, start)
         found, stop = numerical_fate(course, start, self.limits)

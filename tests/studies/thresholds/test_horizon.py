@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from exactcreep.figures.threshold import draw_threshold
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
@@ -135,7 +136,7 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
     whole = interrupted(math.inf)
     assert whole.reason == ""
     lower, upper = bounds(whole)
-    known = [interrupted(most) for most in (0, *range(20, 80, 12), 400)]
+    known = [interrupted(most) for most in (0, *range(40, 180, 20), 400)]
     known = [found for found in known if found.reason]
     assert {found.reason for found in known} == {"interrupted"}
     bare = [found for found in known if found.lower is None]
@@ -145,6 +146,14 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
     widths = [high - low for low, high in brackets]
     assert len(set(widths)) > 2
     assert widths == sorted(widths, reverse=True)
+
+
+@pytest.mark.parametrize("horizon", [{}, {"after": 4}])
+def test_a_search_asks_before_each_run_for_the_time(horizon: dict[str, int]) -> None:
+    found = threshold(captions(2), max_seconds=0, **horizon)
+    assert (found.lower, found.reason) == (None, "max_seconds = 0 was reached")
+    (axes,) = draw_threshold(found).axes  # its laws
+    assert axes.get_xlim()[1] < 0.001
 
 
 def test_a_search_of_many_cycles_comes_back_in_time() -> None:
