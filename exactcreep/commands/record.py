@@ -63,7 +63,7 @@ def record(
     if refused is not None:  # what was guessed is told all the same
         put(as_json(summary)) if output.json else tell()
         raise refused
-    output.deliver(Answer(summary, tell, draw=lambda: _drawn(read, str(file))))
+    output.deliver(Answer(summary, tell, draw=lambda: _drawn(read, file.name)))
 
 
 def _drawn(read: Any, title: str) -> Any:

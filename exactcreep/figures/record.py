@@ -14,7 +14,7 @@ _STRETCHES = 800
 
 @styled
 def draw_record(record: TemperatureRecord, title: str = "") -> Figure:
-    """Draw every reading; of long records the band between coldest and warmest of each stretch."""
+    """Draw every reading; of long records mean, coldest and warmest of each stretch."""
     times = np.asarray(record.times) if record.dates is None else record.dates
     temperatures = record.temperatures
     figure = new_figure(6.6, 3.0, title)
@@ -25,7 +25,10 @@ def draw_record(record: TemperatureRecord, title: str = "") -> Figure:
         parts = np.array_split(np.arange(temperatures.size), _STRETCHES)
         lowest = [temperatures[part].min() for part in parts]
         highest = [temperatures[part].max() for part in parts]
-        axes.fill_between(times[[part[0] for part in parts]], lowest, highest, color=INKS[0])
+        means = [temperatures[part].mean() for part in parts]
+        begins = times[[part[0] for part in parts]]
+        axes.fill_between(begins, lowest, highest, color=INKS[4], alpha=0.5, linewidth=0)
+        axes.plot(begins, means, color=INKS[0], linewidth=0.6)
     axes.set_xlabel("time" if record.dates is None else "date")
     axes.set_ylabel("temperature (K)" if record.unit == "K" else "temperature (°C)")
     return figure

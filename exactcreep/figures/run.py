@@ -533,7 +533,8 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     axes.yaxis.set_major_locator(_WHOLE())
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
     classes = list(itertools.pairwise(edges.tolist()))
-    names = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
+    named = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
+    names = ["0", *named[1:]]  # no count lies between none and the fewest
     bar.set_ticks([(a + b - 1) / 2 for a, b in classes], labels=names)
     bar.ax.tick_params(labelsize=7, length=0)
     bar.set_label("slips per half-cycle", fontsize=8)

@@ -237,4 +237,7 @@ def test_slips_that_are_many_everywhere_do_not_all_have_one_shade() -> None:
     (mesh,) = (one for axes in figure.axes for one in axes.collections if one.colorbar)
     slips = np.asarray(mesh.get_array())
     assert slips[slips > 0].min() > 7
+    assert mesh.colorbar.ax.get_yticklabels()[0].get_text() == "0"
+    assert {*mesh.norm(slips[slips == 0])} == {0}
+    assert mesh.norm(slips[slips > 0]).min() > 0
     assert np.unique(mesh.norm(slips[slips > 0])).size >= 4
