@@ -26,8 +26,13 @@ _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finishe
 class Signals:
     """What a study and its tasks in threads tell each other: to stop, and that one compiles."""
 
-    stop: bool = False
+    stopped: bool = False
     compiling: bool = False
+
+    @property
+    def stop(self) -> bool:
+        """Whether tasks shall come back; they hear a signal while the study waits for them."""
+        return self.stopped or interrupts.waiting()
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ class Pool:
         try:
             while not (interrupts.waiting() and self.signals is None):
                 if interrupts.waiting() and self.signals is not None:
-                    self.signals.stop = True
+                    self.signals.stopped = True
                     remaining = iter(())
                 for key, task in islice(remaining, self.ahead - len(running)):
                     running[self.executor.submit(function, task, *signals)] = key
@@ -117,5 +122,5 @@ def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]
         try:
             yield Pool(threads, 4 * (count or 1), signals)
         except BaseException:
-            signals.stop = True
+            signals.stopped = True
             raise

@@ -42,7 +42,7 @@ def attempt(number, stage, line, name):
 
         def call(*given, **more):
             if left["pressed"]:
-                left["begun"] += counted
+                left["begun"] += counted and interrupts.status() is not None  # once it is heard
             elif first:
                 left["pressed"] = 1
                 os.kill(os.getpid(), number)
