@@ -28,7 +28,8 @@ def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
     for k, name in enumerate(data.method.values):
         dash, mark, ink = _STYLES[k % len(_STYLES)]
         if name == data.truth:  # it has no error to draw
-            left.plot([], [], color=ink, linestyle=dash, label=f"{name}: proved")
+            how = "proved" if data.solver.values[k] == "certified" else "the others' reference"
+            left.plot([], [], color=ink, linestyle=dash, label=f"{name}: {how}")
         else:
             errors, agreed = first.errors.values[k].copy(), int(first.rests[k])
             errors[errors == 0] = math.nan
