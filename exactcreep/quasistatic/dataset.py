@@ -184,7 +184,13 @@ def _experiment(data: xr.Dataset) -> Experiment:
         held = data.sizes.get(dimension)
         if held is not None and held != about[name]:
             raise ValueError(f"it holds {held} of {name} = {about[name]}")
-    options = json.loads(about["options"])
+    # options of 0.3.0 that changed no number, or said what is the rule now
+    gone = {"exact": (True, False), "escalate": (True, False), "pivot": ("mean",)}
+    options = {
+        name: value
+        for name, value in json.loads(about["options"]).items()
+        if value not in gone.get(name, ())
+    }
     numbers = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
     parameters: dict[str, Any] = {}
     make = drive_of_kind(about["drive"])

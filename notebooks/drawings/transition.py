@@ -1,12 +1,12 @@
 """From jumps to steady creep: the velocity near its onset, the lives of short chains, the rests of long ones."""
 
 import csv
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from pages import BOOK
 
-DATA = Path(__file__).parents[1] / "pictures"
+DATA = BOOK / "pictures"
 LONG, SHORT = {20: "o", 30: "s", 50: "D", 100: "^"}, {6: "v", 10: "<", 12: ">", 15: "p"}
 COLORS = dict(zip((*LONG, *SHORT), ("C0", "C1", "C2", "C3", "0.75", "0.55", "0.35", "0"), strict=True))
 EXCESS = "$x = (l_0 A_\\theta - N m/2)/D$"

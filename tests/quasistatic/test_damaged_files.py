@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import random
 import re
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from exactcreep import Creep, Cycles, TemperatureRecord, creep
+from exactcreep import Creep, Cycles, RecordWarning, TemperatureRecord, creep
 from exactcreep.quasistatic import netcdf as files
 from exactcreep.quasistatic.files import write_file
 from tests.paper import paper_chain
@@ -78,5 +79,6 @@ def test_a_damaged_record_is_read_or_refused(tmp_path: Path) -> None:
     refused = 0
     for bad in mutations(table.encode(), 40, 5):
         record.write_bytes(bad)
-        refused += told(lambda: TemperatureRecord(record, "1e-5", 20)) != ""
+        with warnings.catch_warnings(action="ignore", category=RecordWarning):  # of a changed digit
+            refused += told(lambda: TemperatureRecord(record, "1e-5", 20)) != ""
     assert refused > 8

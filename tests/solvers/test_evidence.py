@@ -17,7 +17,7 @@ STEEP = paper_chain(2, tan_alpha="0.5001")
 
 
 def test_an_avalanche_beyond_the_promise_is_undecided_alone_and_in_a_run() -> None:
-    alone = rearrange(STEEP, State.relaxed(STEEP), direction=1)
+    alone = rearrange(STEEP, State.relaxed(STEEP), direction=1, max_events=100_000)
     run = creep(STEEP, Cycles("0.01", 1))
     assert alone.outcome is run.outcome is Outcome.RUNAWAY
     assert run.event_count > 200
