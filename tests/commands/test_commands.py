@@ -397,11 +397,11 @@ def test_a_short_h_asks_for_help_too(command: Command) -> None:
     assert (command().code, command().out) == (2, command("--help").out)
 
 
-def test_no_option_is_switched_off_or_emptied_but_two(command: Command) -> None:
+def test_no_option_is_switched_off_or_emptied_but_one(command: Command) -> None:
     negative = set()
     for name in COMMANDS:
         negative |= {*re.findall(r"--(?:no|empty)-[a-z-]+", command(name, "--help").out)}
-    assert negative == {"--no-locate", "--no-browser"}
+    assert negative == {"--no-locate"}
     for option in ("--empty-set", "--no-json", "--sett"):
         assert f"Unknown option: {option}" in command(*QUICK.split(), option).sentence
 
