@@ -871,6 +871,11 @@ class Descent:
         return "\n".join(f"{name}: {said}" for name, said in self.lines())
 
 
+def _left_out(value: object) -> bool:
+    """Return whether a quantity has its default, 0, for which that of the material is taken."""
+    return isinstance(value, (int, float)) and value == 0
+
+
 def physical(
     *,
     length: Number,
@@ -947,9 +952,9 @@ def physical(
             allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
             raise InputError("material", material, allowed)
         known = MATERIALS[material]._asdict()
-        given |= {name: known[name] for name, value in given.items() if name in known and not value}
+        given |= {name: known[name] for name in known.keys() & given if _left_out(given[name])}
     for name in ("youngs_modulus", "density", "kappa"):
-        if given[name] == 0:
+        if _left_out(given[name]):
             allowed = f"must be positive, or that of a material: {', '.join(MATERIALS)}"
             raise InputError(name, given[name], allowed)
     mu_d, friction = _middle(mu_d, "mu_d")

@@ -56,7 +56,7 @@ from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
 Floats = NDArray[np.float64]
 MOST_LINES = 10
-"""Members that are drawn as lines each; of more, the velocities, if a number varies."""
+"""Members that are drawn as lines each; of more, the velocities over a number that varies."""
 _APART = 0.01  # of the height: lines that are nearer bear one name
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
@@ -82,8 +82,8 @@ def draw_run(
 
     A single run that recorded the positions shows every slider as well, as the paper's Fig. 2, and
     the law that holds; several runs show x_G of all, one line each, coloured by the first quantity
-    that varies. More than `MOST_LINES` members with a number that varies are drawn as their mean
-    velocities over it, with their errors, beside the laws.
+    that varies. More than `MOST_LINES` members with a number that takes three values or more are
+    drawn as their mean velocities over it, with their errors, beside the laws.
 
     Parameters
     ----------
@@ -130,10 +130,10 @@ def shared_text(results: Sequence[Creep]) -> str:
 
 
 def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
-    """Return whether a quantity varies among the members, and is a number other than the seed."""
+    """Return whether a quantity takes three values or more that are numbers, seeds left out."""
     values = [setting[key] for setting in settings]
     numbers = all(isinstance(value, (int, float, Fraction)) for value in map(_number, values))
-    return key != SEED and numbers and len(set(map(str, values))) > 1
+    return key != SEED and numbers and len(set(map(str, values))) > 2
 
 
 def _number(value: Any) -> Any:
@@ -255,7 +255,7 @@ def _draw_members(axes: Axes, members: _Members) -> None:
         lines.append(floats(run.recorded["x_G"]))
         ends.append((float(lines[-1][-1]), words, ink))
     if members.runs[0].drive.cyclic or members.runs[0].drive.random:
-        axes.plot([], [], color="0.3", linestyle=DASHED, linewidth=1, label="laws that hold")
+        axes.plot([], [], color="0.3", linestyle=DASHED, linewidth=1, label="laws")
     _name_time(axes, members.runs[0])
     axes.set_ylabel(_DISPLACEMENT)
     if legend and any(members.families):

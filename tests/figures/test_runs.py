@@ -50,7 +50,7 @@ def test_members_are_told_apart_by_what_varies_among_them() -> None:
     top, axes = drawn(runs, settings=settings)
     *named, laws = [text.get_text() for text in axes.get_legend().get_texts()]
     assert named == [rf"$A_\theta$ = {a} (2 members)" for a in (1, 2)]
-    assert laws == "laws that hold"
+    assert laws == "laws"
     assert sorted(text.get_text() for text in axes.texts) == ["seed = 1"] * 2 + ["seed = 2"] * 2
     courses = [line for line in axes.lines if line.get_linestyle() == "-"]
     inks = [line.get_color() for line in courses]
