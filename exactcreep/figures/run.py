@@ -37,12 +37,12 @@ from exactcreep.figures.style import (
     setting_text,
     styled,
 )
-from exactcreep.figures.sweep import SEED, draw_velocities, points_of_runs
+from exactcreep.figures.sweep import SEED, draw_velocities, exact_or_same, points_of_runs
 from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import InputError, exact_number, whole_number
+from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import behaviour
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
@@ -132,15 +132,8 @@ def shared_text(results: Sequence[Creep]) -> str:
 def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
     """Return whether a quantity takes three values or more that are numbers, seeds left out."""
     values = [setting[key] for setting in settings]
-    numbers = all(isinstance(value, (int, float, Fraction)) for value in map(_number, values))
+    numbers = all(isinstance(exact_or_same(value), Fraction) for value in values)
     return key != SEED and numbers and len(set(map(str, values))) > 2
-
-
-def _number(value: Any) -> Any:
-    try:
-        return exact_number(value, "value")
-    except InputError:
-        return None
 
 
 def _moved(run: Creep) -> bool:

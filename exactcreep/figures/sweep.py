@@ -148,12 +148,12 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
     """
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
-    shared = {name: _exact(dataset.attrs[name]) for name in _SHARED if name in dataset.attrs}
+    shared = {name: exact_or_same(dataset.attrs[name]) for name in _SHARED if name in dataset.attrs}
     points = []
     keys = [key for key in vary if key != SEED]
     for chosen in itertools.product(*(enumerate(vary[key]) for key in keys)):
         pairs = dict(zip(keys, chosen, strict=True))
-        own = {key.rpartition(".")[2]: _exact(value) for key, (_, value) in pairs.items()}
+        own = {key.rpartition(".")[2]: exact_or_same(value) for key, (_, value) in pairs.items()}
         varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
         here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
         points.append(Point(varied, *_over_seeds(here, shared | own), parameters=shared | own))
@@ -191,7 +191,8 @@ def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]])
     return points
 
 
-def _exact(value: Any) -> Any:
+def exact_or_same(value: Any) -> Any:
+    """Return a number as the rational that it denotes, and anything else as it is."""
     try:
         return exact_number(value, "value")
     except InputError:
@@ -200,7 +201,7 @@ def _exact(value: Any) -> Any:
 
 def _shown(value: Any) -> Any:
     """Return a varied value as it goes into a table."""
-    exact = _exact(value)
+    exact = exact_or_same(value)
     if not isinstance(exact, Fraction):
         return value if isinstance(value, str) else json.dumps(value)
     return int(exact) if exact.denominator == 1 else nearest_float(exact)

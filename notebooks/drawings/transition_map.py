@@ -3,7 +3,7 @@
 ``python notebooks/drawings/transition_map.py FOLDER [GROUP ...]`` follows what FOLDER does not hold yet,
 one file for each start, and can be stopped and called again. Without groups it then writes
 ``transition.csv``, ``transition-waits.csv`` and ``transition-lives.csv`` into ``notebooks/pictures``.
-Each process takes what no other has begun only if groups differ.
+Of two processes each has to be given groups of its own.
 """
 
 import csv
@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections import Counter
 from fractions import Fraction
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -63,6 +64,10 @@ GROUPS = {
         Group((n,), NEAR, range(11, 15), cycles) for n, cycles in ((20, 8000), (30, 4000), (50, 3000))
     ],
 }
+HEAD = (
+    "group", "n", "tan_alpha", "sigma_mu", "e", "amplitude", "x", "starts", "cycles", "still_at_the_end",
+    "velocity", "velocity_error", "moving", "moving_error", "waits", "wait_mean", "wait_ratio",
+)  # fmt: skip
 LIVES = {
     6: (0.2, 0.24, 0.28, 0.3),
     8: (0.12, 0.16, 0.18, 0.2, 0.22),
@@ -90,19 +95,24 @@ def follow(n, e, k, cycles, sigma="0", tan="0.25"):
     return quiescent(run).advances[0]
 
 
-def compute(folder, groups):
+def points(name):
+    """Yield each group, length and amplitude of a name in `GROUPS`."""
+    for group in GROUPS[name]:
+        yield from ((group, n, e) for n in group.lengths for e in group.e)
+
+
+def file_of(folder, group, n, e, k):
+    return folder / f"n{n}_e{e}_k{k}_c{group.cycles}_s{group.sigma}_t{group.tan}.npy"
+
+
+def compute(folder, names):
+    """Follow what the folder does not hold, the first starts of all points before the second."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in groups:
-        for n, e, k, cycles, sigma, tan in (
-            (n, e, k, group.cycles, group.sigma, group.tan)
-            for group in GROUPS[name]
-            for k in group.starts
-            for n in group.lengths
-            for e in group.e
-        ):
-            file = folder / f"n{n}_e{e}_k{k}_c{cycles}_s{sigma}_t{tan}.npy"
-            if not file.exists():
-                np.save(file, follow(n, e, k, cycles, sigma, tan))
+    every = [(k, group, n, e) for name in names for group, n, e in points(name) for k in group.starts]
+    for k, group, n, e in sorted(every, key=itemgetter(0)):
+        file = file_of(folder, group, n, e, k)
+        if not file.exists():
+            np.save(file, follow(n, e, k, group.cycles, group.sigma, group.tan))
 
 
 def lives(folder):
@@ -120,57 +130,55 @@ def lives(folder):
                 out.write(f"{n},{e},40,4000,{answer.lifetimes.size},{answer.durations.sum()}\n")
 
 
-def excess(n, e, tan="0.25"):
+def excess(chain, e):
     """Return x = (l0 A - N m/2)/D, by which the dilation exceeds what the middle slider bears."""
-    cosine = 1 / (1 + float(tan) ** 2) ** 0.5
-    margin, static = (float(MU_D) - float(tan)) * cosine, float(MU_S - MU_D) * cosine
-    return ((1 + e) * (n * margin + static) - n * margin) / (2 * static)
+    bears = chain.n * (chain.friction - chain.sin_alpha)
+    return ((1 + e) * (bears + chain.excess) - bears) / (2 * chain.excess)
 
 
-def unit(n, tan="0.25"):
-    """Return N (tan/mu_d) D: what x_G gains in a half-cycle for x = 1 where all sliders slide."""
-    return n * float(tan) / float(MU_D) * float(MU_S - MU_D) / (1 + float(tan) ** 2) ** 0.5
+def with_error(values, digits):
+    """Return the mean over the starts, and its standard error, in so many digits."""
+    error = values.std(ddof=1) / values.size**0.5
+    return f"{values.mean():.{digits}f}", f"{error:.{digits}f}"
+
+
+def waiting(waits):
+    """Return the mean of the waiting times, and their standard deviation over it; nan without two."""
+    if waits.size < 2:
+        return "nan", "nan"
+    return f"{waits.mean():.3f}", f"{waits.std(ddof=1) / waits.mean():.3f}"
 
 
 def collect(folder):
     """Write what the files of FOLDER come to, starts of a group pooled."""
     rows, waits = [], []
-    for name, groups in GROUPS.items():
-        for group in groups:
-            for n, e in ((n, e) for n in group.lengths for e in group.e):
-                parts = (f"n{n}_e{e}_k{k}_c{group.cycles}_s{group.sigma}_t{group.tan}" for k in group.starts)
-                files = [file for part in parts if (file := folder / f"{part}.npy").exists()]
-                if len(files) < 2:
-                    continue
-                runs = [np.load(file) for file in files]
-                jump = n * float(MU_S - MU_D) / (1 + float(group.tan) ** 2) ** 0.5 / 4
-                velocities = np.array([run.mean() / 2 for run in runs])
-                moving = np.array([np.mean(np.abs(run) > jump) for run in runs])
-                waited = np.concatenate([np.diff(np.flatnonzero(np.abs(run) > jump)) for run in runs])
-                still = sum(not np.any(np.abs(run[-run.size // 10 :]) > jump) for run in runs)
-                root, several = len(runs) ** 0.5, waited.size > 1
-                rows.append([
-                    name, n, group.tan, group.sigma, e, amplitude_of(n, e, group.tan),
-                    round(excess(n, e, group.tan), 4), len(runs), group.cycles, still,
-                    f"{velocities.mean():.6f}", f"{velocities.std(ddof=1) / root:.6f}",
-                    f"{moving.mean():.5f}", f"{moving.std(ddof=1) / root:.5f}", waited.size,
-                    f"{waited.mean():.3f}" if several else "nan",
-                    f"{waited.std(ddof=1) / waited.mean():.3f}" if several else "nan",
-                ])  # fmt: skip
-                if n >= 20 and group.sigma == "0" and group.tan == "0.25":
-                    waits += [[name, n, e, wait, count] for wait, count in sorted(Counter(waited.tolist()).items())]
-    head = (
-        "group,n,tan_alpha,sigma_mu,e,amplitude,x,starts,cycles,still_at_the_end,velocity,velocity_error,"
-        "moving,moving_error,waits,wait_mean,wait_ratio"
-    )
-    written("transition.csv", head, rows)
-    written("transition-waits.csv", "group,n,e,wait,count", waits)
+    for name, (group, n, e) in ((name, point) for name in GROUPS for point in points(name)):
+        files = [file_of(folder, group, n, e, k) for k in group.starts]
+        runs = [np.load(file) for file in files if file.exists()]
+        if len(runs) < 2:
+            continue
+        chain = chain_of(n, group.sigma, group.tan)
+        jumped = [np.abs(run) > n * chain.excess / 4 for run in runs]
+        waited = np.concatenate([np.diff(np.flatnonzero(each)) for each in jumped])
+        still = sum(not np.any(each[-each.size // 10 :]) for each in jumped)
+        rows.append([
+            name, n, group.tan, group.sigma, e, amplitude_of(n, e, group.tan),
+            round(excess(chain, e), 4), len(runs), group.cycles, still,
+            *with_error(np.array([run.mean() / 2 for run in runs]), 6),
+            *with_error(np.array([each.mean() for each in jumped]), 5),
+            waited.size, *waiting(waited),
+        ])  # fmt: skip
+        if n >= 20 and chain.sigma_mu == 0 and group.tan == "0.25":
+            counted = sorted(Counter(waited.tolist()).items())
+            waits += [[name, n, e, wait, count] for wait, count in counted]
+    written("transition.csv", HEAD, rows)
+    written("transition-waits.csv", ["group", "n", "e", "wait", "count"], waits)
     (PICTURES / "transition-lives.csv").write_text((folder / "lives.csv").read_text())
 
 
 def written(name, head, rows):
-    text = "\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n"
-    (PICTURES / name).write_text(text)
+    with (PICTURES / name).open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *rows])
 
 
 def main(folder, *groups):
