@@ -26,14 +26,14 @@ from .quasistatic.creep import (
     resume as resume,
 )
 from .quasistatic.experiment import Experiment as Experiment
-from .quasistatic.result import Creep as Creep
+from .quasistatic.creep_result import Creep as Creep
 from .scene import Scene as Scene, load_scene as load_scene
 from .solid import Descent as Descent, Solid as Solid, physical as physical
 from .solvers.registry import rearrange as rearrange
-from .solvers.solver import Rearrangement as Rearrangement
+from .solvers.interface import Rearrangement as Rearrangement
 from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
-from .studies.fates.result import Fate as Fate
+from .studies.fates.fate_result import Fate as Fate
 from .studies.fates.survival import Survival as Survival, survival as survival
 from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan

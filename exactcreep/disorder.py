@@ -1,13 +1,23 @@
-"""The numbers that are drawn: `exactcreep.model.disorder` by its public name."""
+"""The numbers that are drawn, each a function of its seed and of what it is for.
 
-from __future__ import annotations
+>>> from exactcreep import Chain, disorder
+>>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+>>> disorder.static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
+array([0.6039, 0.5999, 0.6094])
+"""
 
-import sys
-from typing import TYPE_CHECKING
+from exactcreep.model.keyed_disorder import (
+    dilation,
+    dilations,
+    static_coefficient,
+    static_coefficients,
+    uniform_tensions,
+)
 
-from exactcreep.model import disorder
-
-if TYPE_CHECKING:
-    from exactcreep.model.disorder import *  # noqa: F403
-
-sys.modules[__name__] = disorder
+__all__ = [
+    "dilation",
+    "dilations",
+    "static_coefficient",
+    "static_coefficients",
+    "uniform_tensions",
+]

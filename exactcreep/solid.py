@@ -29,7 +29,7 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 
 DAYS_PER_YEAR = Fraction(1461, 4)
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))

@@ -7,7 +7,7 @@ from random import Random
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.state import State
-from exactcreep.solvers.solver import Stretch
+from exactcreep.solvers.interface import Stretch
 
 PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
 

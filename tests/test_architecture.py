@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -47,9 +48,9 @@ LAZY = {
 }
 """What packages of rooms import when it is first used: by package, name and module within it."""
 UPWARDS = {
-    ("solvers/solver.py", "exactcreep.figures.run"),
-    ("quasistatic/result.py", "exactcreep.figures.run"),
-    ("quasistatic/result.py", "exactcreep.figures.run.Plots"),
+    ("solvers/interface.py", "exactcreep.figures.run"),
+    ("quasistatic/creep_result.py", "exactcreep.figures.run"),
+    ("quasistatic/creep_result.py", "exactcreep.figures.run.Plots"),
 }
 """Imports against the stream: what draws itself in a notebook waits for matplotlib only then."""
 
@@ -141,3 +142,15 @@ def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
     assert all(getattr(exactcreep, name) is not None for name in public)
     with pytest.raises(AttributeError, match="velocity"):
         importlib.import_module("exactcreep").velocity  # noqa: B018
+
+
+def test_no_two_modules_share_a_name() -> None:
+    """But a figures/X or commands/X that draws or calls X, and the solver.py of two solvers."""
+    faces = ("figures/", "commands/")
+    named = Counter(
+        Path(module).name
+        for module in MODULES
+        if not module.startswith(faces) and not module.endswith("__init__.py")
+    )
+    assert named.pop("solver.py") == 2
+    assert {name for name, times in named.items() if times > 1} == set()

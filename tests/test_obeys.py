@@ -19,10 +19,10 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import creep, run_members
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.scene import load_scene
+from exactcreep.solvers.interface import Rearrangement
 from exactcreep.solvers.registry import rearrange
-from exactcreep.solvers.solver import Rearrangement
 from tests.data.make_whole_rearrangements import load
 from tests.oracle.obeys import judge
 from tests.paper import captions, paper_chain

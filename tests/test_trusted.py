@@ -62,7 +62,7 @@ def test_what_decides_stays_small_enough_to_be_read() -> None:
 def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
     own = {"studies/fates/proof.py", "solvers/field/tangent.py"}
     known = listed(PAGE.split("## What is assumed")[0])
-    results = {"studies/fates/result.py"}  # what a fate is called
+    results = {"studies/fates/fate_result.py"}  # what a fate is called
     assert needed(*own) <= known | results | own
     assert len(needed(*own)) <= MOST_MODULES
 

@@ -328,7 +328,7 @@ class Printed:
 
         Nothing is computed that could not be kept. `others` are files of further options.
         """
-        from exactcreep.quasistatic.files import check_output, check_picture
+        from exactcreep.quasistatic.writing import check_output, check_picture
 
         named = {path.resolve(): name for name, path in others.items() if path is not None}
         for path, name in ((self.out, "out"), (self.plot, "plot")):
@@ -382,7 +382,7 @@ class Printed:
 
 def _written(write: Callable[..., object], path: Path, *, force: bool) -> Path:
     """Write a file and return its name: another one, if a program has taken it meanwhile."""
-    from exactcreep.quasistatic.files import Occupied, free_name
+    from exactcreep.quasistatic.writing import Occupied, free_name
 
     name = path
     while True:  # a third program may take the next name at the same time

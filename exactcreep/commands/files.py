@@ -122,7 +122,7 @@ def show(
     exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
     """
     from exactcreep.figures.run import draw_portrait, portrait
-    from exactcreep.quasistatic.result import load_members
+    from exactcreep.quasistatic.creep_result import load_members
 
     members = load_members(run)
     output = Output(plot=out or run.with_suffix(".png"), force=force)
@@ -161,8 +161,8 @@ def export(
     exactcreep export run.nc --table events --to events.parquet
     exactcreep export run.nc --table rearrangements --to avalanches.csv
     """
-    from exactcreep.quasistatic.files import check_output, write_file
-    from exactcreep.quasistatic.result import load_members
+    from exactcreep.quasistatic.creep_result import load_members
+    from exactcreep.quasistatic.writing import check_output, write_file
 
     if to.suffix not in (".csv", ".parquet"):
         raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
@@ -224,7 +224,7 @@ def animate(
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.limits import Limits
-    from exactcreep.quasistatic.files import write_file
+    from exactcreep.quasistatic.writing import write_file
 
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = chosen(wanted.members(), member).experiment
@@ -379,7 +379,7 @@ def _print_grid(grid: xr.Dataset) -> None:
     """Print the mean velocity and what happens at every point, the seeds of each together."""
     from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
-    from exactcreep.model.outcome import behaviour
+    from exactcreep.model.outcome import Outcome, with_direction
 
     points = points_of(grid)
     names = list(points[0].varied)
@@ -388,8 +388,8 @@ def _print_grid(grid: xr.Dataset) -> None:
         for name in ("outcome", "direction")
     ]
     cells = [
-        [behaviour(exactcreep.Outcome(outcome), way) for outcome, way in zip(*each, strict=True)]
-        for each in zip(*words, strict=True)
+        [with_direction(Outcome(outcome), way) for outcome, way in zip(*row, strict=True)]
+        for row in zip(*words, strict=True)
     ]
     rows = [
         (*map(setting_text, point.varied.values()), with_error(point.measured, point.error),
@@ -442,7 +442,7 @@ def reproduce(
     exactcreep reproduce chain-plateaus --out pictures
     """
     from exactcreep.figures.paper import PICTURES
-    from exactcreep.quasistatic.files import check_output, locked, output_directory
+    from exactcreep.quasistatic.writing import check_output, locked, output_directory
 
     if not name:
         for picture in PICTURES.values():

@@ -82,7 +82,7 @@ class Session(Output):
         from exactcreep.limits import Limits
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
-        from exactcreep.quasistatic.result import save_members
+        from exactcreep.quasistatic.creep_result import save_members
 
         limits = Limits.of(self.max_events, self.max_seconds)
         self.check(checkpoint=None if kept is None else Path(kept.path))
@@ -328,9 +328,9 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
 
 
 def _behaviour(result: Creep) -> str:
-    from exactcreep.model.outcome import behaviour
+    from exactcreep.model.outcome import with_direction
 
-    return behaviour(result.outcome, result.direction)
+    return with_direction(result.outcome, result.direction)
 
 
 def _accuracy(count: int) -> str:

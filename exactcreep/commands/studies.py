@@ -133,8 +133,8 @@ _PRINTED, _WRITTEN = Printed(), Output()
 
 def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
     """Write a dataset to a NetCDF file, in one piece."""
-    from exactcreep.quasistatic.files import write_file
     from exactcreep.quasistatic.netcdf import netcdf
+    from exactcreep.quasistatic.writing import write_file
 
     write_file(path, netcdf({None: data}), "out", force=force)
 

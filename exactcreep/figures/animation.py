@@ -25,8 +25,8 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import write_file
-from exactcreep.solvers.solver import Rearrangement, Simulation, advance
+from exactcreep.quasistatic.writing import write_file
+from exactcreep.solvers.interface import Rearrangement, Simulation, advance
 from exactcreep.solvers.tables import logged_events
 
 LOOKED_AT = 100

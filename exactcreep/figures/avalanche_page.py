@@ -23,10 +23,10 @@ from exactcreep.figures.animation import RunAvalanche, moments_of
 from exactcreep.figures.run import tension_bounds
 from exactcreep.limits import Limits
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.outcome import behaviour
+from exactcreep.model.outcome import with_direction
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
 
 MOST_EVENTS = 40_000
 """Of a run that is drawn: more slips than these make are no picture."""
@@ -58,7 +58,7 @@ def sentence_of(run: Creep) -> str:
     error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
     velocity = f"mean velocity {run.velocity:.6g} per {run.drive.per}{error}"
     parts = [
-        f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})",
+        f"{with_direction(run.outcome, run.direction)} ({run.evidence.value})",
         velocity if math.isfinite(run.velocity) else "",
         run.reason,
         *(f"{PHYSICS[name]} ({count} times)" for name, count in run.warnings.items()),

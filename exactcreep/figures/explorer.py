@@ -25,9 +25,9 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.model.outcome import behaviour
+from exactcreep.model.outcome import with_direction
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.fates.fate import fate
 
 DRIVES = ("cycles", "Gaussian")
@@ -238,8 +238,9 @@ def fate_sentence(run: Creep) -> str:
     if found.settled_after is None:
         return f"Fate: not settled after {found.cycles} cycles."
     return (
-        f"Fate: {behaviour(found.outcome, found.direction)}, settled after {found.settled_after}"
-        f" cycles with period {found.period} ({found.evidence.value}; `exactcreep fate` proves it)."
+        f"Fate: {with_direction(found.outcome, found.direction)},"
+        f" settled after {found.settled_after} cycles with period {found.period}"
+        f" ({found.evidence.value}; `exactcreep fate` proves it)."
     )
 
 

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
-from exactcreep.model.outcome import Outcome, behaviour
+from exactcreep.model.outcome import Outcome, with_direction
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
 
 _MOST_CYCLES = 10_000  # of a picture
@@ -30,7 +30,7 @@ def draw_fate(found: Fate) -> Figure:
     how = "not settled" if settled is None else f"settled after {settled}"
     title = (
         f"N = {found.chain.n}, A = {float(found.amplitude):.9g}:"
-        f" {behaviour(found.outcome, found.direction)}, {how} cycles ({found.evidence.value})"
+        f" {with_direction(found.outcome, found.direction)}, {how} cycles ({found.evidence.value})"
     )
     record = ("x_G", "tension")
     run = creep(found.chain, Cycles(found.amplitude, shown), start=found.start,

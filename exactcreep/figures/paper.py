@@ -56,8 +56,8 @@ from exactcreep.laws import (
     two_sliders_velocity_random,
 )
 from exactcreep.progress import Hearer
-from exactcreep.quasistatic.files import write_file
 from exactcreep.quasistatic.netcdf import netcdf
+from exactcreep.quasistatic.writing import write_file
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
 

@@ -43,14 +43,14 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.outcome import behaviour
+from exactcreep.model.outcome import with_direction
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
+from exactcreep.solvers.interface import Rearrangement, Stretch, advance
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.solver import Rearrangement, Stretch, advance
 from exactcreep.solvers.tables import joined
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
@@ -459,7 +459,7 @@ def draw_portrait(seen: Portrait) -> Figure:
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
         f" solver {result.solver}, seed {result.seed}:"
-        f" {behaviour(result.outcome, result.direction)}"
+        f" {with_direction(result.outcome, result.direction)}"
     )
     figure = new_figure(7.4, 8.2)
     figure.suptitle(title, fontsize=9)

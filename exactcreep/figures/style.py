@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from exactcreep.quasistatic.files import check_picture, write_file
+from exactcreep.quasistatic.writing import check_picture, write_file
 
 STYLE = mpl.rc_params_from_file(
     Path(__file__).with_name("style.mplstyle"), use_default_template=False

@@ -43,7 +43,7 @@ from exactcreep.laws import (
     sticking_velocity_random,
 )
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.studies.sweep import dimensions
 
 SEED = "run.seed"

@@ -17,7 +17,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.thresholds.answer import laws_beside
+from exactcreep.studies.thresholds.beside_laws import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold

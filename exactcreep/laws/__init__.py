@@ -13,7 +13,7 @@ value) or an mpmath number stands on is always decided exactly. Units and symbol
 `exactcreep.laws.paper`; what is proved of an equation stands in ``derivations/ledger.toml``.
 """
 
-from exactcreep.laws.arithmetic import cosine
+from exactcreep.laws.number_types import cosine
 from exactcreep.laws.paper import (
     PivotWindow,
     creep_velocity,

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from mpmath.ctx_mp import MPContext
 
-from exactcreep.laws.arithmetic import (
+from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from exactcreep.laws import paper
-from exactcreep.laws.arithmetic import Number
+from exactcreep.laws.number_types import Number
 from exactcreep.laws.paper import law_values, onset_amplitude, pivot_window
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (

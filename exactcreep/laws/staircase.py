@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from exactcreep.laws.arithmetic import (
+from exactcreep.laws.number_types import (
     cosine,
     elementwise,
     floor_of_surd,

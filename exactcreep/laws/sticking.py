@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from exactcreep.laws.arithmetic import elementwise, positive_part, require
+from exactcreep.laws.number_types import elementwise, positive_part, require
 from exactcreep.laws.paper import law, margin
 from exactcreep.laws.theorems import locked_ends_amplitude
 from exactcreep.laws.velocities import gaussian_integral

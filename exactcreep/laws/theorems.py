@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from exactcreep.laws.arithmetic import (
+from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,

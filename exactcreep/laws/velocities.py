@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mpmath.ctx_mp import MPContext
 
-from exactcreep.laws.arithmetic import Number, elementwise, is_mpf, positive_part, require
+from exactcreep.laws.number_types import Number, elementwise, is_mpf, positive_part, require
 from exactcreep.laws.paper import law, margin
 
 

@@ -23,7 +23,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
+from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import same
 from exactcreep.model.numbers import Scalar, nearest_float
@@ -141,7 +141,7 @@ class Contacts:
 
     def coefficients(self, slider: int, first: int, count: int) -> NDArray[np.float64]:
         """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""
-        return disorder.static_coefficients(self.chain, self.seed, slider, first, count)
+        return keyed_disorder.static_coefficients(self.chain, self.seed, slider, first, count)
 
     def acting(self, coefficient: Any) -> Fraction:
         """Return the coefficient that acts in a contact with this one: never below `mu_d`."""

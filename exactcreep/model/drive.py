@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
+from exactcreep.model import keyed_disorder
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -235,10 +235,10 @@ class GaussianSteps(Drive):
         return self.steps
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        return disorder.dilations(self, seed, first, count)
+        return keyed_disorder.dilations(self, seed, first, count)
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        return Fraction(disorder.dilation(self, seed, q))
+        return Fraction(keyed_disorder.dilation(self, seed, q))
 
 
 @dataclass(frozen=True, repr=False)

@@ -72,6 +72,6 @@ def direction_of(advance: Any, tan_alpha: Any) -> str:
     return "downhill" if (advance > 0) == (tan_alpha > 0) else "uphill"
 
 
-def behaviour(outcome: Outcome, direction: str) -> str:
+def with_direction(outcome: Outcome, direction: str) -> str:
     """Return what a chain does, and which way if it goes one: ``creeping uphill``."""
     return outcome.value if direction == "none" else f"{outcome.value} {direction}"

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from exactcreep.model.numbers import InputError
-from exactcreep.model.reading import content_of
 from exactcreep.model.temperature_record import HOTTEST, LIKE_KELVIN, MOST_BYTES
+from exactcreep.model.user_files import content_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series

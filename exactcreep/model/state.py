@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
+from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import is_finite, same, same_numbers
 from exactcreep.model.numbers import (
@@ -235,14 +235,14 @@ class State(Shown):
         >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").tensions
         array([Fraction(1, 10), Fraction(-1, 10)], dtype=object)
         """
-        seed = disorder.valid_seed(seed)
+        seed = keyed_disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)
         dilation = number_of_floats(theta, "theta")
         nearest = nearest_float(dilation)
         return cls(
             tensions=kept,
             displacements=np.zeros(chain.n),
-            coefficients=disorder.first_coefficients(chain, seed),
+            coefficients=keyed_disorder.first_coefficients(chain, seed),
             draws=np.ones(chain.n, dtype=np.int64),
             theta=nearest if Fraction(nearest) == dilation else dilation,
         )
@@ -282,7 +282,8 @@ class State(Shown):
         array([0.000273, 0.000239])
         """
         largest = nearest_float(number_from_zero(size, "size"))
-        uniform = disorder.uniform_tensions(disorder.valid_seed(start_seed), chain.n - 1)
+        start_seed = keyed_disorder.valid_seed(start_seed)
+        uniform = keyed_disorder.uniform_tensions(start_seed, chain.n - 1)
         return cls.prepared(chain, largest * uniform, seed=seed)
 
     def forces(self, chain: Chain) -> NDArray[np.float64]:

@@ -29,7 +29,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.reading import content_of
+from exactcreep.model.user_files import content_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series

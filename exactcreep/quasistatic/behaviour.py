@@ -10,8 +10,8 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.velocity import Mark, MeanVelocity
+from exactcreep.solvers.interface import Tally
 from exactcreep.solvers.recurrence import Recurrence
-from exactcreep.solvers.solver import Tally
 
 NEARLY = "the tensions return to within "
 """How the reason begins of a chain that has settled so."""

@@ -31,9 +31,9 @@ from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import check_output, file_name, locked, write_file
+from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.recorder import Recorder
-from exactcreep.quasistatic.run import ObservedRun
+from exactcreep.quasistatic.writing import check_output, file_name, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
 VERSION = 9

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from exactcreep.quasistatic.result import Creep
+    from exactcreep.quasistatic.creep_result import Creep
 
 
 def known_of(results: Sequence[Creep]) -> str:

@@ -28,10 +28,10 @@ from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, Progress
 from exactcreep.quasistatic.checkpoint import Checkpoint
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
-from exactcreep.quasistatic.run import PAUSE, ObservedRun
-from exactcreep.solvers.solver import compiled
+from exactcreep.quasistatic.observed_run import PAUSE, ObservedRun
+from exactcreep.solvers.interface import compiled
 
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",

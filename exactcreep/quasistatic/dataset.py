@@ -23,7 +23,7 @@ from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS
 from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
-    from exactcreep.quasistatic.result import Creep
+    from exactcreep.quasistatic.creep_result import Creep
 
 FORMAT = "exactcreep result 3"
 _STATE = {

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float
+from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.solvers.interface import Solver
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Solver
 from exactcreep.solvers.tables import RECORDS
 
 DRIVES: dict[str, type[Drive]] = {

@@ -13,7 +13,7 @@ from exactcreep.model.numbers import InputError
 from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBER, Schema
 
 if TYPE_CHECKING:
-    from exactcreep.quasistatic.result import Creep
+    from exactcreep.quasistatic.creep_result import Creep
 
 TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
 """The tables of a run by the names that a user calls them by."""

@@ -22,7 +22,7 @@ import xarray as xr
 from xarray.backends import H5NetCDFStore
 
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import file_name
+from exactcreep.quasistatic.writing import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84

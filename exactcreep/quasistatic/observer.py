@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from exactcreep.solvers.solver import Simulation, Stretch, require_like
+from exactcreep.solvers.interface import Simulation, Stretch, require_like
 
 NEVER = 1 << 62
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.disorder import LARGEST_DEVIATE
 from exactcreep.model.enclosure import as_float, floats
+from exactcreep.model.keyed_disorder import LARGEST_DEVIATE
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
-from exactcreep.solvers.solver import Simulation, Stretch
+from exactcreep.solvers.interface import Simulation, Stretch
 
 
 class PhysicalRange(Observer):

@@ -22,7 +22,7 @@ import numpy as np
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.solver import TENSION_TOLERANCE, PerturbedCopies, Simulation, Stretch
+from exactcreep.solvers.interface import TENSION_TOLERANCE, PerturbedCopies, Simulation, Stretch
 
 TRUSTED = 1e-9
 """What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""

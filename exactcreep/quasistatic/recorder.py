@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import free_memory
 from exactcreep.model.enclosure import as_written, quantity
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.solver import Stretch, require
+from exactcreep.solvers.interface import Stretch, require
 from exactcreep.solvers.tables import COLUMNS, record_arrays
 
 Columns = Mapping[str, NDArray[Any]]

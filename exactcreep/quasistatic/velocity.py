@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.solver import Simulation, Stretch
+from exactcreep.solvers.interface import Simulation, Stretch
 from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run

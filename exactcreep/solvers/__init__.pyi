@@ -1,7 +1,7 @@
-from .exact.recurrence import SettlingChain as SettlingChain
+from .exact.settling import SettlingChain as SettlingChain
 from .exact.solver import Exact as Exact
 from .field.certified import Certified as Certified
 from .field.known_itinerary import KnownItinerary as KnownItinerary
-from .field.reference import Mpmath as Mpmath, Reference as Reference
+from .field.computed import Mpmath as Mpmath, Reference as Reference
 from .sliding import Sliding as Sliding
 from .verlet.solver import Verlet as Verlet

@@ -10,10 +10,10 @@ from typing import Any
 from exactcreep import solvers
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import valid_seed
+from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Solver
+from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
 
 SOLVERS: dict[str, Callable[[], type[Solver]]] = {
     "exact": lambda: solvers.Exact,

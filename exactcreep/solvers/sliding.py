@@ -38,8 +38,7 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.solvers.relaxation import relaxed
-from exactcreep.solvers.solver import (
+from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
     Solver,
@@ -48,6 +47,7 @@ from exactcreep.solvers.solver import (
     Tally,
     require_like,
 )
+from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.tables import TargetRows
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds

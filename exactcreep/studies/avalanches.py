@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 
 Floats = NDArray[np.float64]
 BLOCKS = 16

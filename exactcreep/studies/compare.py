@@ -22,9 +22,9 @@ import xarray as xr
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.enclosure import enclosure
+from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.numbers import (
     InputError,
     exact_number,
@@ -35,8 +35,8 @@ from exactcreep.model.numbers import (
 from exactcreep.model.outcome import Outcome
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.tables import LENGTH, NUMBER
 from exactcreep.studies.event_log import LoggedEvent
 from exactcreep.studies.trajectory import (

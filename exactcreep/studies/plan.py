@@ -22,11 +22,11 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import Scene
+from exactcreep.solvers.interface import advance, compiled
 from exactcreep.solvers.registry import SOLVERS
-from exactcreep.solvers.solver import advance, compiled
 from exactcreep.studies.compare import COMPILED, shortened
 from exactcreep.studies.trajectory import Method
 

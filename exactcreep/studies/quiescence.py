@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError, Number, nearest_float, number_from_zero
 from exactcreep.model.result import Result
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -32,9 +32,9 @@ from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import locked, output_directory, write_file
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.summary import RUN
+from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of

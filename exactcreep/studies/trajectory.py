@@ -23,8 +23,8 @@ from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.interface import Simulation, Solver, advance
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Simulation, Solver, advance
 from exactcreep.solvers.tables import joined
 from exactcreep.studies.event_log import (
     LoggedEvent,

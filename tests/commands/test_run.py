@@ -17,7 +17,7 @@ from exactcreep import Creep, InputError, resume
 from exactcreep.commands.answer import grouped
 from exactcreep.quasistatic import checkpoint, files
 from exactcreep.quasistatic import creep as loop
-from exactcreep.quasistatic.result import load_members
+from exactcreep.quasistatic.creep_result import load_members
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 

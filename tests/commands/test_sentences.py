@@ -13,7 +13,7 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, load_scene
 from exactcreep.commands import sentences
 from exactcreep.studies.fates.escape import Rate
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import StartRecord, Survival
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept

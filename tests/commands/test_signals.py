@@ -54,8 +54,8 @@ def attempt(number, stage, line, name):
 
     from matplotlib.figure import Figure
 
-    from exactcreep.quasistatic.run import ObservedRun
-    from exactcreep.solvers.exact.recurrence import SettlingChain
+    from exactcreep.quasistatic.observed_run import ObservedRun
+    from exactcreep.solvers.exact.settling import SettlingChain
     from exactcreep.studies.fates import proof
     from exactcreep.display import Display
 

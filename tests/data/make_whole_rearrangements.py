@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import static_coefficient
 from exactcreep.model.drive import Cycles
+from exactcreep.model.keyed_disorder import static_coefficient
 from exactcreep.model.state import State
 from exactcreep.solvers.verlet.solver import Verlet
 from tests.oracle.rearrangement import Trajectory, Undecided, integrate

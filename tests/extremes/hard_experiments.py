@@ -13,7 +13,7 @@ from exactcreep import Chain, Creep, Cycles, Drive, Experiment, Path, State
 from exactcreep.limits import Stop
 from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
-from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.solvers.interface import Stretch, advance
 
 SEED = 1
 

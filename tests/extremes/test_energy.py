@@ -17,7 +17,7 @@ from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.solver import ExactSimulation
-from exactcreep.solvers.solver import Stretch
+from exactcreep.solvers.interface import Stretch
 from exactcreep.studies.event_log import rearrangements
 from tests.extremes.hard_experiments import chain_of, energy_ledger, remainder_error
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from exactcreep import Creep
-from exactcreep.quasistatic.result import load_members
+from exactcreep.quasistatic.creep_result import load_members
 from tests.processes import finished
 
 # One process compiles; each attempt is a fork of it, so that a kill costs milliseconds. An attempt

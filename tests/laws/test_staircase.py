@@ -8,7 +8,7 @@ from random import Random
 from derivations.chain import RationalChain
 from exactcreep import laws
 from exactcreep.laws import staircase_two_sliders
-from exactcreep.laws.arithmetic import floor_of_surd
+from exactcreep.laws.number_types import floor_of_surd
 from tests.laws.parameters import SLOPES, F, context
 
 SLIDING = {"l0": 10, "mu_d": F(1), "mu_s": F(1), "tan_alpha": F(3, 4)}

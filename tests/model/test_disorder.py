@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain
-from exactcreep.model import deviates, disorder
+from exactcreep.model import deviates
+from exactcreep.model import keyed_disorder as disorder
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
 from exactcreep.model.state import State

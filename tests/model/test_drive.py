@@ -8,7 +8,7 @@ import pytest
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions
 
 

@@ -16,7 +16,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.creep_result import Creep
 
 KAPPA = "29e-6"
 

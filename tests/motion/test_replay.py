@@ -14,7 +14,7 @@ from exactcreep import Chain, Event, EventKind, State, rearrange
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_of
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.solvers.interface import Rearrangement
 from tests.paper import captions
 
 

@@ -27,8 +27,8 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.modes import Run, forces_of
 from exactcreep.motion.replay import Phase, Replay
-from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.solvers.interface import Rearrangement
 from exactcreep.studies.event_log import rearrangements
 
 FLOAT_ACCURACY = 1e-12

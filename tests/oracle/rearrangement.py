@@ -18,7 +18,7 @@ from scipy.integrate import DOP853, DenseOutput
 from scipy.optimize import brentq
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import static_coefficient
+from exactcreep.model.keyed_disorder import static_coefficient
 
 TOGETHER = 1e-10
 """Events closer than this cannot be told apart: the trajectory is refused."""

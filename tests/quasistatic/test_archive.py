@@ -13,9 +13,9 @@ import xarray as xr
 
 from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
+from exactcreep.quasistatic.creep_result import load_members
 from exactcreep.quasistatic.dataset import FORMAT
 from exactcreep.quasistatic.netcdf import read_groups
-from exactcreep.quasistatic.result import load_members
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 FORMATS = {"result": int(FORMAT.rpartition(" ")[2]), "checkpoint": VERSION}

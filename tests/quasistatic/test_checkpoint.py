@@ -21,7 +21,7 @@ from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
 from exactcreep.quasistatic.creep import resume, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.run import ObservedRun
+from exactcreep.quasistatic.observed_run import ObservedRun
 from tests.paper import paper_chain
 from tests.processes import begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE

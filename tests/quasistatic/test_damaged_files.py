@@ -12,7 +12,7 @@ import pytest
 
 from exactcreep import Creep, Cycles, RecordWarning, TemperatureRecord, creep
 from exactcreep.quasistatic import netcdf as files
-from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.writing import write_file
 from tests.paper import paper_chain
 from tests.quasistatic.runs import told
 

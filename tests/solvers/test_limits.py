@@ -27,8 +27,8 @@ from exactcreep import (
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.runaway import NEVER_STOPS, escape_time
+from exactcreep.solvers.interface import Start
 from exactcreep.solvers.reference import ChainIntegrator
-from exactcreep.solvers.solver import Start
 from tests.paper import captions, paper_chain
 
 EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]

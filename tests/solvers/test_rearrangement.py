@@ -25,7 +25,7 @@ from exactcreep import (
 from exactcreep.model.enclosure import same, same_numbers
 from exactcreep.motion.arithmetic import balls_of, digits_of
 from exactcreep.solvers.exact import solver as exact
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.solvers.interface import Rearrangement
 from tests.paper import captions, unstable_chain
 
 SOLVERS: list[dict[str, Any]] = [

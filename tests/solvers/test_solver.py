@@ -20,8 +20,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import solver as exact
+from exactcreep.solvers.interface import Simulation, Stretch, advance
 from exactcreep.solvers.registry import SOLVERS, solver_named
-from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.solvers.tables import RECORDS
 from tests.paper import captions, paper_chain
 

@@ -1,4 +1,4 @@
-"""Static coefficients in batches for the compiled solver: the same bits as `model.disorder`."""
+"""Static coefficients in batches for the compiled solver, bit by bit those of `disorder`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from exactcreep.model import deviates
-from exactcreep.model.disorder import STREAM_COEFFICIENT
+from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact.layout import PAD, compiled, inlined
 from exactcreep.solvers.exact.simd import (

@@ -22,7 +22,7 @@ from exactcreep.solvers.exact.layout import PAD, compiled, inlined
 from exactcreep.solvers.exact.loop import follow
 from exactcreep.solvers.exact.pack import Origin, Workspace, place, readied, roomier
 from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION, TENSION_LOW
-from exactcreep.solvers.solver import TENSION_TOLERANCE
+from exactcreep.solvers.interface import TENSION_TOLERANCE
 
 COPIES = 6
 OFF = 2.0**-51

@@ -24,7 +24,7 @@ from exactcreep.solvers.exact.loop import follow, prepare
 from exactcreep.solvers.exact.pack import Origin, place, series_of, side_by_side
 from exactcreep.solvers.exact.perturbed import mirrored
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
-from exactcreep.solvers.solver import PerturbedCopies, Stretch, require_like
+from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
 
 COPIES = 2
 """Which part from the run as it parts from the truth; the first that does so counts."""

@@ -34,7 +34,7 @@ from exactcreep.solvers.exact.pack import (
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
 from exactcreep.solvers.exact.rounded import RoundedCopies
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
-from exactcreep.solvers.solver import (
+from exactcreep.solvers.interface import (
     Ending,
     Rearrangement,
     Simulation,

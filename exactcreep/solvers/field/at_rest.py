@@ -26,7 +26,7 @@ from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
 from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow, Run, forces_of
-from exactcreep.solvers.solver import Start, Tally
+from exactcreep.solvers.interface import Start, Tally
 
 
 @dataclass

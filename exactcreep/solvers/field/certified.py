@@ -20,21 +20,21 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.field.reference import (
+from exactcreep.solvers.field.computed import (
     FieldSimulation,
     FieldSolver,
     completed,
     mechanics_report,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
-from exactcreep.solvers.reference import ChainIntegrator
-from exactcreep.solvers.solver import (
+from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
     Start,
     Stretch,
     Tally,
 )
+from exactcreep.solvers.reference import ChainIntegrator
 
 GUARD_BITS = 128
 """Beyond the digits that were asked for, to begin with."""

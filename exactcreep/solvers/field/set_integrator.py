@@ -29,8 +29,8 @@ from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
+from exactcreep.solvers.interface import Start
 from exactcreep.solvers.reference import ChainIntegrator, event_of
-from exactcreep.solvers.solver import Start
 
 RENEW_EVERY = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits

@@ -25,9 +25,9 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.state_set import StateSet, exponent_of, scaled
-from exactcreep.solvers.field.reference import FieldSimulation
+from exactcreep.solvers.field.computed import FieldSimulation
 from exactcreep.solvers.field.set_integrator import SetIntegrator
-from exactcreep.solvers.solver import Start
+from exactcreep.solvers.interface import Start
 
 BITS = 128
 """Of the product of the derivatives of short stretches."""

@@ -25,7 +25,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche
-from exactcreep.solvers.solver import (
+from exactcreep.solvers.interface import (
     Ending,
     Rearrangement,
     Simulation,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.model.deviates import normal_deviate, philox
-from exactcreep.model.disorder import STREAM_COEFFICIENT
+from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.tables import EVENT_TABLE
 
 MOST_STEPS = 10**9

@@ -35,7 +35,7 @@ from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.fates.result import Fate, Period
+from exactcreep.studies.fates.fate_result import Fate, Period
 
 CHAOTIC = 6
 """Sliders from which on creep is chaotic."""

@@ -47,10 +47,10 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
-from exactcreep.solvers.solver import Start, advance
+from exactcreep.solvers.interface import Start, advance
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 
 Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]

@@ -15,7 +15,7 @@ from exactcreep.model.numbers import InputError, Number, exact_number, nearest_f
 from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.studies.fates.survival import SIZE, Share, Survival, survival
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, require_sense
-from exactcreep.studies.thresholds.answer import Measured
+from exactcreep.studies.thresholds.beside_laws import Measured
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
 _LOWER = 10  # halvings of the lower end of a scan, if half of the starts creep there

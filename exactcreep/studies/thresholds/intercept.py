@@ -21,7 +21,7 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
-from exactcreep.studies.thresholds.answer import Measured
+from exactcreep.studies.thresholds.beside_laws import Measured
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS = 8

@@ -21,12 +21,12 @@ from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
+from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Stretch, advance
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import SHORT, Bracket
 
 _MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up

@@ -24,7 +24,7 @@ from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
-from exactcreep.solvers.solver import Start
+from exactcreep.solvers.interface import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
 from exactcreep.studies.thresholds.questions import (

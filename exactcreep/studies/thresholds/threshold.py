@@ -19,11 +19,11 @@ from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
+from exactcreep.solvers.interface import advance
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import advance
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span, require_sense, text_of
-from exactcreep.studies.thresholds.answer import Answer, laws_beside
+from exactcreep.studies.thresholds.beside_laws import BesideLaws, laws_beside
 from exactcreep.studies.thresholds.questions import MOST_CYCLES, Lasting, Question
 from exactcreep.studies.thresholds.search import MOST_DIGITS, SPARE, Difference, Edge, EdgeSearch
 
@@ -31,7 +31,7 @@ _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direc
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Threshold(Answer):
+class Threshold(BesideLaws):
     """An edge of what a chain does, with the laws beside it.
 
     Attributes

@@ -25,7 +25,7 @@ from exactcreep import (
 from exactcreep.limits import Limits, Stop
 from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
-from exactcreep.solvers.solver import advance
+from exactcreep.solvers.interface import advance
 from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
 

@@ -14,7 +14,7 @@ import pytest
 
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
 from exactcreep.solvers.exact.perturbed import rounding_error
-from exactcreep.solvers.solver import TENSION_TOLERANCE, Rearrangement
+from exactcreep.solvers.interface import TENSION_TOLERANCE, Rearrangement
 from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 from tests.paper import unstable_chain
 

@@ -17,8 +17,8 @@ from exactcreep.model.enclosure import enclosure, enclosures
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.solvers.field import set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.reference import FieldSimulation
-from exactcreep.solvers.solver import Start
+from exactcreep.solvers.field.computed import FieldSimulation
+from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import captions, event_rows, lone_slip, paper_chain
 

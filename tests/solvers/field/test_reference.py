@@ -10,8 +10,8 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, Path, State, rearrange
 from exactcreep.limits import NO_LIMITS, Limits
+from exactcreep.solvers.interface import Stretch
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Stretch
 from tests.paper import captions, event_rows, lone_slip, paper_chain
 
 SOLVERS = [

@@ -7,7 +7,7 @@ import pytest
 
 from exactcreep import laws
 from exactcreep.limits import Stop
-from exactcreep.model import disorder
+from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import EventKind
 from exactcreep.model.drive import Cycles, Path
@@ -74,7 +74,7 @@ def test_a_slider_that_stops_draws_the_next_keyed_coefficient_and_nobody_else_do
     end = simulation.state()
     assert (end.draws == 1 + recorded["slips"].sum(axis=0)).all()
     for n, draws in enumerate(end.draws.tolist()):
-        drawn = disorder.static_coefficient(chain, 3, n + 1, draws - 1)
+        drawn = keyed_disorder.static_coefficient(chain, 3, n + 1, draws - 1)
         assert end.coefficients[n] == drawn
 
 

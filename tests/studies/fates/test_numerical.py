@@ -9,7 +9,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.recurrence import PATIENCE, nearness
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from tests.conftest import Command
 from tests.paper import captions
 

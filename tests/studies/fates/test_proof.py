@@ -14,7 +14,7 @@ from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.questions import Lasting, parting
 from tests.oracle.rearrangement import integrate
 from tests.paper import captions

@@ -12,7 +12,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.thresholds import answer
+from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.paper import captions
 
@@ -24,7 +24,7 @@ def bounds(found: Threshold) -> tuple[Fraction, Fraction]:
 def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(answer, "laws_beside", None)
+    monkeypatch.setattr(beside_laws, "laws_beside", None)
     found = threshold(captions(2), after=20, digits=1000)
     lower, upper = bounds(found)
     # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000, enclosed by integer square roots

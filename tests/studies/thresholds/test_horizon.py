@@ -15,7 +15,7 @@ from exactcreep.figures.threshold import draw_threshold
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.studies.thresholds import answer
+from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.search import Edge
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.paper import captions
@@ -42,7 +42,7 @@ def three() -> Threshold:
 
 
 def test_two_sliders_creep_above_their_first_slip(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(answer, "laws_beside", None)  # the search does not use the laws
+    monkeypatch.setattr(beside_laws, "laws_beside", None)  # the search does not use the laws
     for drawn in ({}, WIDE):
         found = after(PAIR, **drawn)
         assert bounds(found)[0] <= ONSET <= bounds(found)[1]

@@ -11,8 +11,8 @@ from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
+from exactcreep.solvers.interface import Simulation, Stretch
 from exactcreep.solvers.recurrence import Recurrence
-from exactcreep.solvers.solver import Simulation, Stretch
 
 
 class RecurrenceObserver(Recurrence, Observer):

@@ -27,8 +27,7 @@ from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche
-from exactcreep.solvers.reference import ChainIntegrator
-from exactcreep.solvers.solver import (
+from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
     Ending,
     Rearrangement,
@@ -37,6 +36,7 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
 )
+from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 
 

@@ -14,16 +14,16 @@ from exactcreep.model.enclosure import as_float
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
+from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
-from exactcreep.quasistatic.recurrence import RecurrenceObserver
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.return_observer import RecurrenceObserver
 from exactcreep.quasistatic.summary import ATTRIBUTES
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.solver import Stretch, require_like
+from exactcreep.solvers.interface import Stretch, require_like
 from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run

@@ -19,12 +19,12 @@ from exactcreep.cli import status
 from exactcreep.figures import style
 from exactcreep.figures.paper import Picture
 from exactcreep.figures.run import draw_run
-from exactcreep.quasistatic import files
+from exactcreep.quasistatic import writing
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import Occupied, check_output, locked, write_file
 from exactcreep.quasistatic.netcdf import netcdf
+from exactcreep.quasistatic.writing import Occupied, check_output, locked, write_file
 from tests.paper import paper_chain
 from tests.processes import finished
 
@@ -59,8 +59,8 @@ def test_an_interrupted_writer_leaves_the_old_file_alone(
         raise error(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        room = files if step == "open" else files.os
-        patch.setattr(room, step, interrupted, raising=room is files.os)
+        room = writing if step == "open" else writing.os
+        patch.setattr(room, step, interrupted, raising=room is writing.os)
         with pytest.raises(InputError if error is OSError else error) as told:
             write_file(tmp_path / "a", NEW, "checkpoint")
     if error is OSError:
@@ -100,7 +100,7 @@ def test_of_two_writers_of_one_file_the_second_is_told(
         raise OSError(95, "Operation not supported")
 
     if not links:
-        monkeypatch.setattr(files.os, "link", refuse)
+        monkeypatch.setattr(writing.os, "link", refuse)
     assert check_output(tmp_path / "a", "out", force=False)
     write_file(tmp_path / "a", NEW, "out", force=False)
     with pytest.raises(Occupied, match="exists and is not overwritten without force"):
@@ -135,7 +135,7 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(files.os, "fsync", full)
+    monkeypatch.setattr(writing.os, "fsync", full)
     try:
         assert writers[writer]() == 2
         said = capsys.readouterr().err
@@ -160,7 +160,7 @@ def test_a_disk_that_fills_up_leaves_what_was_there(
             return super().write(data)
 
     write_file(tmp_path / "a.nc", OLD, "out")
-    monkeypatch.setattr(files, "open", Full, raising=False)
+    monkeypatch.setattr(writing, "open", Full, raising=False)
     data = xr.Dataset({"v": ("t", np.ones(9000))})
     with pytest.raises(InputError, match="No space left"):
         write_file(tmp_path / "a.nc", netcdf({None: data}), "out")
@@ -173,7 +173,7 @@ import os, sys
 from multiprocessing import get_context
 from pathlib import Path
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import Occupied, locked, write_file
+from exactcreep.quasistatic.writing import Occupied, locked, write_file
 
 folder, fork = Path(sys.argv[1]), get_context("fork")
 together, WRITERS, ROUNDS, TURNS = fork.Barrier(4), 4, 100, 25

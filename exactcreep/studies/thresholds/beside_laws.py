@@ -36,7 +36,7 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     return {name: v if v is None else enclosure(v).text(digits) for name, v in values.items()}
 
 
-class Answer(Result):
+class BesideLaws(Result):
     """A threshold of a chain: one of three kinds, with the laws and theorems beside it."""
 
     chain: Chain
@@ -74,7 +74,7 @@ class Answer(Result):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Measured(Answer):
+class Measured(BesideLaws):
     """A threshold that is measured with float64, from many starts or at many amplitudes."""
 
     chain: Chain

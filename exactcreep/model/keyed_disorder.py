@@ -26,14 +26,6 @@ if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
     from exactcreep.model.drive import GaussianSteps
 
-__all__ = [
-    "dilation",
-    "dilations",
-    "static_coefficient",
-    "static_coefficients",
-    "uniform_tensions",
-]
-
 STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2
 STREAM_TENSION = 3

@@ -22,9 +22,9 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import write_file
 from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS, PERHAPS, RUN
-from exactcreep.solvers.solver import advance
+from exactcreep.quasistatic.writing import write_file
+from exactcreep.solvers.interface import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
 
 if TYPE_CHECKING:
