@@ -608,14 +608,8 @@ def save_members(
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
-    groups = import_module("exactcreep.quasistatic.netcdf").read_groups(path, "result")
-    try:
+    with import_module("exactcreep.quasistatic.netcdf").opened_groups(path, "result") as groups:
         return [Creep(**fields) for fields in _datasets().members_of(groups)]
-    except InputError:
-        raise
-    except Exception as error:  # what can be wrong with numbers that were changed has no end
-        reason = " ".join(str(error).split())[:200]
-        raise InputError("result", os.fspath(path), f"cannot be read: {reason}") from None
 
 
 def _datasets() -> Any:

@@ -19,6 +19,7 @@ from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
+from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS
 from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
 
@@ -54,9 +55,9 @@ def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
     return {None: xr.Dataset(attrs=about)} | members
 
 
-def members_of(groups: Mapping[str | None, xr.Dataset]) -> Iterator[dict[str, Any]]:
+def members_of(groups: Mapping[str | None, Group]) -> Iterator[dict[str, Any]]:
     """Yield the fields of each result of a file; if it has none, raise whatever comes."""
-    about = groups[None].attrs
+    about = groups[None].attributes
     written = str(about.get("format"))
     if not written.startswith(FORMAT.rpartition(" ")[0]):
         raise ValueError("it is not a result of exactcreep")
@@ -68,9 +69,9 @@ def members_of(groups: Mapping[str | None, xr.Dataset]) -> Iterator[dict[str, An
         members = [groups[f"member_{k}"] for k in range(1, len(groups))]
         if len(members) != about["members"]:
             raise ValueError(f"it holds {len(members)} of {about['members']} members")
-    for data in members:
-        counts = {ATTRIBUTES.get(name, name): int(data.attrs[name]) for name in COUNTS}
-        yield _fields_of(data) | counts
+    for member in members:
+        counts = {ATTRIBUTES.get(name, name): int(member.attributes[name]) for name in COUNTS}
+        yield _fields_of(member) | counts
 
 
 def dataset_of(result: Creep) -> xr.Dataset:
@@ -161,29 +162,29 @@ def _attribute(value: Any) -> Any:
     return value.value if isinstance(value, Enum) else value
 
 
-def _fields_of(data: xr.Dataset) -> dict[str, Any]:
-    about, exact = data.attrs, None
+def _fields_of(member: Group) -> dict[str, Any]:
+    about, exact = member.attributes, None
     if "velocity_exact" in about:
         parts = about["velocity_exact"], about["velocity_exact_radius"]
         exact = Enclosure(*map(ratio_of, parts))
     columns = COLUMNS.keys() - {"theta"}
-    names = [name for name in map(str, data.data_vars) if quantity(name) in columns]
+    recorded = {name: member[name] for name in member if quantity(name) in columns}
     fields: dict[str, Any] = {"since": None, "trusted_half_cycles": None}
     fields |= {name: read(about[name]) for name, read in _FIELDS.items() if name in about}
     return fields | {
-        "experiment": _experiment(data),
+        "experiment": _experiment(member),
         "velocity_enclosure": exact,
-        "state": _state(data, "final", float(data["final_theta"])),
-        "recorded": {name: data[name].to_numpy() for name in names},
+        "state": _state(member, "final", float(member["final_theta"])),
+        "recorded": recorded,
     }
 
 
-def _experiment(data: xr.Dataset) -> Experiment:
-    about = data.attrs
+def _experiment(member: Group) -> Experiment:
+    about = member.attributes
     for name, dimension in (("n", "slider"), ("half_cycles", "half_cycle")):
-        held = data.sizes.get(dimension)
-        if held is not None and held != about[name]:
-            raise ValueError(f"it holds {held} of {name} = {about[name]}")
+        count = member[dimension].size if dimension in member else about[name]
+        if count != about[name]:
+            raise ValueError(f"it holds {count} of {name} = {about[name]}")
     # options of 0.3.0 that changed no number, or said what is the rule now
     gone = {"exact": (True, False), "escalate": (True, False), "pivot": ("mean",)}
     options = {
@@ -197,7 +198,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
     taken = signature(make).parameters  # 0.3.0 had more options by which a record was read
     for name in filter(taken.__contains__, about["drive_parameters"].split()):
         listed = f"drive_{name}"
-        given = data[listed].to_numpy().tolist() if listed in data else about[name]
+        given = member[listed].tolist() if listed in member else about[name]
         if name in _RATIOS:
             given = [*map(ratio_of, given)] if isinstance(given, list) else ratio_of(str(given))
         parameters[name] = given
@@ -205,7 +206,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
     if about["start"] == "given":
         theta = ratio_of(about["start_theta"])
         near = nearest_float(theta)
-        start = _state(data, "initial", near if Fraction(near) == theta else theta)
+        start = _state(member, "initial", near if Fraction(near) == theta else theta)
     return Experiment(
         Chain(int(about["n"]), **{name: ratio_of(str(about[name])) for name in numbers}),
         make(**parameters),
@@ -220,15 +221,15 @@ def _experiment(data: xr.Dataset) -> Experiment:
     )
 
 
-def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
+def _state(member: Group, moment: str, theta: Any) -> State:
     held: dict[str, Any] = {}
     for name in ("tension", "displacement", "coefficient"):
         full = f"{moment}_{name}"
-        held[f"{name}s"] = data[full].to_numpy()
-        if f"{full}_exact" in data:
-            exact = np.frompyfunc(ratio_of, 1, 1)(data[f"{full}_exact"].to_numpy())
-            if f"{full}_radius" in data:
-                radii = data[f"{full}_radius"].to_numpy()
+        held[f"{name}s"] = member[full]
+        if f"{full}_exact" in member:
+            exact = np.frompyfunc(ratio_of, 1, 1)(member[f"{full}_exact"])
+            if f"{full}_radius" in member:
+                radii = member[f"{full}_radius"]
                 exact = np.frompyfunc(lambda a, r: Enclosure(a, Fraction(r)), 2, 1)(exact, radii)
             held[f"{name}s"] = exact
-    return State(**held, draws=data[f"{moment}_draws"].to_numpy(), theta=theta)
+    return State(**held, draws=member[f"{moment}_draws"], theta=theta)

@@ -11,7 +11,8 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import h5netcdf
 import h5py
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.backends import H5NetCDFStore
 
 from exactcreep.model.numbers import InputError
@@ -26,10 +28,6 @@ from exactcreep.quasistatic.writing import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
-_NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
-_OF_HDF5 = {"CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid",
-            "_Netcdf4Coordinates", "_NCProperties"}  # fmt: skip
-"""Attributes by which NetCDF tells dimensions, and what wrote a file."""
 
 
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
@@ -44,16 +42,50 @@ def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
     return file.getbuffer()
 
 
-def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr.Dataset]:
-    """Return the datasets of a NetCDF file by groups, None the root, or raise `InputError`."""
+class Group(Mapping[str, NDArray[Any]]):
+    """A dataset in an open file: its attributes, and its arrays by name, read when asked for.
+
+    What labels the arrays, their units and dimensions, is left in the file: that takes most of the
+    time in which xarray opens one, and a result is made again without it.
+    """
+
+    def __init__(self, group: h5py.Group) -> None:
+        self._group = group
+        self.attributes = {
+            name: value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
+            for name, value in group.attrs.items()
+            if name != "_NCProperties"  # what wrote the file
+        }
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        held = self._group[name]
+        if h5py.check_string_dtype(held.dtype) is not None:
+            return np.asarray(held.asstr()[()], str)
+        return np.asarray(held[()])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._group)
+
+    def __len__(self) -> int:
+        return len(self._group)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._group
+
+
+@contextmanager
+def opened_groups(path: str | os.PathLike[str], field: str) -> Iterator[dict[str | None, Group]]:
+    """Yield the groups of a NetCDF file, None the root; what fails meanwhile is an `InputError`."""
     name = file_name(path, field)
     if not Path(path).is_file():
         raise InputError(field, name, "must be a file")
     try:
         with h5py.File(io.BytesIO(_sealed(name)), "r") as file:
             groups = {key: item for key, item in file.items() if isinstance(item, h5py.Group)}
-            return {key: _dataset(item) for key, item in ({None: file} | groups).items()}
-    except Exception as error:  # what a damaged HDF5 file can raise is not written down
+            yield {key: Group(item) for key, item in ({None: file} | groups).items()}
+    except InputError:
+        raise
+    except Exception as error:  # what a damaged file, or changed numbers, can raise has no end
         reason = " ".join(str(error).split())[:200]
         raise InputError(field, name, f"cannot be read: {reason}") from None
 
@@ -68,38 +100,3 @@ def _sealed(name: str) -> memoryview:
     if hashlib.sha256(data[:-_SEAL_LENGTH]).hexdigest().encode() != seal[1]:
         raise ValueError("its checksum does not match")
     return data[:-_SEAL_LENGTH]
-
-
-def _dataset(group: h5py.Group) -> xr.Dataset:
-    """Return the dataset in a group, as xarray wrote it.
-
-    By addresses of dimensions: their names, which xarray asks for, HDF5 looks for in all groups.
-    """
-    held = {name: item for name, item in group.items() if isinstance(item, h5py.Dataset)}
-    scales = {_address(item): name for name, item in held.items() if "CLASS" in item.attrs}
-    variables: dict[str, Any] = {}
-    for name, item in held.items():
-        about = dict(item.attrs)
-        if about.get("NAME", b"").startswith(_NO_VARIABLE):
-            continue
-        dimensions = [scales[_address(group[to[0]])] for to in about.get("DIMENSION_LIST", ())]
-        if "CLASS" in about:
-            dimensions = [name]
-        texts = h5py.check_string_dtype(item.dtype) is not None
-        values = np.asarray(item.asstr()[()], str) if texts else item[()]
-        variables[name] = (dimensions, values, _attributes(about))
-    return xr.decode_cf(xr.Dataset(variables, attrs=_attributes(group.attrs)))
-
-
-def _address(item: h5py.Dataset) -> int:
-    address: int = h5py.h5o.get_info(item.id).addr
-    return address
-
-
-def _attributes(held: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes that are not HDF5's own; lists of one are single numbers."""
-    about = {name: value for name, value in held.items() if name not in _OF_HDF5}
-    return {
-        name: value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
-        for name, value in about.items()
-    }

@@ -8,6 +8,7 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -15,7 +16,7 @@ from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.creep_result import load_members
 from exactcreep.quasistatic.dataset import FORMAT
-from exactcreep.quasistatic.netcdf import read_groups
+from exactcreep.quasistatic.netcdf import opened_groups
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 FORMATS = {"result": int(FORMAT.rpartition(" ")[2]), "checkpoint": VERSION}
@@ -64,11 +65,15 @@ def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
 
 def test_a_file_is_read_as_xarray_reads_it() -> None:
     path = ARCHIVE.parent / "results-of-0.3.0.nc"
-    groups = read_groups(path, "result")
-    assert len(groups) == 10
-    for group, dataset in groups.items():
-        expected = xr.load_dataset(path, group=group, engine="h5netcdf")
-        assert dataset.identical(expected)
-        assert dataset.dtypes == expected.dtypes
-        about = {name: type(value) for name, value in expected.attrs.items()}
-        assert {name: type(value) for name, value in dataset.attrs.items()} == about
+    with opened_groups(path, "result") as groups:
+        assert len(groups) == 10
+        for name, group in groups.items():
+            expected = xr.load_dataset(path, group=name, engine="h5netcdf", decode_times=False)
+            assert set(expected.variables) <= set(group)
+            for variable, values in expected.variables.items():
+                assert group[variable].dtype == values.dtype
+                np.testing.assert_array_equal(group[variable], values)
+            assert group.attributes.keys() == expected.attrs.keys()
+            for attribute, value in expected.attrs.items():
+                assert type(group.attributes[attribute]) is type(value)
+                np.testing.assert_array_equal(group.attributes[attribute], value)
