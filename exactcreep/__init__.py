@@ -19,8 +19,6 @@ computed, a threshold that cannot be decided `GivenUp`; a run that leaves the mo
 warns with `PhysicsWarning`, a record whose unit is doubtful with `RecordWarning`.
 """
 
-from typing import Any
-
 import lazy_loader
 
 from exactcreep.gone import successor_of
@@ -33,7 +31,7 @@ _imported, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if sentence := successor_of(f"{__name__}.{name}"):
         raise AttributeError(sentence)
     return _imported(name)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import warnings
-from typing import Any
 
 _UNSAID = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 
@@ -15,6 +13,8 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _leave)  # until there is something that could be saved
+    import warnings
+
     warnings.resetwarnings()  # what PYTHONWARNINGS makes an error is a sentence here
     for kind in _UNSAID:
         warnings.simplefilter("ignore", kind)
@@ -23,7 +23,7 @@ def main() -> None:
     command_line()
 
 
-def _leave(number: int, frame: Any) -> None:
+def _leave(number: int, frame: object) -> None:
     os.write(2, b"exactcreep: interrupted\n")
     os._exit(128 + number)
 

@@ -103,9 +103,6 @@ def status(words: Sequence[str]) -> int:
             code = 0 if gone else int(leaving.code or 0)
         with unread():
             sys.stdout.flush()
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return 130
     except Exception as error:
         if debug:
             raise
@@ -144,13 +141,17 @@ def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
-    codecs.register_error("plain", _in_plain_letters)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="plain")
-    os.environ["MPLBACKEND"] = "agg"  # whatever it was: pictures are files here
-    warnings.showwarning = _warn  # a sentence, without the line of code that says it
-    code = status(sys.argv[1:])
+    try:
+        codecs.register_error("plain", _in_plain_letters)
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="plain")
+        os.environ["MPLBACKEND"] = "agg"  # whatever it was: pictures are files here
+        warnings.showwarning = _warn  # a sentence, without the line of code that says it
+        code = status(sys.argv[1:])
+    except KeyboardInterrupt:
+        complain("interrupted")
+        code = 130
     heard = interrupts.status()
     if heard is not None and code in (0, 130):
         if code == 0:  # it came too late to change anything, or was lost on its way

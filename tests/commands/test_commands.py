@@ -332,6 +332,27 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
 
 
+BEGINNING = """
+import codecs, os, signal
+from exactcreep.cli import main
+codecs.register_error = lambda *given: os.kill(os.getpid(), signal.SIGTERM)
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_signal_before_the_line_is_read_ends_in_a_sentence() -> None:
+    done = finished(sys.executable, "-c", BEGINNING)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "exactcreep: interrupted\n")
+
+
+def test_the_program_hears_ctrl_c_before_it_imports_what_takes_long() -> None:
+    script = "import sys, exactcreep.__main__; print(*sys.modules)"
+    loaded = finished(sys.executable, "-S", "-c", script).stdout.split()
+    assert "exactcreep.__main__" in loaded
+    assert not {"typing", "re", "inspect", "cyclopts"} & {*loaded}
+
+
 # --- what is loaded ------------------------------------------------------------------------------
 
 
