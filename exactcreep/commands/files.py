@@ -6,8 +6,8 @@ import importlib.util
 import itertools
 import math
 import os
+import runpy
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import exactcreep
+from exactcreep import interrupts
 from exactcreep.commands.answer import (
     Answer,
     Output,
@@ -290,16 +291,14 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
                 raise exactcreep.InputError("port", number, allowed) from None
         words += ["--port", str(number)]
     app = Path(exactcreep.__file__).parent / "figures" / "explorer_app.py"
-    command = [sys.executable, "-m", "marimo", "--yes", "run", str(app), "--no-token", *words]
-    # it asks nothing outside this machine: no news of marimo's versions
-    with subprocess.Popen(command, env={**os.environ, "MARIMO_SKIP_UPDATE_CHECK": "1"}) as server:
-        try:
-            status = server.wait()
-        except KeyboardInterrupt:  # Ctrl-C reaches both, SIGTERM this process alone
-            server.terminate()
+    os.environ["MARIMO_SKIP_UPDATE_CHECK"] = "1"  # it asks nothing outside this machine
+    sys.argv = ["marimo", "--yes", "run", str(app), "--no-token", *words]
+    try:  # within this process: however that ends, no server is left behind
+        runpy.run_module("marimo", run_name="__main__", alter_sys=True)
+    except SystemExit as leaving:
+        if leaving.code and interrupts.status() is None:
             raise
-    if status:
-        sys.exit(status)
+    raise KeyboardInterrupt  # marimo hears it, too, and leaves as if nothing had been
 
 
 def sweep(

@@ -153,7 +153,9 @@ def test_a_port_that_is_taken_is_refused(command: Command) -> None:
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
+)
 def test_the_program_ends_with_its_server(number: int, status: int) -> None:
     pytest.importorskip("marimo")
     with begun(*PROGRAM, "explore", "--headless") as process:
