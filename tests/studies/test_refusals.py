@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from exactcreep import cli
+from exactcreep import Chain, InputError, cli, threshold
 
 ASKED = {
     "threshold": "--n 3 --solver exact --digits 9 --points 50",
@@ -69,3 +69,9 @@ def test_what_is_refused_is_named(
     assert not any(line.startswith("exactcreep") for line in progress)
     if line == "fate --sigma-mu 0.01":
         assert "survival" in sentence
+
+
+def test_a_solver_that_is_no_word_is_refused_by_its_field() -> None:
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    with pytest.raises(InputError, match=r"solver = \['exact'\]: must be certified or exact"):
+        threshold(chain, solver=["exact"])  # type: ignore[arg-type]

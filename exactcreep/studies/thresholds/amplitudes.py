@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import magnitude
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.studies.fates.fate import CHAOTIC, refuse_long
 
 Bracket = tuple[Fraction, Fraction]
@@ -54,9 +54,12 @@ class Span(NamedTuple):
     bracket: Bracket | None
     scans: list[Bracket]
     free: bool  # whether the first scan may begin lower
+    points: int  # equal steps of each scan
 
     @classmethod
-    def of(cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any) -> Span:
+    def of(
+        cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any, points: Any = 1
+    ) -> Span:
         """Return the span that is asked for; the default decides nothing about the edge."""
         between = None
         if bracket is not None:
@@ -76,7 +79,9 @@ class Span(NamedTuple):
             raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
         largest = max(between or (begin, *ends))
         chain.require_dilation(largest, *(("bracket", bracket) if between else ("to", high)))
-        return cls(between, list(pairwise([begin, *ends])), low is None and between is None)
+        steps = whole_number(points, "points", least=1, most=10**7)
+        free = low is None and between is None
+        return cls(between, list(pairwise([begin, *ends])), free, steps)
 
 
 def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:

@@ -9,6 +9,7 @@ where that errs.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
+from exactcreep.progress import reporter
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies import fates
@@ -38,6 +40,7 @@ CERTIFIED_CYCLES = 1_000
 """Of a certified one."""
 _TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
 Log = list[LoggedRearrangement]
+_SILENT = reporter(None)
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
 
 
@@ -73,14 +76,42 @@ class Observation(NamedTuple):
     between: Bracket | None = None  # amplitudes at which it does the same
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Question:
-    """Does x_G advance down the incline in the last cycle at this amplitude?"""
+    """Does x_G advance down the incline in the last cycle at this amplitude?
+
+    `solver` decides, and `say` hears of it; `runs` are its runs, each of which is made once.
+    """
 
     chain: Chain
     cycles: int
     start: State
     limits: Limits = NO_LIMITS
+    solver: str = "certified"
+    say: Callable[..., None] = _SILENT
+    runs: dict[Fraction, Observation] = field(default_factory=dict, init=False)
+
+    def decided(self, amplitude: Fraction, digits: int) -> Observation:
+        """Return what the deciding solver finds at an amplitude of so many digits."""
+        if amplitude not in self.runs:
+            self.say("deciding", len(self.runs) + 1, 0, "runs")
+            options = {} if self.solver == "exact" else {"digits": digits}
+            if self.solver == "certified":
+                # an exact tie outside Q(c) is undecided at any precision: do not try very many
+                options["most_digits"] = 4 * digits + 1000
+            self.runs[amplitude] = self.tried(amplitude, self.solver, options)
+        return self.runs[amplitude]
+
+    def decided_at_its_end(self, amplitude: Fraction, digits: int) -> Observation:
+        """Return the same of a run that is followed to its end, where it had not been."""
+        fate = self.decided(amplitude, digits).fate
+        if fate is not None and fate.outcome is Outcome.LIMIT:
+            self.runs[amplitude] = self.tried(amplitude, self.solver, {})
+        return self.runs[amplitude]
+
+    def report(self) -> dict[str, int]:
+        """Return how many runs it took."""
+        return {"deciding_runs": len(self.runs)}
 
     def unsettled(self, amplitude: Fraction) -> bool:
         """Return whether no number of cycles that is followed shows what the chain does."""
@@ -97,18 +128,18 @@ class Question:
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         record, tangent = ("x_G", "tension", "events"), self.chain.tan_alpha
         stretch, evidence = self._followed(amplitude, solver, options, record)
-        log, known = fates.logged(stretch.recorded), self._last_advance(stretch)
+        log, advanced = fates.logged(stretch.recorded), self._last_advance(stretch)
         runs_away = stretch.stop is Stop.RUNAWAY
-        creeps = runs_away or known.middle > ADVANCE
-        near = not runs_away and abs(known.middle - ADVANCE) <= known.radius
+        creeps = runs_away or advanced.middle > ADVANCE
+        near = not runs_away and abs(advanced.middle - ADVANCE) <= advanced.radius
         if near and evidence is Evidence.PROVED:
             evidence = Evidence.UNDECIDED
         tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
         before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
         changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
         room = Fraction(len(log), 2**50)
-        last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
-        returned = all(abs(one.middle) <= one.radius + room for one in changes)
+        last = [r for r in log if r.half_cycle > 2 * self.cycles - 2]
+        returned = all(abs(change.middle) <= change.radius + room for change in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
         direction = direction_of(tangent * creeps, tangent)
         return Observation(creeps, evidence, log, *outcome, direction)
@@ -148,11 +179,12 @@ def _last_outcome(
     """Return what the chain does in the last cycle of a run, and how well that is known."""
     if not last:
         return Outcome.AT_REST, evidence
-    if all(fates.lone(one.itinerary) for one in last):
+    if all(fates.lone(rearrangement.itinerary) for rearrangement in last):
         # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
         moves: Counter[int] = Counter()
-        for one in last:
-            moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
+        for rearrangement in last:
+            start = rearrangement.events[0]
+            moves.update(dict(zip(start.sliders, start.signs, strict=True)))
         return None if any(moves.values()) else Outcome.CYCLING, evidence
     return (Outcome.CYCLING, weaker(evidence, Evidence.COMPUTED)) if returned else (None, evidence)
 
@@ -161,7 +193,7 @@ def weaker(a: Evidence, b: Evidence) -> Evidence:
     return max(a, b, key=list(Evidence).index)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Lasting(Question):
     """Does the chain creep for ever at this amplitude?
 
@@ -169,24 +201,26 @@ class Lasting(Question):
     one (`certified`), or, where that is not known either, the answer is listed as `sensitive`.
     """
 
-    solver: str = "certified"
-    certified: dict[Fraction, bool] = field(default_factory=dict)
-    sensitive: dict[Fraction, bool] = field(default_factory=dict)
-    locked: Log = field(default_factory=list)
+    certified: dict[Fraction, bool] = field(default_factory=dict, init=False)
+    sensitive: dict[Fraction, bool] = field(default_factory=dict, init=False)
+    locked: Log = field(default_factory=list, init=False)
     """Of the last run that was proved not to creep."""
-    windows: list[Observation] = field(default_factory=list)
+    windows: list[Observation] = field(default_factory=list, init=False)
     """What is proved between two amplitudes."""
+
+    def report(self) -> dict[str, int]:
+        return {**super().report(), "certified_points": len(self.certified)}
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         self.limits.require()  # a chain that settles at once ends before it asks
         drive = Cycles(amplitude, self.cycles)
         course = solvers.SettlingChain(self.chain, drive, start)
-        found, stop = numerical_fate(course, start, self.limits)
+        fate, stop = numerical_fate(course, start, self.limits)
         if stop is Stop.DEADLINE:
-            raise OutOfTime(found.reason)
-        steady = found.cycles * (found.advance or 0.0) / (found.period or 1)
-        return found, float(course.simulation.state().displacements.mean()) - steady
+            raise OutOfTime(fate.reason)
+        steady = fate.cycles * (fate.advance or 0.0) / (fate.period or 1)
+        return fate, float(course.simulation.state().displacements.mean()) - steady
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
         for amplitude in (low, high, (low + high) / 2):
@@ -203,23 +237,23 @@ class Lasting(Question):
 
     def creeps(self, amplitude: Fraction) -> bool:
         """Return whether the chain creeps: what has not settled has not locked."""
-        for known in (self.certified, self.sensitive):
-            if amplitude in known:
-                return known[amplitude]
-        found, place = self._course(amplitude, self.start)
-        creeps = found.outcome not in _IDLE
-        if found.outcome in (Outcome.AT_REST, Outcome.RUNAWAY) or self.solver == "exact":
+        for answers in (self.certified, self.sensitive):
+            if amplitude in answers:
+                return answers[amplitude]
+        fate, place = self._course(amplitude, self.start)
+        creeps = fate.outcome not in _IDLE
+        if fate.outcome in (Outcome.AT_REST, Outcome.RUNAWAY) or self.solver == "exact":
             return creeps
         for seed in (1, 2):
             other = State.perturbed(self.chain, _TWIN, start_seed=seed)
             tensions = self.start.tensions + other.tensions
             twin, there = self._course(amplitude, replace(self.start, tensions=tensions))
-            same = (twin.outcome, twin.period) == (found.outcome, found.period)
-            if not same or (found.period == 1 and abs(there - place) > 1e-6):
+            same = (twin.outcome, twin.period) == (fate.outcome, fate.period)
+            if not same or (fate.period == 1 and abs(there - place) > 1e-6):
                 break
         else:
             return creeps
-        if found.outcome is not Outcome.LIMIT and self.chain.n <= SHORT:
+        if fate.outcome is not Outcome.LIMIT and self.chain.n <= SHORT:
             trial = self.tried(amplitude, self.solver, {})
             if trial.evidence is Evidence.PROVED:
                 self.certified[amplitude] = trial.creeps
@@ -229,46 +263,46 @@ class Lasting(Question):
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         if solver == "exact":
-            found = self.float_fate(amplitude)
-            most = min(max(found.cycles, 1), CERTIFIED_CYCLES)
+            in_floats = self.float_fate(amplitude)
+            most = min(max(in_floats.cycles, 1), CERTIFIED_CYCLES)
             past = Question(self.chain, most, self.start, self.limits)
             trial = past.tried(amplitude, solver, options)
             return trial._replace(
-                creeps=found.outcome not in _IDLE,
-                outcome=found.outcome,
+                creeps=in_floats.outcome not in _IDLE,
+                outcome=in_floats.outcome,
                 outcome_evidence=trial.evidence,
-                direction=found.direction,
+                direction=in_floats.direction,
             )
         for trial in self.windows:
             if trial.fate and trial.between and trial.between[0] < amplitude < trial.between[1]:
                 return trial._replace(fate=replace(trial.fate, amplitude=amplitude))
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
         digits: int = options.get("digits", 0)
-        edge: Fraction | None = None
+        parted: Fraction | None = None
 
-        def far_beyond(
-            log: Log,
-        ) -> bool:  # the runs part so far below that the search goes on there
-            nonlocal edge
-            edge = parting(self.locked, log) if edge is None else edge
-            return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
+        def far_beyond(log: Log) -> bool:
+            """Return whether the runs part so far below that the search goes on there."""
+            nonlocal parted
+            parted = parting(self.locked, log) if parted is None else parted
+            return parted is not None and abs(amplitude - parted) * 10 ** (digits - 1) > amplitude
 
         end: dict[str, Any] = {"enough": far_beyond} if digits and self.locked else {}
-        found, log, between = fates.proved_fate(self.chain, drive, self.start, self.limits, **end)
-        if found.outcome is Outcome.LIMIT:
+        fate, log, between = fates.proved_fate(self.chain, drive, self.start, self.limits, **end)
+        if fate.outcome is Outcome.LIMIT:
             self.limits.require()
-        creeps, known = found.outcome not in _IDLE, (found.outcome, found.evidence, found.direction)
+        creeps = fate.outcome not in _IDLE
         if not creeps:
             self.locked[:] = log
-        trial = Observation(creeps, found.evidence, log, *known, fate=found, between=between)
+        trial = Observation(creeps, fate.evidence, log, fate.outcome, fate.evidence,
+                            fate.direction, fate, between)  # fmt: skip
         if between is not None:
             self.windows.append(trial)
         return trial
 
 
-def parting(one: Log, other: Log) -> Fraction | None:
+def parting(log: Log, other: Log) -> Fraction | None:
     """Return theta_c of what one of two runs alone comes to, None if they do not part so."""
-    for mine, its in zip(one, other, strict=False):
+    for mine, its in zip(log, other, strict=False):
         if (mine.half_cycle, mine.itinerary) == (its.half_cycle, its.itinerary):
             continue
         if mine.half_cycle == its.half_cycle:
@@ -277,7 +311,7 @@ def parting(one: Log, other: Log) -> Fraction | None:
     return None
 
 
-def side_by_side(one: Observation, other: Observation) -> tuple[Log, Log]:
+def side_by_side(lower: Observation, upper: Observation) -> tuple[Log, Log]:
     """Return what happened in both, that which settled earlier gone on with its last period."""
 
     def gone_on(trial: Observation, beside: Observation) -> Log:
@@ -291,4 +325,4 @@ def side_by_side(one: Observation, other: Observation) -> tuple[Log, Log]:
                 end += step
         return log
 
-    return gone_on(one, other), gone_on(other, one)
+    return gone_on(lower, upper), gone_on(upper, lower)

@@ -1,4 +1,4 @@
-"""The search for an edge: scan, bisection, the deciding event, two deciding runs.
+"""The search for the amplitude at which creep begins: scan, bisection, two deciding runs.
 
 A scan in float64 finds where the answer to a question changes; bisection narrows the edge as far as
 float64 tells. One event differs across the edge, and tells where it lies.
@@ -14,27 +14,22 @@ two runs part where the amplitude is that theta_c, and one run along the itinera
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 from exactcreep import solvers
+from exactcreep.limits import OutOfTime
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.solvers.interface import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
+from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
-from exactcreep.studies.thresholds.questions import (
-    Lasting,
-    Log,
-    Observation,
-    Question,
-    side_by_side,
-    weaker,
-)
+from exactcreep.studies.thresholds.questions import Log, Observation, Question, side_by_side, weaker
 
 MOST_DIGITS = {"certified": 5_000, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""
@@ -43,29 +38,8 @@ SPARE = 2
 _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 _LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
+_OF_A_GUESS = 3  # digits beyond these, of an edge that an itinerary tells
 _BITS_LOST = 64  # of a run along an itinerary, and a quarter of one for every event
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Where creep, or an advance in some cycle, `begins` or ends: between two decimals.
-
-    `evidence` is of what happens at both.
-    """
-
-    lower: str
-    upper: str
-    begins: bool
-    evidence: Evidence
-
-    @property
-    def middle(self) -> Fraction:
-        return (Fraction(self.lower) + Fraction(self.upper)) / 2
-
-    def summary(self, what: str = "creep") -> dict[str, Any]:
-        """Return the edge by names; `what` begins or ends there."""
-        begins = "begins" if self.begins else "ends"
-        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": self.evidence}
 
 
 @dataclass(frozen=True)
@@ -75,16 +49,339 @@ class Difference:
     at_lower: LoggedEvent | None
     at_upper: LoggedEvent | None
 
+    @classmethod
+    def of(cls, lower: Observation, upper: Observation) -> Difference | None:
+        """Return the difference of what happens on both sides, None if no event differs."""
+        _, *sides = first_difference(*map(numbered, side_by_side(lower, upper)))
+        return cls(*sides) if any(sides) else None
+
     def summary(self) -> dict[str, Any]:
         return {name: event and event.summary() for name, event in vars(self).items()}
 
 
-def deciding_amplitude(question: Question, one: Log, other: Log, digits: int) -> Fraction | None:
+@dataclass(frozen=True)
+class Edge:
+    """Where creep, or an advance in some cycle, `begins` or ends, and what is known of both sides.
+
+    It is between two decimals, None before any are known; `evidence` is of what happens at both.
+    The other fields, those of `Threshold`, are of an edge that two runs have decided; `doubt` says
+    why it is no edge that is known, and is "" if it is.
+    """
+
+    lower: str | None = None
+    upper: str | None = None
+    begins: bool = True
+    evidence: Evidence = Evidence.UNDECIDED
+    direction: str = field(default="none", repr=False)
+    outcome_at_lower: Outcome | None = field(default=None, repr=False)
+    outcome_evidence: Evidence = field(default=Evidence.COMPUTED, repr=False)
+    deciding_event: Difference | None = field(default=None, repr=False)
+    fates: tuple[Fate | None, Fate | None] | None = field(default=None, repr=False)
+    doubt: str = field(default="", repr=False)
+
+    @property
+    def middle(self) -> Fraction:
+        return (Fraction(self.lower or 0) + Fraction(self.upper or 0)) / 2
+
+    def summary(self, what: str = "creep") -> dict[str, Any]:
+        """Return the edge by names; `what` begins or ends there."""
+        begins = "begins" if self.begins else "ends"
+        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": self.evidence}
+
+
+class Unfinished(OutOfTime):
+    """The time was over before a search was; `edges` are what it had come to by then."""
+
+    def __init__(self, limit: OutOfTime, *edges: Edge) -> None:
+        super().__init__(str(limit))
+        self.edges = edges
+
+
+def first_edge(question: Question, span: Span, digits: int) -> Edge:
+    """Return the edge in the bracket of a span, or the first of its scans, to so many digits.
+
+    Raises
+    ------
+    Unfinished
+        If the time is over.
+    """
+    reached: list[Edge] = []
+    try:
+        for edge in _approached(question, _first_bracket(question, span, digits), digits):
+            reached[:] = [edge]
+    except OutOfTime as limit:
+        raise Unfinished(limit, *reached) from None
+    return reached[0]
+
+
+def all_edges(question: Question, span: Span, digits: int) -> tuple[Edge, ...]:
+    """Return every edge of the scans of a span: the first to so many digits, others in float64.
+
+    Raises
+    ------
+    Unfinished
+        If the time is over.
+    """
+    scanned: list[Scanned] = []
+    reached: list[Edge] = []
+    try:
+        for low, high, begins in _scanned(question, span):
+            scanned.append((low, high, begins))
+            reached.append(_rounded(low, high, begins))
+        low, high, _ = scanned[0]
+        for edge in _approached(question, (low, high), digits):
+            reached[0] = edge
+        for k, other in enumerate(scanned[1:], 1):
+            reached[k] = _in_floats(question, *other)
+    except OutOfTime as limit:
+        raise Unfinished(limit, *reached) from None
+    return tuple(reached)
+
+
+Scanned = tuple[Fraction, Fraction, bool]
+"""A bracket of an edge, and whether creep begins there."""
+
+
+def _scanned(question: Question, span: Span) -> Iterator[Scanned]:
+    """Yield a bracket of every edge of the first scan that has one."""
+    scans, lowest = span.scans, span.scans[0][0]
+    if span.free and question.creeps(lowest):
+        scans, lowest = [(Fraction(0), lowest)], Fraction(0)
+    if question.creeps(lowest):
+        allowed = "must be lower: the chain creeps there already"
+        raise InputError("from", nearest_float(lowest), allowed)
+    before, creeping, any_edge = lowest, False, False
+    for begin, end in scans:
+        for k in range(1, span.points + 1):
+            amplitude = begin + (end - begin) * k / span.points
+            creeps = question.creeps(amplitude)
+            question.say("scan", k, span.points, "amplitudes")
+            if creeps != creeping:
+                any_edge = True
+                yield before, amplitude, creeps
+            before, creeping = amplitude, creeps
+        if any_edge:
+            return
+    allowed = "must be higher: the chain creeps at no point of the scan"
+    raise InputError("to", nearest_float(before), allowed)
+
+
+def _first_bracket(question: Question, span: Span, digits: int) -> Bracket:
+    """Return the bracket that was given, or the first of the scans."""
+    if span.bracket is None:
+        low, high, _ = next(_scanned(question, span))
+        return low, high
+
+    def decided(amplitude: Fraction) -> bool:
+        return question.decided(amplitude, digits + SPARE).creeps
+
+    low, high = span.bracket
+    for creeps in (question.creeps, decided):
+        if (creeps(low), creeps(high)) == (False, True):  # where float64 tells them apart
+            return low, high
+    shown = f"{nearest_float(low)} {nearest_float(high)}"
+    raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
+
+
+def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
+    """Return an edge at float accuracy."""
+    unit = unit_of(high, MOST_DIGITS["exact"] - 1)
+    lower, upper = text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit)
+    return Edge(lower, upper, begins, Evidence.COMPUTED)
+
+
+def _in_floats(question: Question, low: Fraction, high: Fraction, begins: bool) -> Edge:
+    """Return an edge bisected for in float64; between points of the scan where none settles.
+
+    How long a transient lives changes from float to float: there is no edge to bisect for.
+    """
+    if question.unsettled(high if begins else low):
+        return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
+    *_, bracket = bisected(low, high, _NARROW, lambda a: question.creeps(a) == begins)
+    return _rounded(*bracket, begins)
+
+
+def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[Edge]:
+    """Yield the edge in a bracket, above which the chain creeps, closer and closer.
+
+    The last one has all digits, and two runs of the deciding solver have decided it, unless creep
+    does not settle there.
+    """
+    yield _rounded(*bracket)
+    low, high = bracket
+    if question.unsettled(high):
+        ends = (question.tried(amplitude, "exact", {}) for amplitude in bracket)
+        doubt = f"at A = {nearest_float(high):.9g} creep does not settle within"
+        doubt += f" {question.cycles} cycles"
+        edge = replace(_rounded(*bracket), evidence=Evidence.UNDECIDED, doubt=doubt)
+        yield _with_sides(edge, *ends)
+        return
+    unit = unit_of(high, digits + SPARE)
+    guess: Fraction | None = None
+    if not question.float_fails(low, high):  # else bisection would find an edge of its own
+        for low, high in bisected(*bracket, _NARROW, question.creeps):
+            yield _rounded(low, high)
+        guess, error = _guessed(question, low, high, digits)
+        while unit < 4 * error:
+            unit *= 10
+    edge = _decided(_Decimals(question, unit, digits + SPARE), (low, high), guess)
+    yield edge
+    if edge.outcome_at_lower is None:
+        yield from _settled(question, edge)
+
+
+def _guessed(
+    question: Question, low: Fraction, high: Fraction, digits: int
+) -> tuple[Fraction, Fraction]:
+    """Return where the event that decides a float64 bracket puts the edge, and by how much it errs.
+
+    float64 claims no more than its own edge shares with that of the itinerary.
+    """
+    room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
+    ends = (question.tried(amplitude, "exact", {}) for amplitude in (low - room, high + room))
+    guess = deciding_amplitude(question, *side_by_side(*ends), digits + SPARE + _OF_A_GUESS)
+    if guess is None or abs(guess - high) > _STRAY * (high - low + room):
+        guess = (low + high) / 2
+    apart = max(abs(guess - low), abs(guess - high))
+    return guess, apart if question.solver == "exact" else Fraction(0)
+
+
+class _Decimals(NamedTuple):
+    """The decimals k * unit, at each of which the deciding solver is asked once."""
+
+    question: Question
+    unit: Fraction
+    digits: int
+
+    def trial(self, k: int) -> Observation:
+        return self.question.decided(k * self.unit, self.digits)
+
+    def creeps(self, k: int) -> bool:
+        return self.trial(k).creeps
+
+    def proved(self, k: int) -> bool:
+        return self.trial(k).evidence is Evidence.PROVED
+
+    def stands(self, k: int) -> bool:
+        """Return whether a run that was not followed to its end comes to what was taken for it."""
+        taken = self.creeps(k)
+        return self.question.decided_at_its_end(k * self.unit, self.digits).creeps == taken
+
+    def parting(self, below: int, above: int) -> Fraction | None:
+        """Return the amplitude at which two runs part, None if rounding parts them."""
+        runs = side_by_side(self.trial(below), self.trial(above))
+        return deciding_amplitude(self.question, *runs, self.digits + _OF_A_GUESS)
+
+    def cell(self, amplitude: Fraction) -> tuple[int, int]:
+        """Return the neighbours between which an amplitude is; the lower one may be equal."""
+        below = math.floor(amplitude / self.unit)
+        return below, below + 1
+
+    def around(self, low: Fraction, high: Fraction) -> tuple[int, int]:
+        """Return the closest decimals that enclose a bracket."""
+        return math.floor(low / self.unit), math.ceil(high / self.unit)
+
+
+def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> Edge:
+    """Return the edge between two neighbours among decimals, as two runs show.
+
+    It is where it is guessed to be, or further on in the bracket of float64, or, if that errs,
+    outside.
+    """
+    below, above = decimals.around(*bracket)
+    if guess is not None:
+        below, above = decimals.cell(guess)
+    stands = False
+    while not stands:
+        below, above = _bracketed(decimals, below, above, bracket)
+        below, above = _closed_in(decimals, below, above)
+        stands = decimals.stands(below) and decimals.stands(above)
+    if decimals.question.solver == "certified":
+        # an end that lies exactly on the edge may be undecided; one unit further out it is not
+        if not decimals.proved(below) and not decimals.creeps(below - 1):
+            below -= 1
+        if not decimals.proved(above) and decimals.creeps(above + 1):
+            above += 1
+    lower, upper = decimals.trial(below), decimals.trial(above)
+    edge = Edge(
+        text_of(below, decimals.unit),
+        text_of(above, decimals.unit),
+        evidence=weaker(lower.evidence, upper.evidence),
+        deciding_event=Difference.of(lower, upper),
+    )
+    return _with_sides(edge, lower, upper)
+
+
+def _bracketed(decimals: _Decimals, below: int, above: int, bracket: Bracket) -> tuple[int, int]:
+    """Return decimals between which creep begins: these two, or some further out."""
+    low, high = bracket
+    first, last = decimals.around(low, high)
+    step = last - first
+    while decimals.creeps(below):
+        if below == 0:
+            raise InputError("bracket", str(low), "must not creep at its lower end")
+        below, above = first if first < below else max(below - step, 0), below
+        step *= 2
+    while not decimals.creeps(above):
+        if step * decimals.unit > high:
+            raise InputError("bracket", str(high), "must creep at its upper end")
+        below, above = above, last if last > above else above + step
+        step *= 2
+    return below, above
+
+
+def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
+    """Return two neighbours among decimals between which creep begins."""
+
+    def cut(k: int) -> None:
+        nonlocal below, above
+        if below < k < above:
+            below, above = (below, k) if decimals.creeps(k) else (k, above)
+
+    while (width := above - below) > 1:
+        alike = decimals.trial(below).between
+        edge = None if alike is None else alike[1]
+        if edge is None or abs(edge / decimals.unit - below) <= 1:
+            edge = decimals.parting(below, above)
+        if edge is not None:
+            for k in decimals.cell(edge):
+                cut(k)
+        if above - below > width // 2:
+            cut((below + above) // 2)
+    return below, above
+
+
+def _with_sides(edge: Edge, lower: Observation, upper: Observation) -> Edge:
+    """Return an edge with what happens on both sides of it."""
+    return replace(
+        edge,
+        direction=upper.direction,
+        outcome_at_lower=lower.outcome,
+        outcome_evidence=lower.outcome_evidence,
+        fates=(lower.fate, upper.fate),
+    )
+
+
+def _settled(question: Question, edge: Edge) -> Iterator[Edge]:
+    """Yield an edge with what the transient below it comes to in float64, much later."""
+    most = _LATER[-1] * question.cycles
+    for times in _LATER:
+        later = replace(question, cycles=times * question.cycles)
+        question.say("behaviour below", later.cycles, most, "cycles")
+        trial = later.tried(Fraction(edge.lower or 0), "exact", {})
+        edge = replace(edge, outcome_evidence=weaker(trial.outcome_evidence, Evidence.COMPUTED))
+        if trial.outcome is not None and not trial.creeps:
+            yield replace(edge, outcome_at_lower=trial.outcome)
+            return
+        yield edge
+
+
+def deciding_amplitude(question: Question, log: Log, other: Log, digits: int) -> Fraction | None:
     """Return the amplitude at which two runs part to `digits` digits, None if rounding parts them.
 
     Beyond it they may part once more, and the edge lie further on.
     """
-    shared, *sides = first_difference(numbered(one), numbered(other))
+    shared, *sides = first_difference(numbered(log), numbered(other))
     event = min(filter(None, sides), key=lambda side: side[:2], default=None)
     if event is None or event.number:
         return None
@@ -93,243 +390,11 @@ def deciding_amplitude(question: Question, one: Log, other: Log, digits: int) ->
     way = ways[event.half_cycle % 2]
     try:
         with balls_of(bits).active():
-            known = solvers.KnownItinerary(Start(question.chain, question.start, 0), bits)
-            for rearrangement in one[: event.rearrangement]:
+            itinerary = solvers.KnownItinerary(Start(question.chain, question.start, 0), bits)
+            for rearrangement in log[: event.rearrangement]:
                 question.limits.require()
-                known.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)
-            load = known.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
+                itinerary.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)
+            load = itinerary.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
     except ArithmeticError:  # it is the itinerary of no chain: rounding had made it
         return None
     return way * exact_value(load) / question.chain.l0
-
-
-class Refined(NamedTuple):
-    """An edge, what happens on both sides, and why it is no edge that is known; "" if it is."""
-
-    edge: Edge
-    at_lower: Observation
-    at_upper: Observation
-    doubt: str = ""
-
-
-def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
-    unit = unit_of(high, MOST_DIGITS["exact"] - 1)
-    ends = text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit)
-    return Edge(*ends, begins, Evidence.COMPUTED)
-
-
-@dataclass
-class EdgeSearch:
-    """The search for an edge: in so many `points` of a scan, to so many `digits` of a solver.
-
-    `known` are the fields of a `Threshold` that have been found so far, `runs` those of the
-    deciding solver by amplitude; they are `decided` when they have told the threshold.
-    """
-
-    question: Question
-    span: Span
-    points: int
-    solver: str
-    digits: int
-    say: Callable[..., None]
-    known: dict[str, Any] = field(default_factory=dict)
-    runs: dict[Fraction, Observation] = field(default_factory=dict)
-    decided: bool = False
-
-    def search(self, *, windows: bool) -> None:
-        """Find the threshold, and what was asked for beside it; `known` grows on the way."""
-        question, known, lowest = self.question, self.known, self.span.scans[0][0]
-        if self.span.free and question.creeps(lowest):
-            self.span = self.span._replace(scans=[(Fraction(0), lowest)])
-        edges: list[tuple[Fraction, Fraction, bool]] = []
-        for bracket in self.edges() if windows else ():
-            edges.append(bracket)
-            known["windows"] = tuple(_rounded(*found) for found in edges)
-        low, high = edges[0][:2] if edges else self.first_bracket()
-        self._enclosed(_rounded(low, high))
-        edge, lower, upper, doubt = self.refined(low, high)
-        self.decided = True
-        self._enclosed(edge)
-        outcome, evidence = lower.outcome, lower.outcome_evidence
-        known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
-        known["direction"] = upper.direction
-        if windows:
-            known["windows"] = (edge, *(self.rough(*other) for other in edges[1:]))
-        if isinstance(question, Lasting):
-            known["sensitive"] = tuple(sorted(map(nearest_float, question.sensitive)))
-            known |= {"fates": (lower.fate, upper.fate), "reason": doubt}
-        elif outcome is None:
-            self._settle(Fraction(edge.lower))
-        if not doubt:
-            _, *sides = first_difference(*map(numbered, side_by_side(lower, upper)))
-            known["deciding_event"] = Difference(*sides) if any(sides) else None
-
-    def report(self) -> dict[str, Any]:
-        report = {"deciding_runs": len(self.runs)}
-        if isinstance(self.question, Lasting):
-            report["certified_points"] = len(self.question.certified)
-        return report
-
-    def _enclosed(self, edge: Edge) -> None:
-        self.known |= {"lower": edge.lower, "upper": edge.upper, "evidence": edge.evidence}
-
-    def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
-        """Yield a bracket of every edge of the scan, and whether creep begins there."""
-        before, creeping, found = self.span.scans[0][0], False, False
-        if self.question.creeps(before):
-            allowed = "must be lower: the chain creeps there already"
-            raise InputError("from", nearest_float(before), allowed)
-        for begin, end in self.span.scans:
-            for k in range(1, self.points + 1):
-                amplitude = begin + (end - begin) * k / self.points
-                creeps = self.question.creeps(amplitude)
-                self.say("scan", k, self.points, "amplitudes")
-                if creeps != creeping:
-                    found = True
-                    yield before, amplitude, creeps
-                before, creeping = amplitude, creeps
-            if found:
-                return
-        allowed = "must be higher: the chain creeps at no point of the scan"
-        raise InputError("to", nearest_float(before), allowed)
-
-    def first_bracket(self) -> Bracket:
-        """Return the bracket that was given, or the first of the scan."""
-        if self.span.bracket is None:
-            return next(self.edges())[:2]
-        low, high = self.span.bracket
-        for creeps in (self.question.creeps, lambda amplitude: self._tried(amplitude).creeps):
-            if (creeps(low), creeps(high)) == (False, True):  # where float64 tells them apart
-                return low, high
-        shown = f"{nearest_float(low)} {nearest_float(high)}"
-        raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
-
-    def narrowed(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
-        creeps = self.question.creeps
-        for bracket in bisected(low, high, _NARROW, lambda a: creeps(a) == begins):
-            if not self.decided:
-                self._enclosed(_rounded(*bracket))
-        return bracket
-
-    def rough(self, low: Fraction, high: Fraction, begins: bool) -> Edge:
-        """Return an edge at float accuracy; between points of the scan where creep does not settle.
-
-        How long a transient lives changes from float to float: there is no edge to bisect for.
-        """
-        if self.question.unsettled(high if begins else low):
-            return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
-        return _rounded(*self.narrowed(low, high, begins), begins)
-
-    def refined(self, low: Fraction, high: Fraction, begins: bool = True) -> Refined:
-        """Return an edge to all digits, decided by two runs of the chosen solver."""
-        question, side = self.question, high if begins else low
-        if question.unsettled(side):
-            lower, upper = (question.tried(amplitude, "exact", {}) for amplitude in (low, high))
-            doubt = f"at A = {nearest_float(side):.9g} creep does not settle within"
-            doubt += f" {question.cycles} cycles"
-            return Refined(self.rough(low, high, begins), lower, upper, doubt)
-        unit = unit_of(high, self.digits + SPARE)
-        if question.float_fails(low, high):  # bisection in float64 would find an edge of its own
-            first, last = below, above = math.floor(low / unit), math.ceil(high / unit)
-        else:
-            low, high = self.narrowed(low, high, begins)
-            room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
-            ends = (question.tried(one, "exact", {}) for one in (low - room, high + room))
-            guess = self._deciding(*ends)
-            if guess is None or abs(guess - high) > _STRAY * (high - low + room):
-                guess = (low + high) / 2
-            # float64 claims no more than its own edge shares with that of the itinerary
-            apart = max(abs(guess - low), abs(guess - high)) if self.solver == "exact" else 0
-            while unit < 4 * apart:
-                unit *= 10
-            first, last = math.floor(low / unit), math.ceil(high / unit)
-            below = math.floor(guess / unit)
-            above = below + 1
-        # the edge is the deciding event's, or lies further on in the bracket of float64, or, if
-        # that errs, outside
-        step = last - first
-        while True:
-            while self._beyond(below, unit, begins):
-                if below == 0:
-                    raise InputError("bracket", str(low), "must not creep at its lower end")
-                below, above = first if first < below else max(below - step, 0), below
-                step *= 2
-            while not self._beyond(above, unit, begins):
-                if step * unit > high:
-                    raise InputError("bracket", str(high), "must creep at its upper end")
-                below, above = above, last if last > above else above + step
-                step *= 2
-            below, above = self._closed_in(below, above, unit, begins)
-            if all(self._stands(k * unit) for k in (below, above)):
-                return self._decided(below, above, unit, begins)
-
-    def _stands(self, amplitude: Fraction) -> bool:
-        """Return whether a run that was not followed to its end comes to what was taken for it."""
-        trial = self._tried(amplitude)
-        if trial.fate is not None and trial.fate.outcome is Outcome.LIMIT:
-            self.runs[amplitude] = self.question.tried(amplitude, self.solver, {})
-        return self._tried(amplitude).creeps == trial.creeps
-
-    def _beyond(self, k: int, unit: Fraction, begins: bool) -> bool:
-        return self._tried(k * unit).creeps == begins
-
-    def _closed_in(self, below: int, above: int, unit: Fraction, begins: bool) -> tuple[int, int]:
-        """Return two neighbours of these multiples of `unit` between which the answer changes."""
-
-        def cut(k: int) -> None:
-            nonlocal below, above
-            if below < k < above:
-                below, above = (below, k) if self._beyond(k, unit, begins) else (k, above)
-
-        while (width := above - below) > 1:
-            k = below if begins else above  # where the chain does not creep
-            between = self._tried(k * unit).between
-            edge = None if between is None else between[begins]
-            if edge is None or abs(edge / unit - k) <= 1:
-                edge = self._deciding(self._tried(below * unit), self._tried(above * unit))
-            if edge is not None:
-                cut(math.floor(edge / unit))
-                cut(math.floor(edge / unit) + 1)
-            if above - below > width // 2:
-                cut((below + above) // 2)
-        return below, above
-
-    def _decided(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
-        # an end that lies exactly on the edge may be undecided; one unit further out it is not
-        ends = []
-        for k, way in ((below, -1), (above, 1)):
-            unproved = self._tried(k * unit).evidence is not Evidence.PROVED
-            if unproved and self.solver == "certified":
-                k += way if self._beyond(k + way, unit, begins) == (way > 0) else 0
-            ends.append(k)
-        lower, upper = (self._tried(k * unit) for k in ends)
-        evidence = weaker(lower.evidence, upper.evidence)
-        found = Edge(text_of(ends[0], unit), text_of(ends[1], unit), begins, evidence)
-        return Refined(found, lower, upper)
-
-    def _tried(self, amplitude: Fraction) -> Observation:
-        if amplitude not in self.runs:
-            self.say("deciding", len(self.runs) + 1, 0, "runs")
-            digits = self.digits + SPARE
-            options = {} if self.solver == "exact" else {"digits": digits}
-            if self.solver == "certified":
-                # an exact tie outside Q(c) is undecided at any precision: do not try very many
-                options["most_digits"] = 4 * digits + 1000
-            self.runs[amplitude] = self.question.tried(amplitude, self.solver, options)
-        return self.runs[amplitude]
-
-    def _deciding(self, one: Observation, other: Observation) -> Fraction | None:
-        digits = self.digits + SPARE + 3
-        return deciding_amplitude(self.question, *side_by_side(one, other), digits)
-
-    def _settle(self, amplitude: Fraction) -> None:
-        """Follow a transient in float64 through many more cycles at `amplitude`."""
-        most = _LATER[-1] * self.question.cycles
-        for times in _LATER:
-            later = replace(self.question, cycles=times * self.question.cycles)
-            self.say("behaviour below", later.cycles, most, "cycles")
-            trial = later.tried(amplitude, "exact", {})
-            self.known["outcome_evidence"] = weaker(trial.outcome_evidence, Evidence.COMPUTED)
-            if trial.outcome is not None and not trial.creeps:
-                self.known["outcome_at_lower"] = trial.outcome
-                return

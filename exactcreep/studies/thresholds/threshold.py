@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from exactcreep.display import shows_progress
-from exactcreep.limits import Limits, OutOfTime
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import magnitude
-from exactcreep.model.numbers import InputError, Number, whole_number
+from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
@@ -25,7 +25,15 @@ from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span, require_sense, text_of
 from exactcreep.studies.thresholds.beside_laws import BesideLaws, laws_beside
 from exactcreep.studies.thresholds.questions import MOST_CYCLES, Lasting, Question
-from exactcreep.studies.thresholds.search import MOST_DIGITS, SPARE, Difference, Edge, EdgeSearch
+from exactcreep.studies.thresholds.search import (
+    MOST_DIGITS,
+    SPARE,
+    Difference,
+    Edge,
+    Unfinished,
+    all_edges,
+    first_edge,
+)
 
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
 
@@ -264,40 +272,62 @@ def threshold(
     lasting = after is None
     require_sense(chain, "threshold" if lasting else "threshold after")
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    span = Span.of(chain, low, high, bracket)
-    if solver not in MOST_DIGITS:
+    span = Span.of(chain, low, high, bracket, points)
+    if solver not in tuple(MOST_DIGITS):  # it may be no word at all
         raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
     most = MOST_CYCLES if after is None else whole_number(after, "after", least=1, most=10**7)
-    asked: dict[str, Any] = {
-        "chain": chain,
-        "criterion": "lasting" if lasting else "horizon",
-        "cycles": most,
-        "digits": whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
-        "solver": solver,
-        "compare": _compared(chain, after),
-    }
-    steps = whole_number(points, "points", least=1, most=10**7)
+    places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
     if windows and span.bracket is not None:
         raise InputError("windows", windows, "needs a scan, and a bracket skips it")
     if windows and chain.n > 1 and chain.slides:
         raise InputError("windows", windows, "has no meaning with mu_s = mu_d: there is one edge")
+    edges: tuple[Edge, ...] = ()
+    sensitive: tuple[float, ...] = ()
+    report: dict[str, Any] = {}
+    over = ""
     if chain.n == 1:
         rest, proved = Outcome.AT_REST, Evidence.PROVED
-        asked |= {"outcome_at_lower": rest, "outcome_evidence": proved, "evidence": proved}
-        return Threshold(**asked)
-    if chain.slides:
-        return Threshold(**asked | _sliding(chain, most, asked["digits"]))
-    question = Question(chain, most, State.relaxed(chain), limits)
-    if lasting:
-        question = Lasting(chain, most, question.start, limits, solver)
-    search = EdgeSearch(question, span, steps, solver, asked["digits"], say)
-    try:
-        search.search(windows=windows)
-    except OutOfTime as limit:
-        search.known["reason"] = str(limit)
-    return Threshold(**asked | search.known | {"report": search.report()})
+        edges = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
+    elif chain.slides:
+        solver = "sliding"
+        edge, report["exact"] = _sliding(chain, most, places)
+        edges = (edge,)
+    else:
+        asked = Lasting if lasting else Question
+        question = asked(chain, most, State.relaxed(chain), limits, solver, say)
+        try:
+            if windows:
+                edges = all_edges(question, span, places)
+            else:
+                edges = (first_edge(question, span, places),)
+        except Unfinished as search:
+            edges, over = search.edges, str(search)
+        report = question.report()
+        if isinstance(question, Lasting):
+            sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
+    edge = edges[0] if edges else Edge()
+    return Threshold(
+        chain=chain,
+        criterion="lasting" if lasting else "horizon",
+        cycles=most,
+        digits=places,
+        solver=solver,
+        compare=_compared(chain, after),
+        lower=edge.lower,
+        upper=edge.upper,
+        evidence=edge.evidence,
+        direction=edge.direction,
+        outcome_at_lower=edge.outcome_at_lower,
+        outcome_evidence=edge.outcome_evidence,
+        deciding_event=edge.deciding_event,
+        fates=edge.fates if lasting else None,
+        sensitive=sensitive,
+        windows=(edges or None) if windows else None,
+        report=report,
+        reason=over or edge.doubt,
+    )
 
 
 def _compared(chain: Chain, after: int | None) -> str:
@@ -312,8 +342,8 @@ def _compared(chain: Chain, after: int | None) -> str:
     return "no law: Eq. 22 is about long chains, and about the intercept of v(A)"
 
 
-def _sliding(chain: Chain, cycles: int, digits: int) -> dict[str, Any]:
-    """Return what is known of N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
+def _sliding(chain: Chain, cycles: int, digits: int) -> tuple[Edge, bool]:
+    """Return the edge N m/(2 l0) of a chain that slides with theta, and whether it is a decimal."""
     tangent = abs(chain.tan_alpha)
     # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
     square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
@@ -324,12 +354,11 @@ def _sliding(chain: Chain, cycles: int, digits: int) -> dict[str, Any]:
     simulation = sliding.simulation(chain, State.relaxed(chain), 0, ("slips",))
     followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
     moves = bool(np.any(followed.recorded["slips"][-2:]))
-    return {
-        "solver": "sliding",
-        "lower": text_of(below, unit),
-        "upper": text_of(below + 1, unit),
-        "outcome_at_lower": Outcome.CYCLING if moves else Outcome.AT_REST,
-        "evidence": Evidence.PROVED,
-        "direction": "downhill",
-        "report": {"exact": (below * unit) ** 2 == square},
-    }
+    edge = Edge(
+        text_of(below, unit),
+        text_of(below + 1, unit),
+        evidence=Evidence.PROVED,
+        direction="downhill",
+        outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
+    )
+    return edge, (below * unit) ** 2 == square

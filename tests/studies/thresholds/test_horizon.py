@@ -148,6 +148,36 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
     assert widths == sorted(widths, reverse=True)
 
 
+def test_a_search_for_windows_out_of_time_keeps_each_edge_as_far_as_it_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = itertools.count()
+
+    def interrupted(most: float) -> Threshold:
+        nonlocal asked
+        asked = itertools.count()
+        limits = Limits(interrupted=lambda: next(asked) >= most)
+        monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
+        return after(captions(3), windows=True, low="0.00045", high="0.00049", points=20)
+
+    whole = interrupted(math.inf)
+    questions = next(asked)
+    parts = [interrupted(questions * k // 16) for k in range(16)]
+    assert {part.reason for part in parts} == {"interrupted"}
+    assert [part.windows is None for part in parts] == [part.lower is None for part in parts]
+    parts = [part for part in parts if part.windows is not None]
+    assert {len(part.windows) for part in parts} == {1, 2, 3}
+    for part in parts:
+        assert (part.windows[0].lower, part.windows[0].upper) == (part.lower, part.upper)
+        for edge, last in zip(part.windows, whole.windows, strict=False):
+            assert bounds(edge)[0] <= bounds(last)[0] < bounds(last)[1] <= bounds(edge)[1]
+            assert edge.begins == last.begins
+    decided = [part for part in parts if part.deciding_event is not None]
+    assert decided == parts[-len(decided) :]
+    assert {part.deciding_event for part in decided} == {whole.deciding_event}
+    assert {part.windows[0] for part in decided} == {whole.windows[0]}
+
+
 @pytest.mark.parametrize("horizon", [{}, {"after": 4}])
 def test_a_search_asks_before_each_run_for_the_time(horizon: dict[str, int]) -> None:
     found = threshold(captions(2), max_seconds=0, **horizon)
