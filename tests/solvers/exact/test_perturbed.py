@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
+from exactcreep.solvers.exact import perturbed
 from exactcreep.solvers.exact.perturbed import rounding_error
 from exactcreep.solvers.interface import TENSION_TOLERANCE, Rearrangement
+from tests.data import make_edges
 from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 from tests.paper import unstable_chain
 
@@ -77,6 +79,37 @@ def test_near_grazes_are_in_doubt_or_as_right_as_is_said() -> None:
     truth, places = proved(chain, state, direction=0, seed=SEED)
     kept = NEAR_GRAZES[0]["events"], NEAR_GRAZES[0]["places"]
     assert (digest(truth.itinerary), places) == kept  # what their generator makes
+
+
+def test_a_margin_that_most_copies_cross_is_in_doubt_whatever_their_signs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A sample of six is lucky now and then; what lies on both sides of the margin is asked."""
+    rng, lucky = random.Random(7), 0
+    words = [np.uint64(rng.getrandbits(64)) for _ in range(12)]
+
+    def doubts(result: Any) -> int:
+        count = 0
+        for word in words:
+            monkeypatch.setattr(perturbed, "_WORD", word)
+            args = result.chain, result.begun, result.seed, result.direction, result.log
+            count += bool(rounding_error(*args).doubt)
+        return count
+
+    for start in make_edges.read(make_edges.FILE.read_text(encoding="utf-8")):
+        result = start.begun.rearranged(start.tension)
+        if result.undecided:
+            continue
+        on_both_sides = doubts(result)
+        with monkeypatch.context() as nearby:
+            nearby.setattr(perturbed, "FAR", 1.0)
+            nearby.setattr(perturbed, "FURTHER_COPIES", 0)
+            of_a_sample = doubts(result)
+        assert on_both_sides >= of_a_sample
+        if of_a_sample > len(words) // 2:
+            assert on_both_sides == len(words)
+            lucky += of_a_sample < len(words)
+    assert lucky >= 1
 
 
 def five_sliders(extra: Fraction, **options: Any) -> Rearrangement:
