@@ -175,3 +175,26 @@ def test_first_starts_that_race_keep_code_that_the_next_start_finds(kept: Path) 
         assert process.communicate(timeout=PATIENCE)[0] in (b"42 0\n", b"42 1\n")
         assert process.returncode == 0
     assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
+
+
+def test_what_is_kept_for_lanes_is_not_read_while_something_else_is_compiled(
+    tmp_path: Path,
+) -> None:
+    """Reading it would change what `math.sqrt` is in the midst of type inference."""
+    of_numbers = """
+import numpy as np
+from exactcreep.model import deviates
+out = np.zeros(2)
+deviates.first_deviates(np.uint64(1), np.uint64(1), out)
+print(np.count_nonzero(out))
+"""
+    of_lanes = """
+from exactcreep.solvers.exact import draws
+draws.fill(np.zeros((1, 16)), 0, np.uint64(1), np.uint64(1), np.uint64(0))
+"""
+    finished(sys.executable, "-c", of_numbers + of_lanes, NUMBA_CACHE_DIR=str(tmp_path))
+    for caller in ("_logarithm", "normal_tail", "normal_deviate", "first_deviates"):
+        for path in tmp_path.rglob(f"deviates.{caller}-*"):  # as if another start had not got there
+            path.unlink()
+    done = finished(sys.executable, "-c", of_numbers, NUMBA_CACHE_DIR=str(tmp_path))
+    assert done.stdout == "2\n", done.stderr

@@ -80,6 +80,11 @@ def _product(typing_context: Any, a: Any, b: Any) -> Any:
     return types.UniTuple(types.uint64, 2)(types.uint64, types.uint64), generate
 
 
+_of_numbers_and_lanes = njit(nogil=True, forceinline=True)
+"""Kept only within what calls it. The solver compiles it for types of its own, too: whoever read
+of these in the midst of compiling would change what the compiler knows of `math.sqrt`."""
+
+
 @njit(cache=True, nogil=True, forceinline=True)
 def philox(seed, stream, n, block):
     """Return the four words of block `block` of (seed, stream, n): Philox 4x64-10."""
@@ -102,7 +107,7 @@ def philox(seed, stream, n, block):
     return c0, c1, c2, c3
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@_of_numbers_and_lanes
 def logarithm_of(mantissa, exponent):
     """Return ln(mantissa 2**exponent) for mantissas about 1, floats or vectors of them."""
     z = (mantissa - 1.0) / (mantissa + 1.0)
@@ -125,7 +130,7 @@ def _logarithm(x):
     return logarithm_of(mantissa, exponent)
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@_of_numbers_and_lanes
 def fraction(numerator, denominator, r):
     """Return the two polynomials of degree 7 at r, a float or a vector of them."""
     top = numerator[0] * r + numerator[1]
