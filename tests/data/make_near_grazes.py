@@ -10,16 +10,21 @@ from __future__ import annotations
 import hashlib
 import json
 import random
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
-from exactcreep.model.contacts import Itinerary
+from exactcreep.model.contacts import EventKind, Itinerary
 
 SEED = 20110603
 CASES = 500
+VELOCITY_CASES = 120
+"""Behind the others: the velocity of a mover touches zero."""
 PER_EDGE = 6
+MEETS = 1e-3
+"""Two events that change places at an edge are less than that apart 1e-10 from it."""
 FILE = Path(__file__).with_name("near_grazes.json")
 
 
@@ -62,28 +67,48 @@ def edge(seed: int) -> Fraction | None:
     return high
 
 
-def cases() -> list[dict[str, Any]]:
-    """Return all of them, with the truth."""
-    rng, found, seed = random.Random(SEED), [], 0
-    while len(found) < CASES:
-        seed += 1
-        place = edge(seed)
-        if place is None:
+def grazes_velocity(seed: int, place: Fraction) -> bool:
+    """Return whether a stop appears there: the velocity of a mover touches zero."""
+    aside = Fraction(1, 10**10)
+    below, above = (
+        rearrange(*stretched(seed, extra), direction=0, seed=SEED, max_events=400).events
+        for extra in (place - aside, place + aside)
+    )
+    for event, other in zip(below, above, strict=False):
+        if event.signature != other.signature:
+            first, later = sorted((event, other), key=lambda e: float(e.time))
+            apart = float(later.time) - float(first.time)  # of two that change places: nothing
+            return first.kind is EventKind.STOP and apart > MEETS
+    return False
+
+
+def cases(
+    count: int, seed: int, edges_seed: int, wanted: Callable[[int, Fraction], bool]
+) -> list[dict[str, Any]]:
+    """Return so many cases, with the truth, at edges of chains from `edges_seed` + 1 on."""
+    rng, found = random.Random(seed), []
+    while len(found) < count:
+        edges_seed += 1
+        place = edge(edges_seed)
+        if place is None or not wanted(edges_seed, place):
             continue
         for _ in range(PER_EDGE):
             extra = place + rng.choice([-1, 1]) * Fraction(1, 10 ** rng.randint(4, 17))
-            chain, state = stretched(seed, extra)
+            chain, state = stretched(edges_seed, extra)
             truth = rearrange(
                 chain, state, direction=0, seed=SEED, solver="certified", digits=25, max_events=400
             )
             if truth.evidence is not Evidence.PROVED or truth.outcome is not Outcome.AT_REST:
                 continue
             places = [x.str(25, radius=False) for x in truth.state.displacements.tolist()]
-            case = {"seed": seed, "extra": str(extra), "events": digest(truth.itinerary)}
+            case = {"seed": edges_seed, "extra": str(extra), "events": digest(truth.itinerary)}
             found.append(case | {"places": places})
-    return found[:CASES]
+    return found[:count]
 
 
 if __name__ == "__main__":
-    lines = ",\n".join(json.dumps(case) for case in cases())
+    of_any_kind = cases(CASES, SEED, 0, lambda seed, place: True)
+    last = of_any_kind[-1]["seed"]
+    of_velocity = cases(VELOCITY_CASES, SEED + 1, last, grazes_velocity)
+    lines = ",\n".join(json.dumps(case) for case in of_any_kind + of_velocity)
     FILE.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
