@@ -8,17 +8,12 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 
-from exactcreep import creep, load_scene
+from exactcreep import creep, load_scene, quiescent
+from exactcreep.figures.style import STYLE
 
-JUMP = 1.0  # g tau_dyn^2 in a cycle; without a jump a cycle moves x_G by less than .7 either way
+JUMP = 1  # g tau_dyn^2 in a cycle; without a jump a cycle moves x_G by less than .7 either way
 QUIET = 10  # cycles; shorter rests belong to one burst
-COPIES = 999
-
-
-def rests(x_G):
-    """Return the cycles from each jump to the next, of a run."""
-    advance = np.diff(np.append(0.0, x_G[1::2]))
-    return np.diff(np.flatnonzero(advance > JUMP))
+SAMPLES = 999
 
 
 def distance(rests):
@@ -29,10 +24,10 @@ def distance(rests):
 
 
 def test(rests, generator):
-    """Return the distance, and its p-value: copies have a mean of their own, as with Lilliefors."""
-    found, p = distance(rests), 1 / rests.mean()
-    copies = [distance(generator.geometric(p, rests.size)) for _ in range(COPIES)]
-    return found, (1 + sum(d >= found for d in copies)) / (COPIES + 1)
+    """Return the distance, and its p-value: samples drawn have a mean of their own, as with Lilliefors."""
+    observed, p = distance(rests), 1 / rests.mean()
+    drawn = [distance(generator.geometric(p, rests.size)) for _ in range(SAMPLES)]
+    return observed, (1 + sum(d >= observed for d in drawn)) / (SAMPLES + 1)
 
 
 def main(file):
@@ -40,16 +35,19 @@ def main(file):
     runs = {}
     for member in load_scene("chain-waiting").members():
         asked = member.experiment
-        run = creep(asked.chain, asked.drive, start=asked.start, seed=asked.seed, record=("x_G",))
-        runs.setdefault(asked.drive.amplitude, []).append(rests(run.dataset.x_G.values))
+        run = creep(
+            asked.chain, asked.drive, start=asked.start, seed=asked.seed, record=("x_G",), burn_in=0
+        )
+        runs.setdefault(asked.drive.amplitude, []).append(quiescent(run, JUMP).waiting)
     generator = np.random.default_rng(1)
-    figure, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
-    for color, name, each in zip(("C0", "C1"), ("0.99", "1.01"), runs.values(), strict=True):
-        long = [one[one > QUIET] - QUIET for one in each]
+    plt.rcParams.update(STYLE)
+    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    for color, name, waits in zip(("C0", "C1"), ("0.99", "1.01"), runs.values(), strict=True):
+        long = [wait[wait > QUIET] - QUIET for wait in waits]
         every = np.sort(np.concatenate(long))
         spread = every.std() / every.mean()
-        kept = [one for one in long if one.size >= 10]
-        alone = sum(test(one, generator)[1] < 0.05 for one in kept)
+        kept = [rests for rests in long if rests.size >= 10]
+        alone = sum(test(rests, generator)[1] < 0.05 for rests in kept)
         print(
             f"{name} A*: {every.size} rests, mean {every.mean():.1f} cycles, std/mean {spread:.2f}; "
             "distance {:.3f}, p = {:.3f}".format(*test(every, generator)),
@@ -62,7 +60,7 @@ def main(file):
     axes.semilogy(time, np.exp(-time), "k--", label="exponential")
     axes.set(xlabel="quiescent period, over its mean", ylabel="share of longer ones", xlim=(0, 16), ylim=(1e-3, 1))
     axes.legend()
-    figure.savefig(file, dpi=90)
+    figure.savefig(file, dpi=110)
 
 
 if __name__ == "__main__":
