@@ -297,7 +297,7 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
     p.entry("angle_independent", holds=sp.diff(half - 2 * less, s) == 0, lacks=less)
     half_cycle = leading({advance: half.subs(jump, model.swing) / 2}, amplitude)
     p.entry("half_cycle_step", half_cycle, lacks=less)
-    printed = half.subs(mu_d, mu_s)
+    printed = sp.cancel(half).subs(mu_d, mu_s)  # not 0/0, of the integral over a slip
     p.entry("reversal_step", dilation, lacks=(half - printed) / 2, overshoot=move)
     p.argued(
         "along any path x_G moves by half the truncated variation of l0 theta at level 2m, on "

@@ -57,9 +57,11 @@ plot_apply_rcparams = True  # drawings have the style of every other picture
 
 html_theme = "pydata_sphinx_theme"
 html_title = "exactcreep"
-html_static_path = ["_static"]
+made_pages = shown.MADE / shown.PAGES
+made_pages.mkdir(parents=True, exist_ok=True)
+html_static_path = ["_static", made_pages.relative_to(HERE).as_posix()]
 html_css_files = ["book.css"]
-html_js_files = ["table.js"]
+html_js_files = ["book.js"]
 html_show_sourcelink = False
 html_sidebars = {page: [] for page in ("install", "gallery", "contributing", "changelog", "reference/ledger")}
 html_math_renderer = "mathml"

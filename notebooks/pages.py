@@ -10,6 +10,7 @@ import inspect
 import re
 from dataclasses import fields
 from pathlib import Path
+from unittest.mock import patch
 
 import sympy as sp
 from numpydoc.docscrape import NumpyDocString
@@ -22,6 +23,7 @@ from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import TABLES
+from formulas import with_formulas
 
 BOOK = Path(__file__).parent
 FIGURES = (
@@ -208,7 +210,10 @@ def scenes(_):
 
 def commands(_):
     """Return every command with its arguments and options, as ``--help`` has them."""
-    text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
+    with patch("sys.argv", ["exactcreep"]):  # usage lines repeat how the program was started
+        text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
+    text = re.sub(r"((?:^    .*\n)+)", r"```sh\n\1```\n", text, flags=re.MULTILINE)
+    text = re.sub(r"^    (?=exactcreep )", "", text, flags=re.MULTILINE)
     about, _, rest = text.partition("\n## Table of Contents")
     return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
 
@@ -267,15 +272,15 @@ def ledger(_):
         if entry.corrected:
             said.append(f"correct: {_formula(entry.text('corrected'))}")
         if entry.error:
-            said.append(f"error: {entry.error}")
+            said.append(f"error: {with_formulas(entry.error)}")
         if entry.measured:
-            said.append(f"measured: {entry.measured}")
+            said.append(f"measured: {with_formulas(entry.measured)}")
         subject = entry.chapter
         rows.append([
             f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**"
             f"{_standing(entry)}",
             "<br>".join(said),
-            f"[{subject}](#proof-{subject}): {entry.how.removeprefix(f'{subject}: ')}",
+            f"[{subject}](#proof-{subject}): {with_formulas(entry.how.removeprefix(f'{subject}: '))}",
         ])  # fmt: skip
     return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
 
@@ -301,7 +306,7 @@ def _holds(entry):
 
 def _sentence(text):
     said = _prose(_numbered(text))
-    return f"{said[0].upper()}{said[1:]}."
+    return f"{said[0].upper()}{said[1:]}."  # a formula begins with a dollar sign
 
 
 def _numbered(text):
@@ -381,7 +386,10 @@ def carried(_):
 
 
 def _prose(text):
-    return re.sub(r"([*_|<>\[\]])", r"\\\1", text)
+    """Return a sentence with its formulas as LaTeX, and nothing else that Markdown would read."""
+    parts = re.split(r"(\$.*?\$)", with_formulas(text))
+    parts[::2] = [re.sub(r"([*_|<>\[\]])", r"\\\1", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 PARTS = {

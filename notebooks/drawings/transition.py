@@ -89,9 +89,3 @@ def rests():
     axes.loglog(time[80:], 0.2 / time[80:], "k-.", lw=1, label="power law, exponent 2")
     axes.set(xlabel="rest, over its mean", ylabel="share of longer ones", xlim=(0.15, 60), ylim=(2e-4, 1.2))
     axes.legend(frameon=False, loc="lower left")
-
-
-if __name__ == "__main__":
-    for draw in (velocity, lives, rests):
-        draw()
-    plt.show()
