@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exactcreep.laws import edges, pivots, prediction
-from exactcreep.limits import NO_LIMITS, Limits
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
@@ -35,7 +35,8 @@ FLOAT_DIGITS = 15
 _FIRST = 4  # half-cycles of the first pilot
 _AT_REST = 2**14  # half-cycles of one at rest: the search for a recurrence takes longer until then
 _MOST = 1_000_000  # events of a pilot
-_PILOT = 0.02  # seconds of processor time that the last pilot takes at least
+_COUNTED = 20_000  # events that the last pilot has at least whose events are counted
+_PILOT = 0.02  # seconds of processor time that the last pilot takes at least which is timed
 _FOLLOWED = 20_000  # events over which copies a few roundings off are followed
 _TIMED = 200  # events that a solver takes some milliseconds for each: certified, mpmath, reference
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
@@ -75,7 +76,8 @@ class Plan(Result):
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
-        Of the whole run, from its first half-cycles on this machine (processor time), or nan.
+        Of the whole run, from its first half-cycles: events of `exact`, the same on every machine,
+        and processor time on this one; nan where not known.
     course, trusted_half_cycles : str, int or None
         How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
 
@@ -156,9 +158,9 @@ def plan(
 
     Notes
     -----
-    Guarantee: the solver depends on the arguments alone. Of a law, `law_deviation` says by how much
-    runs were measured to differ from it: 0 where it is a theorem. Events and seconds are
-    extrapolated from the first half-cycles: an estimate.
+    Guarantee: all but the seconds depends on the arguments alone. Of a law, `law_deviation` says by
+    how much runs were measured to differ from it: 0 where it is a theorem. Events and seconds are
+    extrapolated from the first half-cycles: an estimate. Events are those of `exact`.
 
     Examples
     --------
@@ -180,7 +182,8 @@ def plan_scene(
 ) -> list[tuple[Mapping[str, Any], Plan]]:
     """Return what every member of a scene sets, and its plan: those planned within `max_seconds`.
 
-    A scene that does not name a `record` asks for the velocity alone.
+    A member whose runs the time cuts short is not planned. A scene that does not name a `record`
+    asks for the velocity alone.
     """
     plans: list[tuple[Mapping[str, Any], Plan]] = []
     members, run = scene.members(), scene.tables["run"]
@@ -188,13 +191,15 @@ def plan_scene(
     for member in members:
         settings, own = member.settings, member.experiment
         say("planning", len(plans), len(members), "members")
-        if limits.passed():
-            break
         if "record" not in run and "run.record" not in settings:
             own = replace(own, record=())
         named = settings.get("run.solver", run.get("solver"))
         solid = member.solid is not None
-        plans.append((settings, _planned(own, digits, named, limits, solid=solid)))
+        try:
+            limits.require()
+            plans.append((settings, _planned(own, digits, named, limits, solid=solid)))
+        except OutOfTime:
+            break
     return plans
 
 
@@ -276,49 +281,76 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
     """Return the events and the cost of a run, and how far its trajectory can be trusted."""
     chain, drive = experiment.chain, experiment.drive
     about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start}
-    about |= {"max_seconds": limits.seconds_left, "progress": False}
     own = {"solver": method.solver, "record": experiment.record, **method.options}
-    measured = own if method.solver in COMPILED else {"record": ()}
     compiled(solver := method.algorithm(), solver.compiles(chain.n)[:1], experiment.record)
+
+    def run(part: Drive, most: int, **how: Any) -> Creep:
+        left = limits.seconds_left
+        pilot = creep(
+            chain, part, max_events=most, max_seconds=left, progress=False, **how, **about
+        )
+        limits.require()  # else what it has counted would depend on the time
+        return pilot
+
+    def counted(part: Drive) -> _Pilot:
+        return _Pilot.of(run(part, _MOST, record=()))
+
+    def timed(part: Drive) -> _Pilot:
+        seconds = math.inf
+        for _ in range(3):  # the first may have code loaded, or compiled
+            begin = time.process_time()  # what the machine does besides is no cost of the run
+            pilot = run(part, _MOST, **own)
+            seconds = min(seconds, time.process_time() - begin)
+        return _Pilot.of(pilot)._replace(seconds=seconds)
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
-        followed = creep(chain, drive, max_events=_FOLLOWED, record=(), **about)
-        about["max_events"] = _MOST
-        pilots = _pilots(drive, lambda part: creep(chain, part, **measured, **about))
-    known = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
-    if followed.outcome is Outcome.RUNAWAY or not pilots[-1].half_cycles:
-        return known
-    events = _total(drive.half_cycles, [(pilot.half_cycles, pilot.events) for pilot in pilots])
-    if measured is own:
-        spent = [(pilot.half_cycles, pilot.seconds) for pilot in pilots]
-        return known | {"events": events, "seconds": _total(drive.half_cycles, spent)}
-    return known | {"events": events, "seconds": events * _pace(experiment, method, limits)}
+        followed = run(drive, _FOLLOWED, record=())
+        trust = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
+        # how many events are counted is no matter of the clock: an estimate of them is none either
+        pilots = _pilots(
+            drive, counted, lambda p: p.events >= _COUNTED or p.half_cycles >= _AT_REST
+        )
+        if followed.outcome is Outcome.RUNAWAY or not pilots[-1].half_cycles:
+            return trust
+        events = _total(drive.half_cycles, [(pilot.half_cycles, pilot.events) for pilot in pilots])
+        if method.solver in COMPILED:
+            pilots = _pilots(drive, timed, lambda pilot: pilot.seconds >= _PILOT)
+            spent = [(pilot.half_cycles, pilot.seconds) for pilot in pilots]
+            seconds = _total(drive.half_cycles, spent)
+        else:
+            seconds = events * _pace(experiment, method, limits)
+    return trust | {"events": events, "seconds": seconds}
 
 
 class _Pilot(NamedTuple):
-    """The first half-cycles of a run, and what they take."""
+    """The first half-cycles of a run, and what they take; `cut` short by its most events."""
 
     half_cycles: int
     events: int
-    seconds: float
+    cut: bool
+    seconds: float = math.nan
+
+    @classmethod
+    def of(cls, run: Creep) -> _Pilot:
+        return cls(run.half_cycles, run.event_count, run.outcome is Outcome.LIMIT)
 
 
-def _pilots(drive: Drive, run: Callable[[Drive], Creep]) -> list[_Pilot]:
-    """Return runs of twice as many half-cycles each, until one takes long enough to be timed."""
+def _pilots(
+    drive: Drive, run: Callable[[Drive], _Pilot], enough: Callable[[_Pilot], bool]
+) -> list[_Pilot]:
+    """Return pilots of twice as many half-cycles each, until one is enough, two at least.
+
+    Those of a chain at rest go on, for very many half-cycles: it may move again.
+    """
     pilots: list[_Pilot] = []
     half_cycles, ended = _FIRST, False
     while not ended:
         part = shortened(drive, half_cycles)
-        seconds = math.inf
-        for _ in range(3):  # the first may have code loaded, or compiled
-            begin = time.process_time()  # what the machine does besides is no cost of the run
-            pilot = run(part)
-            seconds = min(seconds, time.process_time() - begin)
-        pilots.append(_Pilot(pilot.half_cycles, pilot.event_count, seconds))
-        whole = pilot.outcome is not Outcome.LIMIT and part.half_cycles < drive.half_cycles
-        moves = len(pilots) > 1 and pilots[-1].events > pilots[-2].events
-        long = seconds >= _PILOT and (moves or pilot.half_cycles >= _AT_REST)
-        ended = not whole or (long and len(pilots) > 1)
+        pilots.append(pilot := run(part))
+        moves = len(pilots) > 1 and pilot.events > pilots[-2].events
+        long = enough(pilot) and (moves or pilot.half_cycles >= _AT_REST)
+        ended = pilot.cut or part.half_cycles >= drive.half_cycles or (long and len(pilots) > 1)
         half_cycles *= 2
     return pilots
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,7 +14,7 @@ from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, p
 from exactcreep.limits import Limits
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
-from exactcreep.studies.plan import _total, plan_scene
+from exactcreep.studies.plan import Plan, _total, plan_scene
 from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
 
@@ -78,31 +80,57 @@ ROOF |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
     ],
 )
 def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia(
-    changed: dict[str, object], digits: int, solver: str
+    changed: dict[str, object], digits: int, solver: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("exactcreep.studies.plan._expected", lambda *_: {})
     daily = {"kind": "cycles", "temperature_amplitude": "3.5", "cycles": 2}
     about = {"physical": ROOF, "drive": daily, "run": {"record": ["x_G"]}}
     scene = Scene.from_mapping(about).with_settings(changed)
-    ((_, found),) = plan_scene(scene, digits=digits, max_seconds=0.3)
-    assert found.solver == solver
-    assert ("measured" in found.reason) == (solver == "sliding")
+    ((_, planned),) = plan_scene(scene, digits=digits)
+    assert planned.solver == solver
+    assert ("measured" in planned.reason) == (solver == "sliding")
 
 
 def test_the_cost_comes_from_the_first_half_cycles() -> None:
-    one = plan(SIX, CYCLES).summary()
+    small = plan(SIX, CYCLES).summary()
     run = creep(SIX, CYCLES, record=(), max_events=20_000)
-    assert one["events"] == pytest.approx(creep(SIX, CYCLES, record=()).event_count, rel=0.2)
+    assert small["events"] == pytest.approx(creep(SIX, CYCLES, record=()).event_count, rel=0.2)
     large = plan(SIX, CYCLES, digits=20, record=("x",))
     needed = [need.name for need in large.needs if need.needed]
     assert needed == ["disorder", "inertia", "trajectories", "digits"]
     json.dumps(large.summary(), allow_nan=False)
-    assert large.events == one["events"]
-    assert large.seconds > 20 * one["seconds"] > 0  # certified takes a thousand times as long
-    assert (one["course"], one["trusted_half_cycles"]) == (run.course, run.trusted_half_cycles)
+    assert large.events == small["events"]
+    assert (small["course"], small["trusted_half_cycles"]) == (run.course, run.trusted_half_cycles)
     assert run.course
     steep = plan(STEEP, Cycles("0.01", 9))
     assert math.isnan(steep.seconds)
     assert steep.summary()["seconds"] is None
+
+
+def test_seconds_are_those_of_the_machine_and_events_those_of_the_drive(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def on_a_clock(seconds: float, **asked: int) -> Plan:
+        """Return the plan of a machine on which every run takes so many seconds."""
+        ticks = itertools.count()
+        clock = SimpleNamespace(process_time=lambda: next(ticks) * seconds)
+        monkeypatch.setattr("exactcreep.studies.plan.time", clock)
+        return plan(SIX, CYCLES, **asked)
+
+    fast, slow, certified = on_a_clock(0.001), on_a_clock(10.0), on_a_clock(0.5, digits=20)
+    assert fast.events == slow.events == certified.events
+    assert fast.seconds == pytest.approx(0.001)
+    assert slow.seconds == 10  # what every run takes
+    per_event = 0.5 / 200  # of the first 200
+    assert certified.seconds == pytest.approx(per_event * certified.events, rel=0.02)
+
+
+def test_a_member_whose_runs_the_time_cuts_short_is_not_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = itertools.count()
+    monkeypatch.setattr(Limits, "passed", lambda limits: next(asked) >= 2)
+    assert plan_scene(Scene.from_mapping(SCENE), max_seconds=10**6) == []
 
 
 def test_a_chain_that_comes_to_rest_costs_no_events_after_that() -> None:
