@@ -22,7 +22,7 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS, PERHAPS, RUN
+from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
@@ -34,10 +34,6 @@ if TYPE_CHECKING:
     from exactcreep.figures.run import Plots
 
 _FORESEEN = 10**6  # cycles
-_IN_SHORT = (
-    "outcome", "evidence", "direction", "velocity", "velocity_error", "velocity_reason",
-    "velocity_units", "velocity_of", "metastable", "half_cycles", "event_count", "reason",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -398,7 +394,7 @@ class Creep(Result):
         >>> run.counts["half_cycles"]
         100
         """
-        return {name: getattr(self, ATTRIBUTES.get(name, name)) for name in COUNTS}
+        return {name: getattr(self, attribute_of(name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, bit for bit that of the run; 0 is the start.
@@ -447,7 +443,8 @@ class Creep(Result):
         return simulation.state()
 
     def _facts(self) -> dict[str, Any]:
-        short = {name: getattr(self, name) for name in _IN_SHORT}
+        shown = map(attribute_of, names(Place.LINE))
+        short = {name: getattr(self, name) for name in shown}
         for name, digits in (("velocity", 6), ("velocity_error", 2)):
             short[name] = float(f"{short[name]:.{digits}g}")
         return {"n": self.chain.n, "solver": self.solver} | short
@@ -456,13 +453,10 @@ class Creep(Result):
         return dict.fromkeys(("velocity", "velocity_error"), self.velocity_units)
 
     def _numbers(self) -> dict[str, Any]:
-        entries = {name: getattr(self, ATTRIBUTES.get(name, name)) for name in RUN.fields}
+        entries = {name: getattr(self, attribute_of(name)) for name in RUN.fields}
         entries["velocity"] = self.velocity_text or self.velocity
-        return {
-            name: value
-            for name, value in entries.items()
-            if name not in PERHAPS or value or value == 0
-        }
+        unsaid = {name for name in names(Place.SAID) if not entries[name] and entries[name] != 0}
+        return {name: value for name, value in entries.items() if name not in unsaid}
 
     def _compared(self) -> dict[str, Any]:
         return {"dataset": self.dataset.assign_attrs(seconds=0.0)}

@@ -16,11 +16,10 @@ from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import Enclosure, as_float, as_written, exact_value, quantity
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
-from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.netcdf import Group
-from exactcreep.quasistatic.summary import ATTRIBUTES, COUNTS
+from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
 from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
@@ -35,13 +34,6 @@ _STATE = {
     "theta": Column("float64", NUMBER, "dilation"),
 }
 """What a state holds, behind ``initial_`` and ``final_``."""
-_FIELDS: dict[str, Any] = {
-    "outcome": Outcome, "evidence": Evidence, "reason": str, "velocity": float,
-    "velocity_error": float, "seconds": float, "warnings": json.loads, "report": json.loads,
-    "since": lambda cycle: None if cycle < 0 else int(cycle),  # -1 in files of version 0.2.0
-    "trusted_half_cycles": int,
-}  # fmt: skip
-"""Fields of a result that are attributes of its dataset, and how each is read."""
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
 """Parameters of drives that are rationals; they may be longer than a number that a user gives."""
 
@@ -69,9 +61,7 @@ def members_of(groups: Mapping[str | None, Group]) -> Iterator[dict[str, Any]]:
         members = [groups[f"member_{k}"] for k in range(1, len(groups))]
         if len(members) != about["members"]:
             raise ValueError(f"it holds {len(members)} of {about['members']} members")
-    for member in members:
-        counts = {ATTRIBUTES.get(name, name): int(member.attributes[name]) for name in COUNTS}
-        yield _fields_of(member) | counts
+    yield from map(_fields_of, members)
 
 
 def dataset_of(result: Creep) -> xr.Dataset:
@@ -147,8 +137,7 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "velocity_exact": velocity and velocity.middle,
         "velocity_exact_radius": velocity and velocity.radius,
         "velocity_units": result.velocity_units,
-        **result.counts,
-        **{name: getattr(result, name) for name in _FIELDS},
+        **{name: getattr(result, attribute_of(name)) for name in names(Place.FILE)},
     }
     return {name: _attribute(value) for name, value in about.items() if value is not None}
 
@@ -170,7 +159,9 @@ def _fields_of(member: Group) -> dict[str, Any]:
     columns = COLUMNS.keys() - {"theta"}
     recorded = {name: member[name] for name in member if quantity(name) in columns}
     fields: dict[str, Any] = {"since": None, "trusted_half_cycles": None}
-    fields |= {name: read(about[name]) for name, read in _FIELDS.items() if name in about}
+    for name in names(Place.FILE):
+        if name in about:
+            fields[attribute_of(name)] = reader_of(name)(about[name])
     return fields | {
         "experiment": _experiment(member),
         "velocity_enclosure": exact,

@@ -21,7 +21,7 @@ from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import RecurrenceObserver
-from exactcreep.quasistatic.summary import ATTRIBUTES
+from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.interface import Stretch, require_like
 from exactcreep.solvers.tables import RECORDS
@@ -198,7 +198,7 @@ class ObservedRun:
             velocity_enclosure=mean if known else None,
             half_cycles=done,
             burn_in=burn_in,
-            **{ATTRIBUTES.get(name, name): count for name, count in vars(tally).items()},
+            **{attribute_of(name): count for name, count in vars(tally).items()},
             undecided_from=doubted,
             trusted_half_cycles=self.copy.trusted_up_to,
             warnings={name: count for name, count in beyond.items() if count},

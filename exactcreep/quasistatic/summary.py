@@ -1,11 +1,13 @@
-"""What one run comes to: every number and word of it, with its type, unit and meaning.
+"""What one run comes to: every number and word of it, with its type, unit, meaning and places.
 
 Summaries, files and grids of runs take their names from here, and what is missing in them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Mapping
+from enum import Flag, auto
 from functools import partial
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
@@ -18,48 +20,106 @@ _word = partial(Column, "str", "")
 _PER = f"{LENGTH} per {{per}}"
 
 
+class Place(Flag):
+    """Where an entry stands, beside the summary of its run."""
+
+    LINE = auto()
+    """In the one line that shows the run."""
+    FILE = auto()
+    """In a file: a field of `Creep`, from which the run is made again."""
+    CELL = auto()
+    """In a cell of a sweep."""
+    SAID = auto()
+    """In the summary only where there is something to say."""
+
+
+_LINE, _FILE, _CELL, _SAID = Place
+
+
 class RunRow(NamedTuple):
     """One run; `per` stands for what the velocity of its drive counts: `Drive.per`."""
 
-    velocity: Annotated[float, _real(_PER, "mean displacement of x_G per {per}")]
-    velocity_error: Annotated[float, _real(_PER, "standard error of velocity")]
-    velocity_units: Annotated[str, _word("unit of both")]
-    velocity_of: Annotated[str, _word("which velocity it is")]
-    outcome: Annotated[Outcome, _word("what the chain does, or why the computation stopped")]
-    evidence: Annotated[Evidence, _word("how well that is known")]
-    direction: Annotated[str, _word("which way it creeps or runs away")]
-    since: Annotated[int | None, _count("the cycle from which on it does so")]
-    solver: Annotated[str, _word("by which it was computed")]
-    half_cycles: Annotated[int, _count("targets reached")]
-    burn_in: Annotated[int, _count("targets left out of the velocity")]
-    rearrangements: Annotated[int, _count("rearrangements")]
-    events: Annotated[int, _count("start and stop events")]
-    slips: Annotated[int, _count("slips")]
-    draws_below_mu_d: Annotated[
-        int, _count("static coefficients drawn below mu_d, which act as mu_d")
+    outcome: Annotated[
+        Outcome,
+        _word("what the chain does, or why the computation stopped"),
+        _LINE | _FILE | _CELL,
     ]
-    undecided: Annotated[int, _count("comparisons inside their rounding bound")]
-    long_rearrangements: Annotated[int, _count("rearrangements of more than 200 events")]
-    undecided_from: Annotated[int, _count("the first target that may be undecided, or 0")]
-    x_G: Annotated[float, _real(LENGTH, "displacement of the centre of mass at the end")]
-    seconds: Annotated[float, _real("s", "wall time, without compilation")]
+    evidence: Annotated[Evidence, _word("how well that is known"), _LINE | _FILE | _CELL]
+    direction: Annotated[str, _word("which way it creeps or runs away"), _LINE | _CELL]
+    velocity: Annotated[
+        float, _real(_PER, "mean displacement of x_G per {per}"), _LINE | _FILE | _CELL
+    ]
+    velocity_error: Annotated[
+        float, _real(_PER, "standard error of velocity"), _LINE | _FILE | _CELL
+    ]
+    velocity_reason: Annotated[
+        str, _word("why velocity or velocity_error is nan"), _LINE | _CELL | _SAID
+    ]
+    velocity_units: Annotated[str, _word("unit of both"), _LINE]
+    velocity_of: Annotated[str, _word("which velocity it is"), _LINE]
+    velocity_radius: Annotated[str, _word("of the ball that holds the velocity"), _SAID]
+    metastable: Annotated[
+        str, _word("that drawn coefficients will stop the chain for ever"), _LINE | _SAID
+    ]
+    since: Annotated[int | None, _count("the cycle from which on it does so"), _FILE]
+    half_cycles: Annotated[int, _count("targets reached"), _LINE | _FILE | _CELL]
+    burn_in: Annotated[int, _count("targets left out of the velocity"), _FILE]
+    rearrangements: Annotated[int, _count("rearrangements"), _FILE | _CELL]
+    events: Annotated[int, _count("start and stop events"), _LINE | _FILE | _CELL]
+    slips: Annotated[int, _count("slips"), _FILE | _CELL]
+    draws_below_mu_d: Annotated[
+        int, _count("static coefficients drawn below mu_d, which act as mu_d"), _FILE | _CELL
+    ]
+    undecided: Annotated[int, _count("comparisons inside their rounding bound"), _FILE | _CELL]
+    long_rearrangements: Annotated[int, _count("rearrangements of more than 200 events"), _FILE]
+    undecided_from: Annotated[int, _count("the first target that may be undecided, or 0"), _FILE]
+    trusted_half_cycles: Annotated[
+        int | None, _count("up to which target copies agree to 1e-9"), _FILE | _SAID
+    ]
+    x_G: Annotated[float, _real(LENGTH, "displacement of the centre of mass at the end"), _CELL]
+    solver: Annotated[str, _word("by which it was computed")]
     seed: Annotated[Any, Column("uint64", NUMBER, "of the disorder")]
-    metastable: Annotated[str, _word("that drawn coefficients will stop the chain for ever")]
-    course: Annotated[str, _word("how far the trajectory is known, and what the rest is worth")]
-    velocity_radius: Annotated[str, _word("of the ball that holds the velocity")]
-    reason: Annotated[str, _word("for a limit or a runaway: one sentence")]
-    velocity_reason: Annotated[str, _word("why velocity or velocity_error is nan")]
-    warnings: Annotated[Mapping[str, int], _word("how often it left the model's physical range")]
-    report: Annotated[Mapping[str, Any], _word("what only this solver knows")]
-    trusted_half_cycles: Annotated[int | None, _count("up to which target copies agree to 1e-9")]
+    seconds: Annotated[float, _real("s", "wall time, without compilation"), _FILE]
+    reason: Annotated[
+        str, _word("for a limit or a runaway: one sentence"), _LINE | _FILE | _CELL | _SAID
+    ]
+    course: Annotated[
+        str, _word("how far the trajectory is known, and what the rest is worth"), _SAID
+    ]
+    warnings: Annotated[
+        Mapping[str, int],
+        _word("how often it left the model's physical range"),
+        _FILE | _SAID,
+    ]
+    report: Annotated[Mapping[str, Any], _word("what only this solver knows"), _FILE | _SAID]
 
 
 RUN = Schema("run", RunRow)
 TYPES: dict[str, Any] = get_type_hints(RunRow)
 """Of each entry in Python."""
-COUNTS = tuple(name for name, kind in TYPES.items() if kind is int)
-PERHAPS = ("metastable", "course", "velocity_radius", "reason", "velocity_reason", "warnings",
-           "report", "trusted_half_cycles")  # fmt: skip
-"""Entries that a summary leaves out where there is nothing to say."""
-ATTRIBUTES = {"events": "event_count", "slips": "slip_count"}
-"""Entries that have another name in a `Creep`, whose tables have theirs."""
+_PLACES = {
+    name: next(iter(hint.__metadata__[1:]), Place(0))
+    for name, hint in get_type_hints(RunRow, include_extras=True).items()
+}
+_ATTRIBUTES = {"events": "event_count", "slips": "slip_count"}
+
+
+def names(place: Place) -> tuple[str, ...]:
+    """Return the entries that stand in a place."""
+    return tuple(name for name, places in _PLACES.items() if place in places)
+
+
+COUNTS = tuple(name for name in names(Place.FILE) if TYPES[name] is int)
+
+
+def attribute_of(name: str) -> str:
+    """Return the name of an entry in a `Creep`, whose tables are called `events` and `slips`."""
+    return _ATTRIBUTES.get(name, name)
+
+
+def reader_of(name: str) -> Callable[[Any], Any]:
+    """Return what makes an entry of what a file holds for it."""
+    kind = TYPES[name]
+    if kind == int | None:
+        return lambda number: None if number < 0 else int(number)  # -1 in files of version 0.2.0
+    return json.loads if hasattr(kind, "__args__") else kind

@@ -27,13 +27,13 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__, interrupts
 from exactcreep.display import shows_progress
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf
-from exactcreep.quasistatic.summary import RUN
+from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
@@ -41,11 +41,7 @@ from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
-_NUMBERS = ("velocity", "velocity_error", "x_G")
-_COUNTS = ("half_cycles", "rearrangements", "events", "slips", "draws_below_mu_d", "undecided")
-_WORDS = ("outcome", "direction", "evidence", "reason", "velocity_reason")
-_CELL = (*_NUMBERS, *_COUNTS, *_WORDS)
-"""What a cell holds of what a run comes to; `RUN` says what each means."""
+_CELL = names(Place.CELL)
 _TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
 """Names in a grid that no dimension may have."""
 _MOST_FAILURES = 10  # of cells, as long as none has succeeded
@@ -253,9 +249,8 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
     if experiment.record and not experiment.drive.cyclic:
         recorded["theta"] = experiment.drive.targets(1, result.half_cycles, experiment.seed)
     value: Cell = {"version": __version__, "warnings": dict(result.warnings), "recorded": recorded}
-    value |= {name: float(getattr(result, name)) for name in _NUMBERS}
-    value |= {name: result.counts[name] for name in _COUNTS}
-    value |= plain_data({name: getattr(result, name) for name in _WORDS})
+    entries = {name: getattr(result, attribute_of(name)) for name in _CELL}
+    value |= {name: getattr(entry, "value", entry) for name, entry in entries.items()}
     if result.velocity_text is not None:
         value["velocity_decimal"] = result.velocity_text
     return value
@@ -383,9 +378,9 @@ def _assembled(
     scene: Scene, experiments: list[Experiment], values: Sequence[Cell | None]
 ) -> xr.Dataset:
     """Return the cells as one dataset; cells not computed are marked by ``finished``."""
-    names = dimensions(scene.vary)
+    dimension_of = dimensions(scene.vary)
     shape = tuple(len(options) for options in scene.vary.values())
-    dims, cells = tuple(names.values()), [value or {} for value in values]
+    dims, cells = tuple(dimension_of.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     known: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
@@ -413,7 +408,7 @@ def _assembled(
         "tables": _tables(scene),
         "vary": _text(dict(scene.vary)),
     }
-    coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
+    coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
 
 
