@@ -47,12 +47,8 @@ LAZY = {
     for path in sorted(PACKAGE.glob("*/**/__init__.pyi"))
 }
 """What packages of rooms import when it is first used: by package, name and module within it."""
-UPWARDS = {
-    ("solvers/interface.py", "exactcreep.figures.run"),
-    ("quasistatic/creep_result.py", "exactcreep.figures.run"),
-    ("quasistatic/creep_result.py", "exactcreep.figures.run.Plots"),
-}
-"""Imports against the stream: what draws itself in a notebook waits for matplotlib only then."""
+UPWARDS = {("model/result.py", "exactcreep.figures.pictures")}
+"""Imports against the stream: results, which draw themselves, wait for matplotlib only then."""
 
 
 def room_of(module: str) -> str:

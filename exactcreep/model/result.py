@@ -65,6 +65,35 @@ class Result(Shown):
         made: xr.Dataset = import_module("xarray").Dataset(attrs=known | texts)
         return made
 
+    @property
+    def plot(self) -> Any:
+        """Its pictures, as xarray and pandas have them: ``plot()`` draws the result.
+
+        A run has ``plot(ax=None)``, x_G over time, and ``plot.avalanches("size")``, how the size of
+        its avalanches is distributed (or their ``"duration"``, ``"energy"``, ``"extent"``), which
+        return the axes; a rearrangement its velocities and energies, two axes; a fate, a survival,
+        a threshold, a half-life and an intercept the figure of their commands' ``--plot``.
+
+        Returns
+        -------
+        callable
+
+        Raises
+        ------
+        AttributeError
+            If no picture of such a result is known.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> run = creep(chain, Cycles("0.001", 50))
+        >>> run.plot().get_xlabel()
+        'half-cycles'
+        """
+        # by name, as pandas loads its backend: what draws stands on a floor below
+        return import_module("exactcreep.figures.pictures").plots_of(self)
+
     def _facts(self) -> Mapping[str, Any]:
         return self._numbers()
 
@@ -76,7 +105,7 @@ class Result(Shown):
             return NotImplemented
         return alike(self._compared(), other._compared())
 
-    __hash__ = None  # type: ignore[assignment] # what they hold can be changed
+    __hash__: ClassVar[Any] = None  # what they hold can be changed
 
 
 def _names(result: Any) -> tuple[str, ...]:

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from exactcreep.figures.run import Plots
-
 _FORESEEN = 10**6  # cycles
 
 
@@ -479,25 +477,6 @@ class Creep(Result):
         (100,)
         """
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
-
-    @property
-    def plot(self) -> Plots:
-        """Pictures of the run, as xarray and pandas have them.
-
-        ``plot(ax=None)`` draws x_G over time and returns the axes; ``plot.avalanches("size")``
-        draws how the size of its avalanches is distributed (or their ``"duration"``, ``"energy"``,
-        ``"extent"``).
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> type(run.plot).__name__
-        'Plots'
-        """
-        # by name, as pandas loads its backend: what draws stands on a floor below
-        return import_module("exactcreep.figures.run").Plots(self)  # type: ignore[no-any-return]
 
     def to_pandas(self, table: str) -> pd.DataFrame:
         """Return one table as a data frame; whole numbers have 32 bits if they fit.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,16 +19,14 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import same_numbers
-from exactcreep.model.numbers import InputError, Scalar, Shown
+from exactcreep.model.numbers import InputError, Scalar
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.tables import RECORDS, joined
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
@@ -57,7 +55,7 @@ class Energy(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Rearrangement(Shown):
+class Rearrangement(Result):
     """One mechanical rearrangement, from unstable rest to rest.
 
     What a solver did not need is made when it is asked for, and kept. `==` compares all but
@@ -330,24 +328,6 @@ class Rearrangement(Shown):
         gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
         return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
 
-    def plot(self) -> tuple[Axes, Axes]:
-        """Draw velocities in space and time, and the energies, in a new figure.
-
-        Returns
-        -------
-        tuple of matplotlib.axes.Axes
-            Of the velocities, and of the energies.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> velocities, energies = slip.plot()  # doctest: +SKIP
-        """
-        drawn: tuple[Axes, Axes] = import_module("exactcreep.figures.run").plot_rearrangement(self)
-        return drawn
-
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Rearrangement):
             return NotImplemented
@@ -357,17 +337,22 @@ class Rearrangement(Shown):
     def __hash__(self) -> int:
         return hash((self.solver, self.seed, self.outcome, self.state))
 
-    def _facts(self) -> dict[str, Any]:
+    def _numbers(self) -> dict[str, Any]:
         return {
             "n": self.chain.n,
-            "theta": float(f"{float(self.theta):.9g}"),
+            "theta": float(self.theta),
             "events": len(self.events),
             "outcome": self.outcome,
             "evidence": self.evidence,
-            "duration": float(f"{float(self.duration):.6g}"),
+            "duration": float(self.duration),
             "solver": self.solver,
             "reason": self.reason,
         }
+
+    def _facts(self) -> dict[str, Any]:
+        numbers = self._numbers()
+        short = {"theta": f"{numbers['theta']:.9g}", "duration": f"{numbers['duration']:.6g}"}
+        return numbers | {name: float(text) for name, text in short.items()}
 
 
 _USUAL: dict[str, Any] = {

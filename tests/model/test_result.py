@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exactcreep import Chain, Cycles, State, fate, plan, rearrange, survival
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 
@@ -49,3 +50,22 @@ def test_results_are_equal_by_value_whatever_their_time(other: dict[str, Any]) -
     assert Measured() == replace(Measured(), seconds=1.0, parts=[Fraction(1, 3), {"x<y": 2}])
     assert Measured() != replace(Measured(), **other)
     assert Measured() != "creeping"
+
+
+def test_a_result_is_drawn_as_its_command_draws_it_or_has_no_plot() -> None:
+    chain, amplitude = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4"), "1/1000"
+    figure = fate(chain, amplitude).plot()
+    assert [axes.get_ylabel() for axes in figure.axes][-1] == "tension  ($m g$)"
+    assert "draw_survival" in str(survival(chain, amplitude, starts=2, cycles=2).plot)
+    for bare in (Measured(), plan(chain, Cycles(amplitude, 2))):
+        with pytest.raises(AttributeError, match=f"{type(bare).__name__} has no picture"):
+            bare.plot()
+
+
+def test_a_rearrangement_tells_its_numbers_in_full_and_is_shown_in_short() -> None:
+    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
+    motion = rearrange(chain, State.relaxed(chain), direction=+1)
+    told = json.loads(json.dumps(motion.summary(), allow_nan=False))
+    assert (told["n"], told["events"], told["outcome"]) == (2, 2, "at_rest")
+    assert (told["theta"], told["duration"]) == (motion.theta, motion.duration)
+    assert "duration=3.14159," in repr(motion)

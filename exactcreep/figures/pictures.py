@@ -1,0 +1,53 @@
+"""Which picture each result has: what `Result.plot` hands out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial, singledispatch
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from exactcreep.figures.fate import draw_fate, draw_survival
+from exactcreep.figures.run import Plots, plot_rearrangement
+from exactcreep.figures.threshold import draw_threshold
+from exactcreep.model.result import Result
+from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.solvers.interface import Rearrangement
+from exactcreep.studies.fates.fate_result import Fate
+from exactcreep.studies.fates.survival import Survival
+from exactcreep.studies.thresholds.half_life import HalfLife
+from exactcreep.studies.thresholds.intercept import Intercept
+from exactcreep.studies.thresholds.threshold import Threshold
+
+
+@singledispatch
+def plots_of(result: Result) -> Callable[..., Any]:
+    """Return what draws a result when it is called; raise `AttributeError` if nothing does."""
+    raise AttributeError(f"{type(result).__name__} has no picture")
+
+
+@plots_of.register
+def _(run: Creep) -> Plots:
+    return Plots(run)
+
+
+@plots_of.register
+def _(motion: Rearrangement) -> Callable[[], tuple[Axes, Axes]]:
+    return partial(plot_rearrangement, motion)
+
+
+@plots_of.register
+def _(fate: Fate) -> Callable[[], Figure]:
+    return partial(draw_fate, fate)
+
+
+@plots_of.register
+def _(survival: Survival) -> Callable[[], Figure]:
+    return partial(draw_survival, survival)
+
+
+@plots_of.register
+def _(answer: Threshold | HalfLife | Intercept) -> Callable[[], Figure]:
+    return partial(draw_threshold, answer)
