@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
-from exactcreep.model.enclosure import as_float
+from exactcreep.model.enclosure import Enclosure, as_float
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
@@ -166,38 +166,30 @@ class ObservedRun:
     def result(self) -> Creep:
         simulation, experiment, done = self.simulation, self.experiment, self.done
         tally, state = replace(simulation.tally), simulation.state()
-        burn_in, mean = self.velocity.mean(done)
-        error = self.velocity.error(burn_in)
         if self.outcome is None:
-            found = behaviour(self.velocity, self.recurrence, state, tally, done)
+            ended = behaviour(self.velocity, self.recurrence, state, tally, done)
         else:
-            found = Behaviour(self.outcome, reason=self.reason)
-        if mean is not None and found.velocity is not None:
-            mean, error = found.velocity, 0.0
-        value = math.nan if mean is None else as_float(mean)
-        if found.outcome is Outcome.RUNAWAY:
-            value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
-            mean, error = None, math.nan
+            ended = Behaviour(self.outcome, reason=self.reason)
+        velocity, error, exact = self._velocity(ended)
         doubted = self.copy.doubted_from
         if not doubted and simulation.evidence is Evidence.UNDECIDED:
             doubted = done + 1
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
         report = simulation.report()
         if experiment.accuracy is not None:
-            reached = 0.0 if found.velocity is not None else self._relative_error()
+            reached = 0.0 if ended.velocity is not None else self._relative_error()
             report |= {"accuracy": experiment.accuracy, "relative_error": reached,
                        "accuracy_reached": reached <= experiment.accuracy}  # fmt: skip
-        known = experiment.digits and self.velocity.burnt(done)
         return Creep(
             experiment=experiment,
-            outcome=found.outcome,
-            evidence=Evidence.of(doubted or found.doubtful, simulation.evidence),
-            reason=found.reason,
-            velocity=value,
+            outcome=ended.outcome,
+            evidence=Evidence.of(doubted or ended.doubtful, simulation.evidence),
+            reason=ended.reason,
+            velocity=velocity,
             velocity_error=error,
-            velocity_enclosure=mean if known else None,
+            velocity_enclosure=exact if experiment.digits and self.velocity.burnt(done) else None,
             half_cycles=done,
-            burn_in=burn_in,
+            burn_in=self.velocity.mean(done)[0],
             **{attribute_of(name): count for name, count in vars(tally).items()},
             undecided_from=doubted,
             trusted_half_cycles=self.copy.trusted_up_to,
@@ -206,9 +198,21 @@ class ObservedRun:
             state=state,
             recorded=self.recorder.columns(),
             report=report,
-            since=found.since,
+            since=ended.since,
             saved=self.saved,
         )
+
+    def _velocity(self, ended: Behaviour) -> tuple[float, float, Enclosure | None]:
+        """Return the velocity of a run that ended so, its standard error, and all its digits."""
+        if ended.outcome is Outcome.RUNAWAY:
+            downhill = nearest_float(self.experiment.chain.tan_alpha)
+            return math.copysign(math.inf, downhill), math.nan, None
+        burn_in, mean = self.velocity.mean(self.done)
+        if mean is None:
+            return math.nan, self.velocity.error(burn_in), None
+        if ended.velocity is not None:
+            return as_float(ended.velocity), 0.0, ended.velocity
+        return as_float(mean), self.velocity.error(burn_in), mean
 
     def kept(self) -> dict[str, Any]:
         """Return what a checkpoint keeps of it, at rest, but for the rows that were recorded."""
