@@ -22,8 +22,6 @@ from collections.abc import Callable, Mapping
 from inspect import signature
 from typing import NamedTuple
 
-from mpmath.ctx_mp import MPContext
-
 from exactcreep.laws.number_types import (
     Number,
     coerced,
@@ -147,9 +145,7 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
     return of_any
 
 
-def law_values(
-    law: Callable[..., Number], parameters: Mapping[str, Number], bits: int | None = None
-) -> tuple[float, ...]:
+def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> tuple[float, ...]:
     """Return what a law gives for rationals by name, as floats.
 
     Parameters
@@ -158,8 +154,6 @@ def law_values(
         One of the laws of this module.
     parameters : mapping of str to number
         A chain and its drive, by the names that laws use; others are ignored.
-    bits : int, optional
-        Binary digits that the law is evaluated with, before it is rounded.
 
     Returns
     -------
@@ -175,10 +169,6 @@ def law_values(
     """
     names = signature(law).parameters
     taken = {name: value for name, value in parameters.items() if name in names}
-    if bits is not None:
-        context = MPContext()
-        context.prec = bits
-        taken = {name: context.mpf(v.numerator) / v.denominator for name, v in taken.items()}
     if "i" not in names or names["i"].default is names["i"].empty or "i" in taken:
         return (float(law(**taken)),)
     n, slope, friction = (parameters[name] for name in ("n", "tan_alpha", "mu_d"))

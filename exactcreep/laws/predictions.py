@@ -75,9 +75,7 @@ class Prediction:
     deviation: float = math.nan
 
 
-def prediction(
-    chain: Chain, drive: Drive, start: State | None = None, bits: int | None = None
-) -> Prediction | None:
+def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Prediction | None:
     """Return what theory predicts for the mean velocity in the long run, and which law holds.
 
     In this order: rest, where it is proved or was the fate of every chain that was tried; the
@@ -95,8 +93,6 @@ def prediction(
         Cycles or random dilations.
     start : State, optional
         Default: the relaxed chain, of which the staircase is.
-    bits : int, optional
-        As in `law_values`.
 
     Returns
     -------
@@ -131,7 +127,7 @@ def prediction(
     described = downhill.parameters() | size
 
     def values(law: Callable[..., Number]) -> tuple[float, ...]:  # without a negative zero
-        return tuple(sign * value + 0.0 for value in law_values(law, described, bits))
+        return tuple(sign * value + 0.0 for value in law_values(law, described))
 
     as_printed, sliding = values(printed), tuple(sorted({*values(exact)}))
     sticking = staircase = None

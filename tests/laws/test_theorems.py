@@ -20,7 +20,6 @@ from tests.paper import captions
 
 F = Fraction
 SLOPE = F(7, 24)
-COSINE = F(24, 25)
 
 
 def largest(objective: int, rows: list[tuple[np.ndarray, float]], unknowns: int) -> float | None:

@@ -39,7 +39,6 @@ class Trajectory:
     tensions: np.ndarray = field(default_factory=lambda: np.zeros(0))
     draws: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     longest_run: int = 0  # sliders that move at the same time, side by side
-    whole_chain: bool = False  # whether all sliders move at some time
     closest: float = math.inf  # the shortest time between two events that are not reversals
 
 
@@ -310,7 +309,6 @@ def integrate(
             raise Undecided(f"more than {most_events} events")
         lengths = [end - first for first, end in _runs(sign)]
         done.longest_run = max(done.longest_run, *lengths)
-        done.whole_chain |= lengths == [n]
         phase = _Phase(tensions, v, sign.copy(), weight, friction, rtol)
         passed, y, i = _first_event(phase, thresholds, longest=1000.0)
         moved, v, force = phase.at(y)
