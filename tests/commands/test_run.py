@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from exactcreep import Creep, InputError, resume
 from exactcreep.commands.answer import grouped
-from exactcreep.quasistatic import checkpoint, files
+from exactcreep.quasistatic import checkpoint, writing
 from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep_result import load_members
 from tests.conftest import Command
@@ -155,7 +155,7 @@ def test_of_results_under_one_name_none_is_lost(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Other programs take the name during the run, and the next free one just then."""
-    members, free, taken = loop.run_members, files.free_name, []
+    members, free, taken = loop.run_members, writing.free_name, []
 
     def meanwhile(*arguments: object, **options: object) -> object:
         Path("a.nc").write_bytes(b"of a second program")
@@ -169,7 +169,7 @@ def test_of_results_under_one_name_none_is_lost(
         return name
 
     monkeypatch.setattr(loop, "run_members", meanwhile)
-    monkeypatch.setattr(files, "free_name", just_taken)
+    monkeypatch.setattr(writing, "free_name", just_taken)
     done = command(*TWO, "--json", "--out", "a.nc")
     assert done.code == 2
     assert "was made by another program meanwhile; this result is in a-3.nc" in done.err
