@@ -424,7 +424,8 @@ def reproduce(
     """Compute and draw the paper's figures.
 
     Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
-    law, the exact one, deviations in standard errors), and prints the table.
+    law, the exact one, deviations in standard errors; in its range the law of sliders that stick
+    and slip), and prints the table.
 
     Parameters
     ----------
@@ -474,22 +475,25 @@ def reproduce(
 
 def _print_table(table: Table) -> None:
     """Print a table: measured, laws, deviations in standard errors."""
+    from exactcreep.figures.sweep import STICKING_MAP
+
     say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
     exact = f"exact: {table.exact}" if table.exact else ""
-    for line in filter(None, (f"paper: {table.printed}", exact, table.note)):
+    sticks = any(math.isfinite(row.sticking) for row in table.rows)
+    measured = f"sticking: {STICKING_MAP}; dev. counts its own deviation, too" if sticks else ""
+    for line in filter(None, (f"paper: {table.printed}", exact, measured, table.note)):
         say(f"  {line}", markup=False)
-    rows = [
-        (
-            *(f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values()),
-            f"{row.measured:.6g}",
-            f"{row.error:.2g}",
-            *_beside(row.printed, row.deviation_printed),
-            *_beside(row.exact, row.deviation_exact),
-        )
-        for row in table.rows
-    ]
+    rows = []
+    for row in table.rows:
+        laws = [(row.printed, row.deviation_printed), (row.exact, row.deviation_exact)]
+        if sticks:
+            held = (row.sticking,) if math.isfinite(row.sticking) else ()
+            laws.append((held, row.deviation_sticking))
+        varied = (f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values())
+        texts = (text for law, off in laws for text in _beside(law, off))
+        rows.append((*varied, f"{row.measured:.6g}", f"{row.error:.2g}", *texts))
     names = (*table.rows[0].varied, "measured", "std. error", "paper", "dev.", "exact", "dev.")
-    say_table(names, rows, folded=names)
+    say_table((*names, "sticking", "dev.") if sticks else names, rows, folded=names)
 
 
 def _beside(law: Sequence[float], deviation: float) -> tuple[str, str]:

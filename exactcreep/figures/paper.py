@@ -143,19 +143,23 @@ def to_csv(tables: Sequence[Table]) -> str:
 
     A number that is not known is nan, and what a series does not vary is empty. Where a plateau is
     not unique, a law has its two values in two columns, else the same in both. The unit is that of
-    the measured value, its standard error and the laws; deviations count standard errors.
+    the measured value, its standard error and the laws; deviations count standard errors. The law
+    of sliders that stick and slip was measured itself: `sticking_law_deviation` is how far, root
+    mean square, chains were from it, and its deviation counts that and the standard error together.
     """
     varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     laws = [f"{form}_law_{end}" for form in ("printed", "exact") for end in ("least", "largest")]
     writer.writerow(["series", *varied, "measured", "standard_error", *laws,
-                     "deviation_printed", "deviation_exact", "unit"])  # fmt: skip
+                     "deviation_printed", "deviation_exact", "sticking_law",
+                     "sticking_law_deviation", "deviation_sticking", "unit"])  # fmt: skip
     for table in tables:
         for row in table.rows:
             ends = [end(law, default=math.nan) for law in (row.printed, row.exact)
                     for end in (min, max)]  # fmt: skip
-            numbers = [row.measured, row.error, *ends, row.deviation_printed, row.deviation_exact]
+            numbers = [row.measured, row.error, *ends, row.deviation_printed, row.deviation_exact,
+                       row.sticking, row.sticking_deviation, row.deviation_sticking]  # fmt: skip
             where = [row.varied.get(key, "") for key in varied]
             writer.writerow([table.name, *where, *(repr(float(v)) for v in numbers), UNIT])
     return text.getvalue()

@@ -95,6 +95,8 @@ class Point:
     printed, exact : tuple of float
         What the paper's law gives as printed, and the corrected or exact law; two values where the
         plateau is not unique, none where there is no law.
+    sticking, sticking_deviation : float
+        The measured law of sliders that stick and slip and its own deviation; nan beyond its range.
     parameters : dict
         The chain and its drive, exactly, by the names that laws use; and what else was varied.
     """
@@ -104,6 +106,8 @@ class Point:
     error: float = math.nan
     printed: tuple[float, ...] = ()
     exact: tuple[float, ...] = ()
+    sticking: float = math.nan
+    sticking_deviation: float = math.nan
     parameters: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -116,12 +120,18 @@ class Point:
         """Measured minus corrected or exact law, in standard errors."""
         return deviation(self.measured, self.error, self.exact)
 
+    @property
+    def deviation_sticking(self) -> float:
+        """Measured minus the law of sliders that stick and slip, in what both are known to."""
+        return (self.measured - self.sticking) / math.hypot(self.error, self.sticking_deviation)
+
     def beside(self, law: Law) -> Point:
-        """Return the point with a law, which does not hold where it is negative as printed."""
+        """Return the point with the laws; as printed one does not hold where it is negative."""
         printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
         if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
             printed = ()
-        return replace(self, printed=printed, exact=exact)
+        held, off = sticking(self.parameters)
+        return replace(self, printed=printed, exact=exact, sticking=held, sticking_deviation=off)
 
 
 def deviation(measured: float, error: float, law: Sequence[float]) -> float:

@@ -15,11 +15,17 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from exactcreep.commands.files import _beside
-from exactcreep.figures.paper import PICTURES, Table, to_csv, with_control
+from exactcreep.commands.files import _beside, _print_table
+from exactcreep.figures.paper import LAWS, PICTURES, Table, to_csv, with_control
 from exactcreep.figures.style import styled
 from exactcreep.figures.sweep import CONTROL, Point, deviation, points_of
-from exactcreep.laws import threshold_amplitude
+from exactcreep.laws import (
+    STICKING_DEVIATION,
+    sticking_gain,
+    sticking_velocity,
+    threshold_amplitude,
+)
+from exactcreep.laws import sticking_velocity_random as random_velocity
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
@@ -28,6 +34,7 @@ from tests.pictures import assert_shows_data, inks
 
 pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 
+NAN = math.nan
 SEEDS = {"vary.run.seed": [1, 2]}
 TINY = {
     "two-sliders-trace": {"drive.steps": 60},
@@ -197,7 +204,7 @@ def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
     assert set(frame.pop("unit")) == {"g tau_dyn^2 per half-cycle or target"}
     assert frame.pop("start").tolist()[2] == "cold"
     assert {str(kind) for kind in frame.dtypes} == {"float64"}
-    assert frame.iloc[0].to_dict() == {
+    assert frame.iloc[0].dropna().to_dict() == {
         "n": 6, "tan_alpha": 0.1, "measured": 1.5, "standard_error": 0.25,
         "printed_law_least": 2, "printed_law_largest": 2,
         "exact_law_least": 1, "exact_law_largest": 1.25,
@@ -205,6 +212,29 @@ def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
     }  # fmt: skip
     assert frame["measured"].tolist()[1:] == [-1, 1e-300]
     assert frame.iloc[1].drop(["n", "tan_alpha", "measured"]).isna().all()
+
+
+def test_a_table_has_the_law_of_sticking_sliders_in_its_range_beside_the_papers(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    ten = {"n": 10, "l0": 1000, "mu_d": Fraction(2, 5), "mu_s": Fraction(11, 20),
+           "sigma_mu": Fraction(1, 100), "tan_alpha": Fraction(1, 4)}  # fmt: skip
+    laws = {"Eq. 23": ("amplitude", sticking_velocity), "Eq. 24": ("sigma_theta", random_velocity)}
+    for label, (size, law) in laws.items():
+        about = ten | {size: Fraction(1, 50)}
+        measured = Point({"n": 10}, 150.0, 0.3, parameters=about).beside(LAWS[label])
+        pair = Point({"n": 2}, 5.0, 0.1, parameters=about | {"n": 2}).beside(LAWS[label])
+        held, off = law(**about), STICKING_DEVIATION * sticking_gain(about)
+        text = to_csv([Table("ten", "", (measured, pair))])
+        columns = ["sticking_law", "sticking_law_deviation", "deviation_sticking"]
+        first, second = pd.read_csv(io.StringIO(text))[columns].to_numpy()
+        assert first == pytest.approx([held, off, (150.0 - held) / math.hypot(0.3, off)], rel=1e-12)
+        assert measured.printed[0] != held
+        assert all(map(math.isnan, second))
+        _print_table(Table("ten", "", (measured, pair)))
+        assert f"{held:.6g}" in capsys.readouterr().out
+        _print_table(Table("two", "", (pair,)))
+        assert "sticking" not in capsys.readouterr().out
 
 
 def test_the_command_lists_refuses_and_keeps_files(command: Command, tmp_path: Path) -> None:

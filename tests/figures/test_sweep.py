@@ -16,7 +16,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import exactcreep
 from exactcreep.figures.style import VELOCITY
 from exactcreep.figures.sweep import draw_sweep
-from exactcreep.laws import sliding_velocity, sliding_velocity_random
+from exactcreep.laws import sliding_velocity, sliding_velocity_random, sticking_velocity
+from exactcreep.laws.sticking import beyond_sticking
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
@@ -98,6 +99,34 @@ def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law() -> 
                 assert at == pytest.approx(level, abs=0.02 * np.nanmax(velocity))
                 checked += 1
     assert checked > 5
+
+
+def test_contours_of_a_map_are_the_law_that_holds_there_whatever_was_measured() -> None:
+    """Full ones of the law of sticking sliders, in its range; broken ones of the sliding limit."""
+    slopes, sizes = [f"0.{k}" for k in range(6)], [f"0.00{k}" for k in range(3, 9)]
+    few = {"chain__n": 10, "chain__sigma_mu": "0.01", "drive__cycles": 1}
+    grid = swept(vary__chain__tan_alpha=slopes, vary__drive__amplitude=sizes, **few)
+    grid["velocity"] = grid.velocity * 0
+    grid["velocity"][0, 0] = 30.0  # the levels of contours are those between the colours' ends
+    axes = drawn(grid).axes[0]
+    _, full, broken = axes.collections[:3]
+    assert axes.get_title().startswith("full lines: measured law of sticking sliders; broken")
+    given = {"n": 10, "l0": 1000.0, "mu_d": 0.5}
+    sticks = given | {"mu_s": 0.6, "sigma_mu": 0.01}
+    checked = dict.fromkeys(("full", "broken"), 0)
+    laws = {"full": (full, sticking_velocity, sticks), "broken": (broken, sliding_velocity, given)}
+    for name, (lines, law, about) in laws.items():
+        for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+            for slope, size in path.vertices[3:-3:4]:
+                where = {"tan_alpha": float(slope), "amplitude": float(size)}
+                at = float(law(**about, **where))
+                # interpolated between points a hundredth of the map apart; the limit has jumps
+                near = [float(law(**about, tan_alpha=slope + off, amplitude=size))
+                        for off in (-0.007, 0.007) if 0 <= slope + off < 0.5]  # fmt: skip
+                assert min(at, *near) - 0.3 < level < max(at, *near) + 0.3
+                assert not beyond_sticking(sticks | where) or name == "broken"
+                checked[name] += 1
+    assert min(checked.values()) > 10
 
 
 def test_slow_creep_has_another_colour_than_rest_in_a_map() -> None:
