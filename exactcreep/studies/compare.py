@@ -245,8 +245,8 @@ def _compared(
         return own, time.perf_counter() - begin
 
     true = followed(truth, targets, beyond(MOST_EVENTS), enough)
-    known: Trajectory = true[0]
-    if known.reached == 0:
+    true_run: Trajectory = true[0]
+    if true_run.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     usual = Method("sliding" if slides else "exact")
     step(f"{usual.solver}: mean velocity")
@@ -259,27 +259,31 @@ def _compared(
     rows: list[dict[str, Any]] = []
     for method in methods:
         step(method.label)
-        most = beyond(len(known.events)) if known.events else None
-        own, seconds = true if method == truth else followed(method, known.reached, most)
-        row = _agreement(own, known, ends)
+        most = beyond(len(true_run.events)) if true_run.events else None
+        own, seconds = true if method == truth else followed(method, true_run.reached, most)
+        row = _agreement(own, true_run, ends)
         if method.solver in COMPILED and has_velocity:
             row |= _of_velocity(method, shorter, best)
         elif own.events:
             pace = best.event_count / max(best.half_cycles, 1)
             row["seconds"] = seconds / len(own.events) * pace
         rows.append(row)
-    return _dataset(methods, rows, known)
+    return _dataset(methods, rows, true_run)
 
 
-def _agreement(own: Trajectory, known: Trajectory, ends: Sequence[int]) -> dict[str, Any]:
+def _agreement(own: Trajectory, true_run: Trajectory, ends: Sequence[int]) -> dict[str, Any]:
     """Return how far a trajectory agrees with the truth, and its errors at all rests."""
-    found, row = agree(own, known), dict[str, Any](evidence=own.evidence.value)
-    row |= {"errors": found.errors, "rests": found.errors.size}
+    agreement, row = agree(own, true_run), dict[str, Any](evidence=own.evidence.value)
+    row |= {"errors": agreement.errors, "rests": agreement.errors.size}
     if own.log:  # else it has no events that could differ
-        row |= {"agreed": found.agreed, "differs": found.differs, "rests": found.compared}
+        row |= {
+            "agreed": agreement.agreed,
+            "differs": agreement.differs,
+            "rests": agreement.compared,
+        }
     if row.get("differs"):
-        row |= {"own_event": _text(found.own, ends), "true_event": _text(found.known, ends)}
-    largest = {"error": found.errors[: row["rests"]], "error_after": found.errors}
+        row |= {"own_event": _text(agreement.own, ends), "true_event": _text(agreement.known, ends)}
+    largest = {"error": agreement.errors[: row["rests"]], "error_after": agreement.errors}
     return row | {name: part.max() for name, part in largest.items() if part.size}
 
 
@@ -319,20 +323,20 @@ def _text(event: LoggedEvent | None, ends: Sequence[int]) -> str:
 
 
 def _dataset(
-    methods: Sequence[Method], rows: Sequence[dict[str, Any]], known: Trajectory
+    methods: Sequence[Method], rows: Sequence[dict[str, Any]], true_run: Trajectory
 ) -> xr.Dataset:
     variables: dict[str, Any] = {}
     for name, (missing, unit, meaning) in _VARIABLES.items():
         values = np.array([row.get(name, missing) for row in rows], dtype=type(missing))
         about = {"long_name": meaning} | ({"units": unit} if unit else {})
         variables[name] = ("method", values, about)
-    found = [pd.Series(row["errors"], dtype=float) for row in rows]
-    errors = pd.DataFrame(found).to_numpy(dtype=float)
+    by_method = [pd.Series(row["errors"], dtype=float) for row in rows]
+    errors = pd.DataFrame(by_method).to_numpy(dtype=float)
     about = {"units": LENGTH, "long_name": f"{_LONG}, after each rearrangement"}
     variables["errors"] = (("method", "rest"), errors, about)
-    radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
-    variables["events"] = sum(event.half_cycle <= known.reached for event in known.events)
-    variables["truth_evidence"] = known.evidence.value
+    radii = [enclosure(value).radius for value in true_run.x.ravel().tolist()]
+    variables["events"] = sum(event.half_cycle <= true_run.reached for event in true_run.events)
+    variables["truth_evidence"] = true_run.evidence.value
     variables["truth_radius"] = nearest_float(max(radii))
     dt = [nearest_float(exact_number(method.options.get("dt") or 0, "dt")) for method in methods]
     coords = {

@@ -161,9 +161,10 @@ def advice(data: xr.Dataset) -> str:
                     f" seen: {seeds} seeds could hide {hidden:.2g} %")  # fmt: skip
     doubted = rows[((rows.dt > 0) & (len(fair) == 0)) | (rows.solver == "sliding")]
     for name, row in doubted[doubted.bias.notna()].iterrows():
-        known = not math.isnan(row.bias_error)
+        has_interval = not math.isnan(row.bias_error)
         off = with_error(100 * row.bias, 100 * row.bias_error, "+") + " %"
-        said.append(f"the mean velocity of {name} is off by {off}" + " in this run" * (not known))
+        where = "" if has_interval else " in this run"
+        said.append(f"the mean velocity of {name} is off by {off}{where}")
     text = "; ".join(said or ["no method is known to be right here"])
     return text[0].upper() + text[1:] + "."
 

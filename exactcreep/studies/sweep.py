@@ -134,8 +134,8 @@ def sweep(
         dataset = cells.finished()
     if left := Counter(name for value in cells.values if value for name in value["warnings"]):
         counts = ", ".join(f"{name} in {count}" for name, count in left.items())
-        told = f"of {len(cells.values)} cells: {counts} left the model's physical range"
-        warnings.warn(told, PhysicsWarning, stacklevel=3)
+        warning = f"of {len(cells.values)} cells: {counts} left the model's physical range"
+        warnings.warn(warning, PhysicsWarning, stacklevel=3)
     return dataset
 
 
@@ -165,15 +165,15 @@ class _Cells:
         """
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # a slider of a half-cycle costs about the same everywhere
-        weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
+        weights = {k: member.drive.half_cycles * member.chain.n for k, member in todo.items()}
         say, total, whole = reporter(progress), len(self.values), sum(weights.values())
-        found, failed = total - len(todo), dict[int, CellsFailed]()
+        loaded, failed = total - len(todo), dict[int, CellsFailed]()
         made = events = worked = 0
 
         def tell() -> None:
             compiling = pool.signals is not None and pool.signals.compiling
-            say("compiling" if compiling else "running", found + made, total, "cells",
-                events=events, found=found, work=worked / whole if whole else 1.0)  # fmt: skip
+            say("compiling" if compiling else "running", loaded + made, total, "cells",
+                events=events, found=loaded, work=worked / whole if whole else 1.0)  # fmt: skip
 
         tell()
         with interrupts.deferred() as interrupted:
@@ -184,7 +184,7 @@ class _Cells:
                         cell = self._value(pool, future, index)
                     except CellsFailed as error:
                         failed[index] = error
-                        hopeless = not found + made and len(failed) >= _MOST_FAILURES
+                        hopeless = not loaded + made and len(failed) >= _MOST_FAILURES
                         if self.folder is None or hopeless:
                             raise
                     except KeyboardInterrupt:
@@ -382,23 +382,23 @@ def _assembled(
     shape = tuple(len(options) for options in scene.vary.values())
     dims, cells = tuple(dimension_of.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
-    known: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
+    columns: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
         about = {key: text.format(per=per) for key, text in column.attributes.items() if text}
-        known[name] = column.missing, about
+        columns[name] = column.missing, about
     if any("velocity_decimal" in cell for cell in cells):
-        known["velocity_decimal"] = "", {}
+        columns["velocity_decimal"] = "", {}
     variables: dict[str, Any] = {
         name: (dims, np.array([cell.get(name, missing) for cell in cells]).reshape(shape), about)
-        for name, (missing, about) in known.items()
+        for name, (missing, about) in columns.items()
     }
     finished = np.array([value is not None for value in values]).reshape(shape)
     variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
-        found = [cell.get("recorded", {}).get(name) for cell in cells]
-        if any(array is not None for array in found):
+        recorded = [cell.get("recorded", {}).get(name) for cell in cells]
+        if any(array is not None for array in recorded):
             across = (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across)
-            stacked = _stacked(found)
+            stacked = _stacked(recorded)
             stacked = stacked.reshape(*shape, *stacked.shape[1:])
             variables[f"recorded_{name}"] = (across, stacked, quantity.attributes)
     attributes = {

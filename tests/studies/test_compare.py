@@ -295,9 +295,9 @@ def test_the_command_prints_draws_and_writes_the_dataset(
     command: Command, drawn: list[Figure]
 ) -> None:
     words = ("compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20")
-    told = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
-    assert [row["seed"] for row in told["rows"][:2]] == [3, 1]
-    assert {"advice", "orders", "intervals", "truth"} <= told.keys()
+    printed = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
+    assert [row["seed"] for row in printed["rows"][:2]] == [3, 1]
+    assert {"advice", "orders", "intervals", "truth"} <= printed.keys()
     assert "verlet 0.01 loc." in command(*words).out
     left, right = drawn[0].axes
     kept = xr.load_dataset("a.nc", engine="h5netcdf")
@@ -313,9 +313,9 @@ def test_the_command_prints_draws_and_writes_the_dataset(
         label = name if np.nanmax(first.errors.values[k]) > 0 else f"{name}: no error"
         assert np.array_equal(lines[label].get_ydata(), shown, equal_nan=True)
     # besides the zero, one point for each method whose bias is known, in the ink of its line
-    known = np.isfinite(kept.bias.mean("seed").values)
+    has_bias = np.isfinite(kept.bias.mean("seed").values)
     points = [line.get_color() for line in right.lines if line.get_marker() == "o"]
     inks = [line.get_color() for label, line in lines.items() if not label.startswith("_")]
     assert len(set(inks)) == len(names) == 9
-    assert points == [ink for ink, one in zip(inks, known, strict=True) if one]
+    assert points == [ink for ink, has_point in zip(inks, has_bias, strict=True) if has_point]
     assert len(points) > 3

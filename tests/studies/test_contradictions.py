@@ -33,11 +33,11 @@ def contradictions(number: int) -> tuple[list[str], str]:
     """Return what two answers about one chain contradict each other in, and what it does."""
     chain, amplitude = drawn(number)
     lasted = survival(chain, amplitude, starts=3, cycles=CYCLES, seed=number, workers=1)
-    found = []
+    refuted = []
 
-    def refuse(wrong: bool, what: str, one: object, other: object) -> None:
+    def refuse(wrong: bool, what: str, answer: object, other: object) -> None:
         if wrong:
-            found.append(f"{number}: {what}: {one} and {other}")
+            refuted.append(f"{number}: {what}: {answer} and {other}")
 
     for k, record in enumerate(lasted.records, 1):
         start, seed = start_of(chain, "1e-3", number, k)
@@ -61,7 +61,7 @@ def contradictions(number: int) -> tuple[list[str], str]:
         if chain.sigma_mu != 0:
             continue
         own = fate(chain, amplitude, start=start, cycles=CYCLES, solver="exact")
-        mine, its = ((one.last_advance, one.marginal) for one in (own, record))
+        mine, its = ((answer.last_advance, answer.marginal) for answer in (own, record))
         refuse((own.outcome.value, mine) != (record.outcome, its), "fate, survival", own, record)
         if own.settled_after is not None and own.settled_after + 3 * own.period < CYCLES:
             refuse(own.outcome is not run.outcome, "fate and creep", own, run)
@@ -69,7 +69,7 @@ def contradictions(number: int) -> tuple[list[str], str]:
             far = abs(own.velocity - run.velocity) > near
             early = not own.marginal or own.settled_after < CYCLES / 20
             refuse(far and early, "velocities of fate and creep", own.velocity, run.velocity)
-    return found, "+".join(sorted({record.outcome for record in lasted.records}))
+    return refuted, "+".join(sorted({record.outcome for record in lasted.records}))
 
 
 @pytest.mark.filterwarnings("ignore:a static coefficient was drawn below")

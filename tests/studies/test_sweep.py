@@ -150,7 +150,7 @@ def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_
     seen: list[Progress] = []
     larger = SCENE.with_settings({"vary.run.seed": [1, 2, 3, 4]})
     grown = sweep(larger, out=tmp_path, resume=True, progress=seen.append)
-    assert [(told.done, told.total, told.found) for told in seen[:1]] == [(COUNT, 16, COUNT)]
+    assert [(heard.done, heard.total, heard.found) for heard in seen[:1]] == [(COUNT, 16, COUNT)]
     assert (seen[-1].done, seen[-1].seconds_left, len(computed)) == (16, 0, COUNT - 4)
     assert grown.identical(sweep(larger))
     files[0].write_bytes(files[0].read_bytes()[:-1])

@@ -122,15 +122,15 @@ def held_against(chain: Chain, amplitude: Fraction) -> Outcome:
     # the scan of a threshold passes through this amplitude, and calls it what fate does
     points = [amplitude * k / 4 for k in range(2, 7)]
     fates = [fate(chain, a, solver="exact").outcome for a in points]
-    idle = [one in (Outcome.CYCLING, Outcome.AT_REST) for one in fates]
-    given = {"low": points[0], "high": points[-1], "points": 4, "solver": "exact", "digits": 6}
+    idle = [outcome in (Outcome.CYCLING, Outcome.AT_REST) for outcome in fates]
+    scan = {"low": points[0], "high": points[-1], "points": 4, "solver": "exact", "digits": 6}
     if idle[0] and not all(idle):
-        found = threshold(chain, windows=True, **given)
-        called = [sum(1 if e.begins else -1 for e in found.windows if e.middle < a) for a in points]
-        assert called == [0 if one else 1 for one in idle]
+        edges = threshold(chain, windows=True, **scan).windows
+        called = [sum(1 if e.begins else -1 for e in edges if e.middle < a) for a in points]
+        assert called == [0 if locked else 1 for locked in idle]
     else:
         with pytest.raises(InputError) as refused:
-            threshold(chain, windows=True, **given)
+            threshold(chain, windows=True, **scan)
         assert refused.value.field == ("to" if all(idle) else "from")
     return settled.outcome
 

@@ -166,22 +166,20 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     likely = _geometric(ends[ends > cut] - cut, others[others > cut] - cut)
     if likely < _DOUBTED:
         after = f"after cycle {cut}, too," if cut else "early or late"
-        told = f"{after} arrests do not come at a constant rate (probability {likely:.1g})"
-        return _refused(f"no rate: {told}", cut, before, likely)
+        why = f"{after} arrests do not come at a constant rate (probability {likely:.1g})"
+        return _refused(f"no rate: {why}", cut, before, likely)
     below = _deviations_below(profile.told)
     longest = int(lives.cycles.max())
     too_short = cut >= longest
     if too_short or not below < profile.told:
         late = max(profile.late[best], 1 / lives.lived)
         needed = max(2 * longest, 2 / late, 20 / profile.early[best] if cut else 0)
-        told = f"lives up to a horizon of {longest} cycles do not tell late arrests from early ones"
+        why = f"lives up to a horizon of {longest} cycles do not tell late arrests from early ones"
         helps = f"one of {_rounded_up(needed)}"
         if not others.size:  # a longer horizon would show no more
-            told = (
-                f"the lives of {ends.size} starts, all arrested, do not tell late from early ones"
-            )
+            why = f"the lives of {ends.size} starts, all arrested, do not tell late from early ones"
             helps = f"{4 * ends.size} starts"
-        return _refused(f"no rate: {told}; {helps} would do", cut, before, likely)
+        return _refused(f"no rate: {why}; {helps} would do", cut, before, likely)
     return Rate(
         float(profile.late[best]), profile.at(-below), profile.at(_WIDTH), cut, before, likely
     )

@@ -154,13 +154,14 @@ def numerical_fate(
             break
     simulation, drive = course.simulation, course.drive
     evidence, outcome = simulation.evidence, Outcome.LIMIT
-    known: dict[str, Any] = {"last_advance": course.last_advance}
+    details: dict[str, Any] = {"last_advance": course.last_advance}
     if (settled := course.settled) is not None:
         moved, itinerary = _one_period(course, settled.period)
-        noise = nearest_float(simulation.chain.rounding) * sum(len(one) for _, one in itinerary)
+        count = sum(len(events) for _, events in itinerary)
+        noise = nearest_float(simulation.chain.rounding) * count
         advance = moved if abs(moved) > noise else 0.0
-        known |= {"settled_after": settled.since, "period": settled.period}
-        known |= {"advance": advance, "itinerary": itinerary}
+        details |= {"settled_after": settled.since, "period": settled.period}
+        details |= {"advance": advance, "itinerary": itinerary}
         outcome = Outcome.CREEPING if advance else Outcome.CYCLING
         if not itinerary:
             outcome = Outcome.AT_REST
@@ -171,15 +172,15 @@ def numerical_fate(
         outcome = Outcome.RUNAWAY
     elif stop is Stop.DONE and (approach := _approach(course)):
         outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
-        reason, known = approach
+        reason, details = approach
     elif not reason:
         reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
     report = {"events": simulation.tally.events, "undecided": simulation.tally.undecided}
-    found = Fate(
+    fate = Fate(
         simulation.chain, drive.amplitude, start, "exact", outcome, evidence, course.cycles,
-        reason=reason, report=report, **known,
+        reason=reason, report=report, **details,
     )  # fmt: skip
-    return found, stop
+    return fate, stop
 
 
 def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
@@ -193,7 +194,7 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):
         recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
-        log += [(half, one.itinerary) for one in rearrangements(recorded)]
+        log += [(half, logged.itinerary) for logged in rearrangements(recorded)]
         forces.append(np.diff(simulation.state().tensions, prepend=0.0, append=0.0))
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
     resting = [n for n in range(1, chain.n + 1) if n not in slipping]

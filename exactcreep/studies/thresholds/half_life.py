@@ -232,14 +232,14 @@ def half_life(
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket)
     width = Fraction(1, 10 ** whole_number(digits, "digits", least=1, most=12))
-    given: dict[str, Any] = {
+    asked: dict[str, Any] = {
         "starts": whole_number(starts, "starts", least=1),
         "cycles": whole_number(cycles, "cycles", least=1),
         "seed": whole_number(seed, "seed", least=0),
     }
 
     def follow(amplitude: Fraction, **how: Any) -> Survival:
-        return survival(chain, amplitude, size=size, workers=workers, **given, **how)
+        return survival(chain, amplitude, size=size, workers=workers, **asked, **how)
 
     search = _Search(follow, span, width, limits, say)
     at, fewer, more, reason = None, None, None, ""
@@ -262,16 +262,16 @@ def half_life(
         name: None if end is None else nearest_float(end)
         for name, end in (("amplitude", at), ("low", fewer), ("high", more))
     }
-    tried = {nearest_float(amplitude): found for amplitude, found in search.tried.items()}
+    tried = {nearest_float(amplitude): lives for amplitude, lives in search.tried.items()}
     return HalfLife(
         chain=chain,
         size=exact_number(size, "size"),
-        shares={a: found.creeping for a, found in tried.items()},
+        shares={a: lives.creeping for a, lives in tried.items()},
         directions={
-            a: {way: share.starts for way, share in found.directions.items()}
-            for a, found in tried.items()
+            a: {way: share.starts for way, share in lives.directions.items()}
+            for a, lives in tried.items()
         },
         reason=reason,
-        **given,
+        **asked,
         **ends,
     )

@@ -216,20 +216,22 @@ def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str,
     at, half = -ordinate / slope, (count + 1) // 2
     others = [line(part)[0] for part in (slice(None, half), slice(-half, None))]
     shifts = [abs(-b / a - at) if abs(a) > _FLAT * abs(slope) else math.inf for a, b in others]
-    found = {"intercept": at, "systematic": max(shifts), "slope": slope}
+    fitted = {"intercept": at, "systematic": max(shifts), "slope": slope}
     if scatter.size:
         turn = np.array([-at, -1.0]) / slope  # derivative of the intercept
         chi2 = np.sum(((slope * amplitudes + ordinate - velocities) * weights) ** 2)
-        found |= {
+        fitted |= {
             "error": math.sqrt(turn @ covariance @ turn),
             "slope_error": math.sqrt(covariance[0, 0]),
             "chi2": chi2,
             "chi2_probability": scipy.stats.chi2.sf(chi2, count - 2),
         }
-    known: dict[str, Any] = {name: float(value) for name, value in found.items()}
+    numbers: dict[str, Any] = {name: float(value) for name, value in fitted.items()}
     if not scatter.size:
-        known["reason"] = "every chain has settled: v(A) has steps, and no errors to weigh them by"
-    elif known["chi2_probability"] < UNLIKELY:
-        freedom = f"{known['chi2']:.3g} for {count - 2} degrees of freedom"
-        known["reason"] = f"chi2 is {freedom}: v(A) is no straight line"
-    return known
+        numbers["reason"] = (
+            "every chain has settled: v(A) has steps, and no errors to weigh them by"
+        )
+    elif numbers["chi2_probability"] < UNLIKELY:
+        freedom = f"{numbers['chi2']:.3g} for {count - 2} degrees of freedom"
+        numbers["reason"] = f"chi2 is {freedom}: v(A) is no straight line"
+    return numbers
