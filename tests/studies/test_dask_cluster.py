@@ -57,7 +57,7 @@ def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Any, list[Any]]
             assert scheduler.is_alive(), log.read_text()
             time.sleep(0.02)
         crowd = [launched("dask_worker", "--nthreads", "1", "--no-nanny") for _ in range(workers)]
-        executor = running.enter_context(cluster(str(address), timeout=10))
+        executor = running.enter_context(cluster(str(address), timeout=PATIENCE))
         executor._client.wait_for_workers(workers, timeout=PATIENCE)  # or the first hold all cells
         yield executor, scheduler, crowd
 
