@@ -23,10 +23,12 @@ def environment(**changed: str) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "100", **changed}
 
 
-def finished(*words: str, **changed: str) -> subprocess.CompletedProcess[str]:
+def finished(
+    *words: str, patience: float | None = PATIENCE, **changed: str
+) -> subprocess.CompletedProcess[str]:
     """Return what a program printed and its status; `changed` are variables of its environment."""
     return subprocess.run(
-        words, env=environment(**changed), capture_output=True, text=True, timeout=PATIENCE,
+        words, env=environment(**changed), capture_output=True, text=True, timeout=patience,
         check=False,
     )  # fmt: skip
 
