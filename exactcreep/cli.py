@@ -80,22 +80,22 @@ def _not_called() -> None:
 
 def status(words: Sequence[str]) -> int:
     """Run the command that `words` spell and return its exit status."""
-    given = list(words)
-    end = given.index("--") if "--" in given else len(given)
-    debug = "--debug" in given[:end]  # taken anywhere, so that it can be appended to a line
-    given = [word for word in given[:end] if word != "--debug"] + given[end:]
-    if sentence := successor_of(f"exactcreep {given[0]}" if given else ""):
+    arguments = list(words)
+    end = arguments.index("--") if "--" in arguments else len(arguments)
+    debug = "--debug" in arguments[:end]  # taken anywhere, so that it can be appended to a line
+    arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
+    if sentence := successor_of(f"exactcreep {arguments[0]}" if arguments else ""):
         complain(sentence)
         return 2
-    if given and not given[0].startswith("-") and given[0] not in COMMANDS:
-        near = get_close_matches(given[0], COMMANDS, 1)
-        complain(f"No such command {given[0]!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
+        name, near = arguments[0], get_close_matches(arguments[0], COMMANDS, 1)
+        complain(f"No such command {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
         return 2
-    code = 0 if given else 2
+    code = 0 if arguments else 2
     try:
         try:
-            program(given[:1])(
-                given, exit_on_error=False, print_error=False, result_action="return_value"
+            program(arguments[:1])(
+                arguments, exit_on_error=False, print_error=False, result_action="return_value"
             )
         except SystemExit as leaving:
             # a help whose reader has seen enough leaves with 1

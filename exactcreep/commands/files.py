@@ -10,6 +10,7 @@ import runpy
 import socket
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -401,6 +402,14 @@ def _print_grid(grid: xr.Dataset) -> None:
     seeds = grid["velocity"].size // len(points)
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
     put(f"{len(points)} points{of_seeds}: {counted(itertools.chain(*cells))}")
+    for reason, count in _reasons_for_no_error(grid).items():
+        put(f"no standard error in {count} runs: {reason}")
+
+
+def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:
+    """Return why the errors of velocities are not known, and in how many runs each."""
+    runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
+    return Counter(str(reason) for velocity, reason in runs if math.isfinite(velocity) and reason)
 
 
 def _cluster(scheduler: str) -> Any:

@@ -36,20 +36,20 @@ def record(
     from exactcreep.model.record_format import guessed
 
     output.check()
-    found = guessed(file)
-    about = {"file": str(file), **found.options}
+    guess = guessed(file)
+    about = {"file": str(file), **guess.options}
     try:
         read, refused = exactcreep.TemperatureRecord(**about, kappa=1, T0=0), None
     except exactcreep.InputError as error:
         read, refused = None, error
     if read is not None:
         about["T0"] = round(float(read.temperatures.mean()), 1)
-    remarks = {"T0": "the mean; at which temperature was it laid?", **found.doubts}
+    remarks = {"T0": "the mean; at which temperature was it laid?", **guess.doubts}
     lines = ["[drive]", 'kind = "record"']
     for name, value in about.items():
         remark = f"  # {remarks[name]}" if name in remarks else ""
         lines.append(f"{name} = {_as_toml(value)}{remark}")
-    summary: dict[str, Any] = {**about, "doubts": found.doubts, "readings": 0}
+    summary: dict[str, Any] = {**about, "doubts": guess.doubts, "readings": 0}
     if read is not None:
         summary |= _in_short(read)
 

@@ -110,7 +110,7 @@ class Session(Output):
         scene, title = str(note.get("scene", "")), str(note.get("title", ""))
         settings = [member.settings for member in members]
         descent = None if status == INTERRUPTED else _descent(results, members)
-        summary = of_members(scene, settings, [one.summary() for one in results])
+        summary = of_members(scene, settings, [result.summary() for result in results])
         if descent is not None:
             summary |= {"descent": descent.summary()}
 
@@ -346,8 +346,8 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     from exactcreep.quasistatic.course import known_of
 
     cells = [
-        (_measured(one, 4), _predicted(one, 4)[1], _behaviour(one), str(one.slip_count))
-        for one in results
+        (_measured(result, 4), _predicted(result, 4)[1], _behaviour(result), str(result.slip_count))
+        for result in results
     ]
     rows = [
         (*setting, *cells[members[0]], f"({len(members)} members)" * (len(members) > 1))
@@ -360,14 +360,14 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     say(
         f"{len(results)} members: {counted(row[2] for row in cells)}"
         + (f"; {missing} not run" if missing else "")
-        + f"; {sum(one.seconds for one in results):.3g} s"
+        + f"; {sum(result.seconds for result in results):.3g} s"
     )
-    say(f"evidence: {counted(one.evidence.value for one in results)}")
-    if sentences := [one.metastable for one in results if one.metastable]:
+    say(f"evidence: {counted(result.evidence.value for result in results)}")
+    if sentences := [result.metastable for result in results if result.metastable]:
         say(f"{len(sentences)} members creep, but {sentences[0]}")
-    if long := sum(one.long_rearrangements for one in results):
+    if long := sum(result.long_rearrangements for result in results):
         say(f"accuracy: {_accuracy(long)}")
-    if outside := sum((Counter(one.warnings) for one in results), Counter()):
+    if outside := sum((Counter(result.warnings) for result in results), Counter()):
         say(f"outside the model: {counted(outside)}")
-    if known := known_of(results):
-        say(f"what is known: {known}")
+    if sentence := known_of(results):
+        say(f"what is known: {sentence}")

@@ -144,21 +144,21 @@ def question(command: str) -> Callable[..., None]:
 
     Its exit status is 3 where the function gives up, or has a reason to come back early.
     """
-    about, name = QUESTIONS[command], command.replace("-", "_")
-    public = getattr(exactcreep, name)
+    about = QUESTIONS[command]
+    public = getattr(exactcreep, command.replace("-", "_"))
 
-    def ask(**given: Any) -> None:
-        chain = exactcreep.Chain(**vars(given.pop("chain")))
-        output, start = given.pop("output", about.group()), given.pop("start", None)
-        words = {key: value for key, value in given.items() if value is not None}
-        words.setdefault("max_seconds", _FOR_EVER)
-        if start is not None:
-            words["start"] = exactcreep.State.prepared(chain, [start] * (chain.n - 1))
+    def ask(**options: Any) -> None:
+        chain = exactcreep.Chain(**vars(options.pop("chain")))
+        output, tension = options.pop("output", about.group()), options.pop("start", None)
+        arguments = {name: value for name, value in options.items() if value is not None}
+        arguments.setdefault("max_seconds", _FOR_EVER)
+        if tension is not None:
+            arguments["start"] = exactcreep.State.prepared(chain, [tension] * (chain.n - 1))
         output.check()
         # after Ctrl-C it comes back with what is known, as at the end of its time
         with shown(quiet=output.json) as display, interrupts.deferred():
             try:
-                result = public(chain, **words, progress=display.show)
+                result = public(chain, **arguments, progress=display.show)
             except exactcreep.GivenUp as given_up:
                 complain(str(given_up))
                 raise SystemExit(LIMIT) from None
@@ -181,11 +181,15 @@ def question(command: str) -> Callable[..., None]:
         ))  # fmt: skip
 
     ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
-    lines = "\n".join(f"exactcreep {command} {line}" for line in about.examples)
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
-    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
-    ask.__doc__ = f"{text}\n\n{status}\n\nExamples\n--------\n{lines}"
+    ask.__doc__ = _docstring(public, [f"exactcreep {command} {line}" for line in about.examples])
     return ask
+
+
+def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
+    """Return what a public function says of itself, with exit statuses and lines to be typed."""
+    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
+    return "\n".join([text, "", status, "", "Examples", "--------", *examples])
 
 
 def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
@@ -295,7 +299,7 @@ def _print_compared(data: xr.Dataset) -> None:
     from exactcreep.model.numbers import with_error
     from exactcreep.studies.comparison import advice, order, table
 
-    def known(value: float, form: str) -> str:
+    def formatted(value: float, form: str) -> str:
         return "-" if math.isnan(value) else format(value, form)
 
     seeds = data.sizes["seed"]
@@ -305,10 +309,10 @@ def _print_compared(data: xr.Dataset) -> None:
         short = str(name).replace("dt = ", "").replace(",", "")
         bias, error = 100 * row.bias, 100 * row.bias_error
         rows.append((
-            short.replace(" digits", "").replace("ated", "."), known(row.parted, ".0f"),
-            known(row.agreed, ".0f"), known(row.error, ".1e"),
+            short.replace(" digits", "").replace("ated", "."), formatted(row.parted, ".0f"),
+            formatted(row.agreed, ".0f"), formatted(row.error, ".1e"),
             "-" if math.isnan(bias) else with_error(bias, error, "+"),
-            duration(row.seconds), known(row.ratio, ".3g"),
+            duration(row.seconds), formatted(row.ratio, ".3g"),
         ))  # fmt: skip
     names = ("parted", "after", "error", "bias %", "time", "/exact")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)

@@ -101,10 +101,10 @@ def experiment_of(values: Mapping[str, Any]) -> Experiment:
     >>> experiment_of(values | {"drive": "cycles", "size": 2.0}).drive
     Cycles(amplitude='0.002', cycles=40)
     """
-    given = {name: repr(value) for name, value in values.items()}  # as it is read, in decimals
-    numbers = {name: given[name] for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")}
+    decimals = {name: repr(value) for name, value in values.items()}  # as it is read, in decimals
+    numbers = {name: decimals[name] for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")}
     make = Cycles if values["drive"] == DRIVES[0] else GaussianSteps
-    drive = make(exact_number(given["size"], "size") / 1000, values["length"])
+    drive = make(exact_number(decimals["size"], "size") / 1000, values["length"])
     return Experiment(Chain(values["n"], **numbers), drive, seed=values["seed"])
 
 
@@ -215,12 +215,12 @@ def law_sentence(run: Creep) -> str:
     if known is None:
         return "No law: from tan α = μ_d on the chain may run away."
     values = " or ".join(f"{value:.4g}" for value in known.values)
-    off = f"off by {known.deviation:.2g} (root mean square)"
+    off = f", off by {known.deviation:.2g} (root mean square)"
     if math.isnan(known.deviation):
-        off = "by how much a chain is off is not known here"
+        off = ""  # the name of the law says so
     elif known.deviation == 0:
-        off = "exactly"
-    return f"Law that holds ({known.law}): {values} g τ² per {run.drive.per}, {off}."
+        off = ", exactly"
+    return f"Law that holds ({known.law}): {values} g τ² per {run.drive.per}{off}."
 
 
 def fate_sentence(run: Creep) -> str:

@@ -177,7 +177,7 @@ class Picture:
     name : str
         Of the files, and of the first scene.
     figure : str
-        The label of the paper's figure.
+        The number of the paper's figure.
     size : pair of float
         Width and height in inches.
     series : sequence of tuple
@@ -331,7 +331,7 @@ _SHOWN = 24  # dilations of the trace that can be told apart
 
 
 @partial(
-    Picture, "two-sliders-trace", "position2sliders", (5.4, 5.6),
+    Picture, "two-sliders-trace", "2", (5.4, 5.6),
     [("Two sliders under random dilations, l0 sigma_theta = 100", _LAW, _STATIC)],
     {"two-sliders-trace": {}}, always={"run.record": ["x_G", "x"]},
 )  # fmt: skip
@@ -370,7 +370,7 @@ def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 
 @partial(
-    Picture, "two-sliders-angle", "velocity2sliders", (5.2, 3.9),
+    Picture, "two-sliders-angle", "3", (5.2, 3.9),
     [("Two sliders, random dilations, over tan(alpha)", _LAW, _STATIC)],
     {"two-sliders-angle": {"drive.steps": 1000}},
 )  # fmt: skip
@@ -400,7 +400,7 @@ def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 
 @partial(
-    Picture, "two-sliders-amplitude", "velocity2sliders_theta", (5.2, 5.2),
+    Picture, "two-sliders-amplitude", "4", (5.2, 5.2),
     [("Two sliders, random dilations, over sigma_theta", _LAW, _STATIC)],
     {"two-sliders-amplitude": {"drive.steps": 800}},
 )  # fmt: skip
@@ -449,7 +449,7 @@ _FOURS = (
 
 
 @partial(
-    Picture, "chain-plateaus", "velocityNsliders", (5.6, 4.4),
+    Picture, "chain-plateaus", "5", (5.6, 4.4),
     [("Five and six sliders, random dilations, over tan(alpha)", "Eq. 20, random",
       "The printed plateau is the limit of large dilations; the exact law knows the play"
       " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs.")],
@@ -515,7 +515,7 @@ def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:
 
 
 @partial(
-    Picture, "chain-amplitude", "velocityNslidersbis", (5.4, 4.2),
+    Picture, "chain-amplitude", "6", (5.4, 4.2),
     [("Thirty sliders, cycles, over the amplitude", "Eq. 23", _BELOW),
      ("Thirty sliders, random dilations, over sigma_theta", "Eq. 24", _TWO_TERMS,
       "chain-amplitude-random")],
@@ -550,7 +550,7 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 
 @partial(
-    Picture, "chain-size", "cloche", (5.6, 4.4),
+    Picture, "chain-size", "7", (5.6, 4.4),
     [("Cycles, over the number of sliders", "Eq. 23", f"{_BELOW} {_FOURS}"),
      ("Random dilations, over the number of sliders", "Eq. 24",
       f"{_TWO_TERMS} {_FOURS}", "chain-size-random")],
@@ -594,7 +594,7 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 
 @partial(
-    Picture, "chain-jumps", "jumps", (5.8, 4.3),
+    Picture, "chain-jumps", "8", (5.8, 4.3),
     [("Thirty sliders without disorder near the critical amplitude, from several starts",
       "Eq. 23")],
     {"chain-jumps": {

@@ -642,7 +642,7 @@ class Plots:
         """
         asked, measure = measure, COLUMNS.get(measure.removeprefix("rearrangement_"), measure)
         if measure not in MEASURES:
-            allowed = "must be one of " + ", ".join([*MEASURES, *COLUMNS])
+            allowed = "must be one of " + ", ".join(dict.fromkeys([*MEASURES, *COLUMNS]))
             raise InputError("measure", asked, allowed)
         counted = avalanches_of(self._result)
         if not counted.block.size:

@@ -123,6 +123,13 @@ def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Comman
     assert rows[4].startswith("2 points, 4 seeds each: means and their standard errors: 4 ")
 
 
+def test_a_sweep_says_why_errors_are_not_known(command: Command) -> None:
+    line = "sweep two-sliders-cycles --set drive.cycles=5 --seeds 2 --out cells"
+    *_, reason, _ = command(*line.split()).out.splitlines()
+    run = creep(paper_chain(2), Cycles("0.005", 5))
+    assert reason.startswith(f"no standard error in 2 runs: {run.velocity_reason[:12]}")
+
+
 def test_what_is_simulated_has_a_table_of_its_own_in_a_notebook() -> None:
     chain = Chain(2, 1000, 0.5, 0.6, tan_alpha="1/3")
     table = chain._repr_html_()
