@@ -254,6 +254,9 @@ def test_a_minimum_above_its_maximum_is_a_warning_and_on_many_days_an_error(writ
     [
         ((41.0, 77.0), "of up to 77 C: they look like degrees Fahrenheit .* or like tenths"),
         ((-20.0, 300.5), "of up to 300.5 C: they look like degrees Fahrenheit"),
+        ((180.0, 300.5), "of up to 300.5 C: they look like degrees Fahrenheit"),
+        ((181.0, 400.0), "of up to 400 C: they look like degrees Fahrenheit"),
+        ((181.0, 399.0), "from 181 to 399, are said to be in degrees Celsius .* like kelvin"),
         ((-75.0, -61.0), "no more than -61 C on a day, colder than any: tenths"),
         ((60.0, -59.0), ""),
     ],
