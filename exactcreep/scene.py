@@ -200,19 +200,19 @@ class Scene(Shown):
             elif not isinstance(values, list) or not values:
                 allowed = "must be a list of at least one value, or { from, to, step }"
                 raise InputError(f"vary.{key}", values, allowed)
-        known = dict(_keys())
+        keys = dict(_keys())
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
-            known["drive"] = ["kind", *of_kind]
+            keys["drive"] = ["kind", *of_kind]
         if "physical" in tables:
             in_kelvin = [key for key, name in _IN_KELVIN.items() if name in of_kind]
-            known["drive"] = [*known["drive"], *in_kelvin]
+            keys["drive"] = [*keys["drive"], *in_kelvin]
             for key, value in (*_flattened({"chain": tables["chain"]}), *vary.items()):
                 if key.startswith("chain."):
                     allowed = "must not be given beside [physical], which makes the chain"
                     raise InputError(key, value, allowed)
         for table, entries in tables.items():
-            _known(entries, known[table], f"{table}.")
+            _known(entries, keys[table], f"{table}.")
         return cls(name, title, tables, vary, folder or FilePath())
 
     def _facts(self) -> dict[str, Any]:

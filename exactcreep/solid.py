@@ -861,8 +861,8 @@ class Descent:
             seeds = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
             said["disorder"] = f"{seeds} (standard deviation)"
         elif sliding and not chain.slides:
-            given = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
-            said["left out"] = f"{given} have no effect in the sliding limit"
+            unused = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
+            said["left out"] = f"{unused} have no effect in the sliding limit"
         elif not sliding and chain.sigma_mu:
             said["disorder"] = "one seed alone; Solid.creep(seeds=4) runs four more"
         return list(said.items())
@@ -945,21 +945,22 @@ def physical(
     >>> round(roof.continuum_velocity(10, 86400), 3)
     0.862
     """
-    given = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
+    quantities = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
     if material:
         if material not in MATERIALS:
             allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
             raise InputError("material", material, allowed)
-        known = MATERIALS[material]._asdict()
-        given |= {name: known[name] for name in known.keys() & given if _left_out(given[name])}
+        properties = MATERIALS[material]._asdict()
+        left_out = {name for name, value in quantities.items() if _left_out(value)}
+        quantities |= {name: properties[name] for name in left_out & properties.keys()}
     for name in ("youngs_modulus", "density", "kappa"):
-        if _left_out(given[name]):
+        if _left_out(quantities[name]):
             allowed = f"must be positive, or that of a material: {', '.join(MATERIALS)}"
-            raise InputError(name, given[name], allowed)
+            raise InputError(name, quantities[name], allowed)
     mu_d, friction = _middle(mu_d, "mu_d")
     mu_s, _ = _middle(mu_s, "mu_s")
-    exact = {name: positive_number(value, name) for name, value in given.items()}
+    exact = {name: positive_number(value, name) for name, value in quantities.items()}
     n = whole_number(contacts, "contacts", least=0)
     beside = number_from_zero(measured, "measured")
     l0 = exact["youngs_modulus"] / (exact["gravity"] * exact["density"] * exact["length"])

@@ -102,15 +102,15 @@ class Chain(Shown):
         *,
         tan_alpha: Number,
     ) -> None:
-        given: dict[str, Any] = {
+        numbers: dict[str, Any] = {
             "l0": l0, "mu_d": mu_d, "mu_s": mu_s, "sigma_mu": sigma_mu, "tan_alpha": tan_alpha
         }  # fmt: skip
-        for name, value in given.items():
+        for name, value in numbers.items():
             if isinstance(value, (list, tuple, np.ndarray)):
                 raise InputError(name, value, f"must be one number for all sliders; {_SCOPE}")
         vars(self).update(
             n=whole_number(n, "n", least=1, most=10**8),
-            **{name: number_of_floats(value, name) for name, value in given.items()},
+            **{name: number_of_floats(value, name) for name, value in numbers.items()},
         )
         positive_number(l0, "l0")
         number_from_zero(mu_d, "mu_d")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import io
+import itertools
 import re
 from collections.abc import Sequence
 from importlib import import_module
@@ -79,11 +80,11 @@ def guessed(path: Path) -> RecordFormat:
     values = table[columns].replace(list(_MISSING), "nan").apply(
         lambda column: column.str.replace(",", ".").astype(float)
     )  # fmt: skip
-    found = {"delimiter": delimiter, "decimal": decimal, "date_format": written}
-    found |= {"encoding": encoding, "time_column": time} | _temperatures(values, doubts)
+    guesses = {"delimiter": delimiter, "decimal": decimal, "date_format": written}
+    guesses |= {"encoding": encoding, "time_column": time} | _temperatures(values, doubts)
     usual = {"delimiter": ",", "decimal": ".", "date_format": "", "encoding": "utf-8",
              "time_column": "time", "temperature_column": "temperature"}  # fmt: skip
-    options = {name: value for name, value in found.items() if usual.get(name) != value}
+    options = {name: value for name, value in guesses.items() if usual.get(name) != value}
     return RecordFormat(options, {name: said for name, said in doubts.items() if name in options})
 
 
@@ -172,23 +173,24 @@ def _temperatures(values: DataFrame, doubts: dict[str, str]) -> dict[str, Any]:
     pair = (low[0], high[0]) if low and high else None
     named = [name for name in names if re.search(_TEMPERATURE, name.lower())]
     if pair is None and len(names) == 2 and not named:
-        one, other = names
-        for first, second in ((one, other), (other, one)):
+        for first, second in itertools.permutations(names):
             if (values[first] > values[second]).mean() <= _MOST_SWAPPED:
                 pair = first, second
                 doubts["minimum_column"] = f"as it is hardly ever above {second}"
-    found: dict[str, Any]
+    options: dict[str, Any]
     if pair is not None:
-        found, of = {"minimum_column": pair[0], "maximum_column": pair[1]}, values[list(pair)]
+        options = {"minimum_column": pair[0], "maximum_column": pair[1]}
+        temperatures = values[list(pair)].to_numpy()
     else:
         first, *others = named or names
-        found, of = {"temperature_column": first}, values[[first]]
+        options = {"temperature_column": first}
+        temperatures = values[[first]].to_numpy()
         if others:
             doubts["temperature_column"] = f"or {', '.join(others)}"
-    known = of.to_numpy()[np.isfinite(of.to_numpy())]
-    if known.size and LIKE_KELVIN[0] < known.min() and known.max() < LIKE_KELVIN[1]:
-        found["unit"] = "K"
-    elif known.size and np.quantile(known, 0.99) > HOTTEST and (known == known.round()).all():
-        found["scale"] = 0.1
-        doubts["scale"] = f"whole numbers up to {known.max():g} are taken for tenths"
-    return found
+    finite = temperatures[np.isfinite(temperatures)]
+    if finite.size and LIKE_KELVIN[0] < finite.min() and finite.max() < LIKE_KELVIN[1]:
+        options["unit"] = "K"
+    elif finite.size and np.quantile(finite, 0.99) > HOTTEST and (finite == finite.round()).all():
+        options["scale"] = 0.1
+        doubts["scale"] = f"whole numbers up to {finite.max():g} are taken for tenths"
+    return options

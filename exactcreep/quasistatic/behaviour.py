@@ -52,11 +52,11 @@ def behaviour(
         reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
         return Behaviour(Outcome.CYCLING, cycle, reason, doubtful=True, velocity=_STILL)
     if settled is None:
-        found = _drifting(velocity, advanced, begin.done // 2, done)
-        if all_burn_in and recurrence.chain.sigma_mu == 0 and found.outcome is Outcome.CREEPING:
+        drift = _drifting(velocity, advanced, begin.done // 2, done)
+        if all_burn_in and recurrence.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:
             reason = "the run lies within its burn-in: the advance may be that of a transient"
-            found = replace(found, reason=reason, doubtful=True)
-        return found
+            drift = replace(drift, reason=reason, doubtful=True)
+        return drift
     outcome = Outcome.CYCLING if settled.velocity is None else Outcome.CREEPING
     reason = f"{NEARLY}{settled.apart:.1e} m g, not exactly" if settled.apart else ""
     if settled.period == 0:

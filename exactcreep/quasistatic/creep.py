@@ -295,8 +295,8 @@ def run_members(
     with kept, interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
-            begun = checkpoint is not None and index in checkpoint.runs
-            if index and not begun and limits.passed():
+            resumed = checkpoint is not None and index in checkpoint.runs
+            if index and not resumed and limits.passed():
                 break
             begin = time.perf_counter()
             run = ObservedRun(experiment)

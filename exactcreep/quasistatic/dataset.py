@@ -189,10 +189,10 @@ def _experiment(member: Group) -> Experiment:
     taken = signature(make).parameters  # 0.3.0 had more options by which a record was read
     for name in filter(taken.__contains__, about["drive_parameters"].split()):
         listed = f"drive_{name}"
-        given = member[listed].tolist() if listed in member else about[name]
+        value = member[listed].tolist() if listed in member else about[name]
         if name in _RATIOS:
-            given = [*map(ratio_of, given)] if isinstance(given, list) else ratio_of(str(given))
-        parameters[name] = given
+            value = [*map(ratio_of, value)] if isinstance(value, list) else ratio_of(str(value))
+        parameters[name] = value
     start = None
     if about["start"] == "given":
         theta = ratio_of(about["start_theta"])
