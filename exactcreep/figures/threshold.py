@@ -77,7 +77,7 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
             axes.plot([], [], color=ink, linestyle=dashes, label=f"{label}, to the {side}")
     axes.set(xlabel=r"amplitude $A_\theta$", xlim=(low, high))
     axes.locator_params(axis="x", nbins=6)
-    figure.legend(loc="outside lower center", ncols=2, fontsize=7)
+    figure.legend(loc="outside lower center", fontsize=7)
     return figure
 
 

@@ -38,6 +38,9 @@ def test_a_half_life_has_more_than_a_twentieth_of_its_axis() -> None:
     said = " ".join(text.get_text() for text in figure.legends[0].get_texts())
     assert "Eq. 22" in said
     assert "to the left" in said
+    figure.draw_without_rendering()
+    legend = figure.legends[0].get_window_extent()
+    assert 0 < legend.x0 < legend.x1 < figure.bbox.width
 
 
 def test_a_half_life_that_was_stopped_at_once_shows_its_laws_alone() -> None:
