@@ -1,4 +1,4 @@
-"""The search for an edge, held against questions whose answers are steps at known amplitudes."""
+"""The search for an edge, held against questions whose answers are known beforehand."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exactcreep.model.chain import Chain
@@ -14,7 +15,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span
-from exactcreep.studies.thresholds.questions import Observation, Question
+from exactcreep.studies.thresholds.questions import Lasting, Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
 from exactcreep.studies.thresholds.threshold import threshold
 from tests.paper import captions
@@ -118,3 +119,24 @@ def test_the_sliding_limit_says_what_is_below_its_edge_and_whether_that_is_a_dec
     ends_slip = float(chain.l0 * lower) > float(chain.mu_d) * chain.cos_alpha
     assert ends_slip == (chain.n == 12)
     assert sliding.outcome_at_lower is (Outcome.CYCLING if ends_slip else Outcome.AT_REST)
+
+
+@pytest.mark.parametrize("far", ["outcome", "place"])
+@pytest.mark.parametrize("parting", [1, 2, None])
+def test_float64_is_no_witness_where_either_of_two_twins_parts(
+    parting: int | None, far: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chain, amplitude = captions(6), Fraction("0.001")  # too long for a certified run
+    twin = parting and State.perturbed(chain, Fraction(1, 10**13), start_seed=parting)
+
+    def course(question: Lasting, amplitude: Fraction, start: State) -> tuple[Fate, float]:
+        parts = twin is not None and np.array_equal(start.tensions, twin.tensions)
+        outcome = Outcome.CREEPING if parts and far == "outcome" else Outcome.CYCLING
+        place = 0.01 if parts and far == "place" else 0.0
+        computed = Evidence.COMPUTED
+        return Fate(chain, amplitude, start, "exact", outcome, computed, 10, period=1), place
+
+    monkeypatch.setattr(Lasting, "_course", course)
+    question = Lasting(chain, 10, State.relaxed(chain))
+    assert question.creeps(amplitude) is False
+    assert question.sensitive == ({} if parting is None else {amplitude: False})
