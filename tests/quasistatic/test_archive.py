@@ -81,6 +81,25 @@ def test_what_a_file_keeps_of_a_run_is_every_number_and_word_of_its_result(
     assert reader_of("since")(-1) is None  # in files of version 0.2.0
 
 
+@pytest.mark.parametrize(
+    ("undecided_from", "trusted", "rules", "followed"),
+    [
+        (0, None, 0, None),
+        (1, None, 0, 0),
+        (3, None, 0, 2),
+        (3, 9, 0, 9),
+        (9, 3, 0, 8),
+        (3, 9, 1, 2),
+    ],
+)
+def test_a_course_is_followed_as_far_as_copies_agree_unless_a_rule_decided(
+    known: Creep, undecided_from: int, trusted: int | None, rules: int, followed: int | None
+) -> None:
+    for count in ("undecided", "long_rearrangements"):
+        doubts = {"undecided_from": undecided_from, "trusted_half_cycles": trusted, count: rules}
+        assert replace(known, **doubts).followed == followed
+
+
 def test_a_file_is_read_as_xarray_reads_it() -> None:
     path = ARCHIVE.parent / "results-of-0.3.0.nc"
     with opened_groups(path, "result") as groups:

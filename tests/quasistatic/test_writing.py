@@ -24,7 +24,13 @@ from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf
-from exactcreep.quasistatic.writing import Occupied, check_output, locked, write_file
+from exactcreep.quasistatic.writing import (
+    Occupied,
+    check_output,
+    locked,
+    output_directory,
+    write_file,
+)
 from tests.paper import paper_chain
 from tests.processes import finished
 
@@ -255,3 +261,12 @@ def test_where_no_file_can_be_made_no_other_process_is_blamed() -> None:
         locked("/proc/a", "out"),
     ):
         pass
+
+
+def test_a_directory_for_output_is_made_with_those_above_it_and_may_exist(tmp_path: Path) -> None:
+    for _ in range(2):
+        assert output_directory(tmp_path / "a" / "b", "out").is_dir()
+    (tmp_path / "file").touch()
+    for path, sentence in (("file", "must be a directory"), ("file/a", "Not a directory")):
+        with pytest.raises(InputError, match=f"^out = .*{sentence}"):
+            output_directory(tmp_path / path, "out")
