@@ -52,6 +52,7 @@ from exactcreep.commands.values import (
     taken,
     whole,
 )
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -248,7 +249,10 @@ def animate(
 
     def save(path: Path, *, force: bool) -> None:
         if ending == ".gif":
-            return draw_avalanche(avalanche, path, frames=count or 2, force=force)
+            with Display() as display:
+                return draw_avalanche(
+                    avalanche, path, frames=count or 2, force=force, progress=display.show
+                )
         from exactcreep.figures.avalanche_page import page, run_to_draw
 
         write_file(path, page(run_to_draw(experiment), avalanche).encode(), "out", force=force)

@@ -24,6 +24,7 @@ from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import Rearrangement, Simulation, advance
@@ -185,8 +186,9 @@ class _Writer(PillowWriter):
 
 @styled
 def draw_avalanche(
-    found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120, force: bool = True
-) -> None:
+    found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120, force: bool = True,
+    progress: Hearer = None,
+) -> None:  # fmt: skip
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
     The pictures are equally spaced in time, and the last one stays.
@@ -224,11 +226,15 @@ def draw_avalanche(
 
     move(0)
     figure.draw_without_rendering()
+    say = reporter(progress)
     figure.set_layout_engine("none")  # the layout of the first picture serves for all
     moving = FuncAnimation(figure, move, frames, init_func=list, cache_frame_data=False)
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder, "avalanche.gif")
-        moving.save(drawn, writer=_Writer(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
+        moving.save(
+            drawn, writer=_Writer(fps=_PICTURES_A_SECOND), dpi=figure.dpi,
+            progress_callback=lambda done, total: say("drawing", done, total, "pictures"),
+        )  # fmt: skip
         write_file(path, drawn.read_bytes(), "out", force=force)
 
 

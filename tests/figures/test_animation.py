@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from exactcreep import Cycles, State, creep
+from exactcreep import Cycles, Progress, State, creep
 from exactcreep.figures import animation
 from exactcreep.figures.animation import (
     draw_avalanche,
@@ -101,7 +101,10 @@ def test_the_animation_has_the_frames_that_were_asked_for(
     monkeypatch.setattr(animation, "new_figure", kept)
     monkeypatch.setattr(animation, "_LINGER", 1)
     avalanche = find_avalanche(experiment, 57)
-    draw_avalanche(avalanche, tmp_path / "a.gif", frames=4)
+    told: list[Progress] = []
+    draw_avalanche(avalanche, tmp_path / "a.gif", frames=4, progress=told.append)
+    assert {(each.phase, each.total, each.counted) for each in told} == {("drawing", 4, "pictures")}
+    assert [each.done for each in told] == sorted(each.done for each in told)
     with Image.open(tmp_path / "a.gif") as moving:
         assert moving.n_frames == 4
         first = np.asarray(moving.convert("RGB"))
