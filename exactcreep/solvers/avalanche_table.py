@@ -8,9 +8,7 @@ rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import reduce
-from operator import add
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,31 +18,57 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import elastic_gain
-from exactcreep.solvers.tables import REARRANGEMENT_TABLE
+from exactcreep.solvers.tables import LENGTH, REARRANGEMENT_TABLE, SLIP_TABLE, Column
 
-_DERIVED = ("displacement", "gravity", "dissipation")
-_LOGGED = tuple(name for name in REARRANGEMENT_TABLE.fields if name not in _DERIVED)
-REST_LOG = np.dtype(
-    [(name, REARRANGEMENT_TABLE.fields[name].dtype) for name in _LOGGED]
-    + [("moved", "float64"), ("path", "float64")],
-    align=True,
-)
-"""A row for each rearrangement, at its end; `moved`: sum of all displacements, `path`: of their
-sizes, slip by slip."""
+_OF_SLIPS = (
+    "duration", "slips", "first", "last", "largest_slip",
+    "displacement", "gravity", "dissipation",
+)  # fmt: skip
+REST_LOG = {
+    name: column for name, column in REARRANGEMENT_TABLE.fields.items() if name not in _OF_SLIPS
+} | {"moved": Column("float64", LENGTH, "sum of the displacements of all sliders")}
+"""What solvers log of each rearrangement at its end; all else its slips tell."""
 
 
-def finished(rests: Any, chain: Chain, arithmetic: Arithmetic = FLOAT64) -> dict[str, Any]:
-    """Return the fields of the table of rearrangements, of rows of REST_LOG or of one of them."""
+def ledger(
+    rests: Any, slips: Any, chain: Chain, arithmetic: Arithmetic = FLOAT64
+) -> dict[str, NDArray[Any]]:
+    """Return the table of rearrangements that have ended, by its fields.
+
+    Parameters
+    ----------
+    rests : mapping or structured array of REST_LOG
+        A row for each of them.
+    slips : mapping or structured array of the fields of SLIP_TABLE
+        A row for each of their slips, in order of stops; each has at least one.
+    chain : Chain
+        Theirs.
+    arithmetic : Arithmetic
+        The numbers of the solver.
+    """
+    slider, length = slips["slider"].copy(), np.abs(slips["displacement"])
+    which = slips["rearrangement"] - slips["rearrangement"][:1]
+    counts = np.bincount(which)
+    ends = np.cumsum(counts)
+    begins = ends - counts
+    larger = np.maximum if length.dtype != object else np.frompyfunc(arithmetic.larger, 2, 1)
+    path = 0 * length[begins]
+    np.add.at(path, which, length)  # one slip after the other: `reduceat` would add in pairs
     weight, friction = (arithmetic.times_cosine(chain, x) for x in (chain.tan_alpha, chain.mu_d))
-    return {name: rests[name] for name in _LOGGED} | {
+    return {name: rests[name] for name in REST_LOG} | {
+        "duration": slips["stop"][ends - 1],
+        "slips": counts,
+        "first": np.minimum.reduceat(slider, begins),
+        "last": np.maximum.reduceat(slider, begins),
+        "largest_slip": larger.reduceat(length, begins),
         "displacement": rests["moved"] / chain.n,
         "gravity": np.multiply(weight, rests["moved"]),
-        "dissipation": np.multiply(friction, rests["path"]),
+        "dissipation": np.multiply(friction, path),
     }
 
 
 class Avalanche:
-    """A rearrangement under way, in any arithmetic: makes slips, and its row, of its events.
+    """A rearrangement under way, in any arithmetic: logs slips, and its rest, of its events.
 
     `known` are its `half_cycle`, `theta`, and the `direction` of the ramp; `tensions`, shape (n -
     1,), those at theta_c.
@@ -55,9 +79,9 @@ class Avalanche:
     ) -> None:
         self.known, self.tensions = known, tensions
         self.moved = arithmetic.zeros(chain.n)
-        self._chain, self._arithmetic = chain, arithmetic
+        self.chain, self.arithmetic = chain, arithmetic
         self._under_way: dict[int, tuple[Any, ...]] = {}  # since when and from where
-        self._slips: list[tuple[Any, ...]] = []
+        self.slips: list[tuple[Any, ...]] = []
         self._began: tuple[int, ...] = ()
         self._events = 0
 
@@ -68,7 +92,7 @@ class Avalanche:
 
         `moved` are displacements since its start; `coefficient(k)` is what slider k (from 0) draws.
         """
-        before = len(self._slips)
+        before = len(self.slips)
         self._began = self._began or event.sliders
         self._events += 1
         for k in (slider - 1 for slider in event.sliders):
@@ -78,29 +102,34 @@ class Avalanche:
                 start, place = self._under_way.pop(k)
                 slip, drawn = moved[k] - place, float(coefficient(k))
                 self.moved[k] = moved[k]
-                self._slips.append((k + 1, number, start, event.time, slip, drawn))
-        return self._slips[before:]
+                self.slips.append((k + 1, number, start, event.time, slip, drawn))
+        return self.slips[before:]
 
-    def row(self, undecided: int) -> tuple[Any, ...]:
-        arithmetic, tensions = self._arithmetic, self.tensions
-        sliders, lengths = [slip[0] for slip in self._slips], [abs(slip[4]) for slip in self._slips]
+    def rest(self, undecided: int) -> dict[str, Any]:
+        """Return what is logged of it at rest, see `REST_LOG`."""
+        arithmetic, tensions = self.arithmetic, self.tensions
         before = arithmetic.dot(tensions, tensions) / 2
-        rest = dict(self.known) | {
+        return dict(self.known) | {
             "began": len(self._began),
             "began_first": min(self._began),
             "began_last": max(self._began),
-            "duration": self._slips[-1][3],
             "events": self._events,
-            "slips": len(sliders),
-            "sliders": len(set(sliders)),
-            "first": min(sliders),
-            "last": max(sliders),
+            "sliders": len({slip[0] for slip in self.slips}),
             "moved": self.moved.sum(),
-            "path": reduce(add, lengths),
-            "largest_slip": reduce(arithmetic.larger, lengths),
             "elastic_before": before,
             "elastic_after": before + elastic_gain(arithmetic, tensions, self.moved),
             "undecided": undecided,
         }
-        found = finished(rest, self._chain, arithmetic)
-        return tuple(found[name] for name in REARRANGEMENT_TABLE.fields)
+
+
+def rearrangement_rows(ended: Sequence[tuple[Avalanche, int]]) -> list[tuple[Any, ...]]:
+    """Return the table of rearrangements of one chain, with what was undecided in each."""
+    if not ended:
+        return []
+    first, slips = ended[0][0], [slip for avalanche, _ in ended for slip in avalanche.slips]
+    rests = [avalanche.rest(undecided) for avalanche, undecided in ended]
+    logged = {name: of.array([rest[name] for rest in rests]) for name, of in REST_LOG.items()}
+    fields = zip(SLIP_TABLE.fields.items(), zip(*slips, strict=True), strict=True)
+    slipped = {name: column.array(values) for (name, column), values in fields}
+    table = ledger(logged, slipped, first.chain, first.arithmetic)
+    return list(zip(*(table[name] for name in REARRANGEMENT_TABLE.fields), strict=True))

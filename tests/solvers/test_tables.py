@@ -19,8 +19,8 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import Enclosure, as_written, floats, quantity
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers.avalanche_table import Avalanche
-from exactcreep.solvers.exact import layout
+from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
+from exactcreep.solvers.exact import layout, pack
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import (
     COLUMNS,
@@ -152,7 +152,7 @@ def replayed(run: Creep, direction: NDArray[Any]) -> dict[str, dict[str, NDArray
                 phase.happen(event)
                 moved = replay.flow.moved
                 made["slip_table"] += avalanche.take(event, number, moved, replay.coefficient)
-        made["rearrangements"].append(avalanche.row(0))
+        made["rearrangements"] += rearrangement_rows([(avalanche, 0)])
         state = replay.state()
     return {name: rows(LOGS[name].from_rows(found), name) for name, found in made.items()}
 
@@ -215,6 +215,50 @@ def test_rows_of_an_avalanche_whose_parts_keep_their_own_time_are_those_of_a_rep
     )
     assert lengths == pytest.approx(theirs, rel=0, abs=1e-12)
     assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
+
+
+@each_solver
+def test_a_rearrangement_is_the_sum_of_its_slips(solver: str) -> None:
+    chain = paper_chain(3)
+    start = State.prepared(chain, ["0.3", "0.9"], theta="0.001")
+    run = creep(
+        chain, Cycles("0.004", 1), solver=solver, record=ALL, start=start, **OPTIONS[solver]
+    )
+    recorded = {name: floats(array) for name, array in run.recorded.items()}
+    table, slips = (rows(recorded, name) for name in BOTH)
+    assert len(table["theta"]) > 50
+    for number, one in enumerate(rearrangements(run.recorded)):
+        own = [n for n, of in enumerate(slips["rearrangement"]) if of == number]
+        lengths = [abs(slips["displacement"][n]) for n in own]
+        sliders, starters = [slips["slider"][n] for n in own], one.events[0].sliders
+        expected = {
+            "duration": slips["stop"][own[-1]],
+            "slips": len(own),
+            "sliders": len(set(sliders)),
+            "first": min(sliders),
+            "last": max(sliders),
+            "largest_slip": max(lengths),
+            "dissipation": pytest.approx(chain.friction * sum(lengths), rel=1e-14),
+            "events": len(one.events),
+            "began": len(starters),
+            "began_first": min(starters),
+            "began_last": max(starters),
+        }
+        assert {name: table[name][number] for name in expected} == expected
+    assert (table["slips"] > table["sliders"]).any()
+    assert (table["began"] == 2).any()
+
+
+def test_where_the_log_is_full_changes_no_bit_of_the_tables(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    chain = paper_chain(30)
+    whole = creep(chain, Cycles("0.005", 1), seed=3, record=ALL)
+    assert rows(whole.recorded, "rearrangements")["slips"].max() > 2 * 29
+    monkeypatch.setattr(pack, "_ROWS", 1)  # after 58 starts and stops the log is full
+    cut = creep(chain, Cycles("0.005", 1), seed=3, record=ALL)
+    for name, values in whole.recorded.items():
+        assert np.array_equal(cut.recorded[name], values), name
 
 
 def test_rows_are_the_same_whatever_else_is_recorded() -> None:

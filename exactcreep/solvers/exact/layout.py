@@ -39,6 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
+from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.tables import EVENT_TABLE
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
@@ -210,13 +211,10 @@ NOW = np.dtype(
     ]
 )
 """The loop's scalars: three records of their own, and where the chain stands."""
+LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
+"""A row for each rearrangement, with l0 theta for theta."""
 LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
 """A row for each slider of an event, with l0 theta for theta."""
-SUMMED = (
-    "began", "began_first", "began_last", "duration", "slips", "sliders", "first", "last",
-    "largest_slip", "path",
-)  # fmt: skip
-"""Columns of a rearrangement that its slips make, one by one."""
 UNDER_WAY = np.dtype(
     [
         ("left_for", np.float64),  # rearrangements until the elastic energy is summed anew
@@ -226,19 +224,22 @@ UNDER_WAY = np.dtype(
         ("at_load_low", np.float64),
         ("way", np.float64),  # of the ramp
         ("undecided_before", np.float64),  # up to the end of the rearrangement before
-        *((name, np.float64) for name in SUMMED),
+        ("began", np.float64),  # sliders that started first, together
+        ("began_first", np.float64),
+        ("began_last", np.float64),
+        ("sliders", np.float64),  # different ones that have slipped
     ]
 )
-"""The elastic energy at rest, and the rearrangement under way."""
+"""The elastic energy at rest, and what slips do not tell of the rearrangement under way."""
 
 
 class Tables(NamedTuple):
-    """Where the loop logs slips and rests, of which `avalanche_table` makes tables."""
+    """Where the loop logs slips and rests, of which `avalanche_table.ledger` makes tables."""
 
-    rests: NDArray[Any]  # of REST_LOG, with l0 theta for theta
+    rests: NDArray[Any]  # of LOGGED_REST, with l0 theta for theta
     slips: NDArray[Any]  # rows of SLIP_TABLE
     used: NDArray[np.int64]  # rows of these two in use
-    track: NDArray[np.float64]  # a column for each slider: the slip under way
+    track: NDArray[np.float64]  # a column for each slider: where its slip under way began
     sums: NDArray[Any]  # one UNDER_WAY
 
 
@@ -252,9 +253,9 @@ class Log(NamedTuple):
 LOGS_EVENTS, LOGS_AVALANCHES = 1, 2
 
 # rows of `Tables.track`
-T_TIME, T_X, T_FIRST = range(3)  # of its last start; whether with the first event
-T_SLIPPED = 3  # number of the last rearrangement in which it slipped, from 1
-TRACKS = 4
+T_TIME, T_X = range(2)  # when and where
+T_SLIPPED = 2  # number of the last rearrangement in which it slipped, from 1
+TRACKS = 3
 
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_sum
@@ -208,10 +207,10 @@ def _room(n: int, logging: int) -> Workspace:
 
 
 def _log(n: int, m: int, logging: int) -> Log:
-    events = 4 * n + 256 if logging & cells.LOGS_EVENTS else 0
+    events = 4 * n + _ROWS if logging & cells.LOGS_EVENTS else 0
     most = 2 * n + _ROWS
     tables = Tables(
-        rests=np.empty(most, dtype=REST_LOG),
+        rests=np.empty(most, dtype=cells.LOGGED_REST),
         slips=np.empty(most, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
         track=np.zeros((cells.TRACKS, m)),

@@ -1,4 +1,4 @@
-"""Rows of the tables of rearrangements and slips, as the loop of `loop` makes them.
+"""What the loop of `loop` writes at targets, and logs: slips, rests and their elastic energy.
 
 Elastic energy is known without tensions. A ramp by d of ``l0 theta`` lowers every tension by d: the
 energy falls by d times the mean, before and after, of their sum. In a rearrangement it is a
@@ -152,22 +152,12 @@ def begin(cell, now, tables, way):
     if tables is None:
         return
     at_theta(cell, now, tables)
-    _no_slips(now, tables.sums[0], way)
-
-
-@inlined
-def _no_slips(now, sums, way):
-    """Begin a rearrangement after a ramp in direction `way`: nothing has slipped yet."""
+    sums = tables.sums[0]
     sums.way = way
     sums.began = 0.0
     sums.began_first = now.chain.n + 1.0
     sums.began_last = 0.0
-    sums.slips = 0.0
     sums.sliders = 0.0
-    sums.first = now.chain.n + 1.0
-    sums.last = 0.0
-    sums.largest_slip = 0.0
-    sums.path = 0.0
 
 
 @inlined
@@ -177,31 +167,8 @@ def start(cell, now, tables, i):
         return
     tables.track[cells.T_TIME, i] = now.time
     tables.track[cells.T_X, i] = cell[cells.X, i]
-    tables.track[cells.T_FIRST, i] = now.number == 0
-
-
-@inlined
-def _slip(cell, now, tables, i, number, began, ended, displacement, first):
-    """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    track, row, sums = tables.track, tables.slips[tables.used[1]], tables.sums[0]
-    slider = i + 1 - PAD
-    row.slider = slider
-    row.rearrangement = number
-    row.start = began
-    row.stop = ended
-    row.displacement = displacement
-    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[cells.COEFFICIENT, i]
-    tables.used[1] += 1
-    sums.slips += 1.0
-    sums.duration = ended
-    sums.path += abs(displacement)
-    sums.largest_slip = max(sums.largest_slip, abs(displacement))
-    sums.first = min(sums.first, slider)
-    sums.last = max(sums.last, slider)
-    if track[cells.T_SLIPPED, i] != number + 1:
-        track[cells.T_SLIPPED, i] = number + 1
-        sums.sliders += 1.0
-    if first:
+    if now.number == 0:
+        sums, slider = tables.sums[0], i + 1 - PAD
         sums.began += 1.0
         sums.began_first = min(sums.began_first, slider)
         sums.began_last = max(sums.began_last, slider)
@@ -209,47 +176,25 @@ def _slip(cell, now, tables, i, number, began, ended, displacement, first):
 
 @inlined
 def stop(cell, now, tables, i):
-    """End the slip of the slider in column i, which has drawn anew."""
+    """Log the slip of the slider in column i, which has drawn anew."""
     if tables is None:
         return
-    track = tables.track
-    displacement = cell[cells.X, i] - track[cells.T_X, i]
-    number, began = now.counts.rearrangements - 1, track[cells.T_TIME, i]
-    first = track[cells.T_FIRST, i]
-    _slip(cell, now, tables, i, number, began, now.time, displacement, first)
-
-
-@inlined
-def _rest(now, tables, events, moved, gained):
-    """Write what is known at the end of a rearrangement."""
-    sums = tables.sums[0]
-    row = tables.rests[tables.used[0]]
-    row.half_cycle = now.counts.target
-    row.theta = now.theta + now.theta_low
-    row.direction = sums.way
-    row.events = events
-    row.moved = moved
-    row.elastic_before = sums.elastic
-    sums.elastic += gained
-    row.elastic_after = sums.elastic
-    row.undecided = now.counts.undecided - sums.undecided_before
-    row.began = sums.began
-    row.began_first = sums.began_first
-    row.began_last = sums.began_last
-    row.duration = sums.duration
-    row.slips = sums.slips
-    row.sliders = sums.sliders
-    row.first = sums.first
-    row.last = sums.last
-    row.largest_slip = sums.largest_slip
-    row.path = sums.path
-    sums.undecided_before = now.counts.undecided
-    tables.used[0] += 1
+    row = tables.slips[tables.used[1]]
+    row.slider = i + 1 - PAD
+    row.rearrangement = now.counts.rearrangements - 1
+    row.start = tables.track[cells.T_TIME, i]
+    row.stop = now.time
+    row.displacement = cell[cells.X, i] - tables.track[cells.T_X, i]
+    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[cells.COEFFICIENT, i]
+    tables.used[1] += 1
+    if tables.track[cells.T_SLIPPED, i] != now.counts.rearrangements:
+        tables.track[cells.T_SLIPPED, i] = now.counts.rearrangements
+        tables.sums[0].sliders += 1.0
 
 
 @inlined
 def end(cell, now, tables):
-    """End a rearrangement whose displacements have not become forces at rest yet."""
+    """Log the rest after a rearrangement whose displacements are not forces at rest yet."""
     if tables is None:
         return
     moved = 0.0
@@ -260,5 +205,20 @@ def end(cell, now, tables):
         elastic = cell[cells.REST, i] - now.chain.sine
         gained -= x * (elastic + 0.5 * (around - cell[cells.STIFFNESS, i] * x))
         moved += x
-    tables.sums[0].tensions += cell[cells.X, PAD + now.chain.n - 1] - cell[cells.X, PAD]
-    _rest(now, tables, now.number, moved, gained)
+    sums, row = tables.sums[0], tables.rests[tables.used[0]]
+    row.half_cycle = now.counts.target
+    row.theta = now.theta + now.theta_low
+    row.direction = sums.way
+    row.began = sums.began
+    row.began_first = sums.began_first
+    row.began_last = sums.began_last
+    row.events = now.number
+    row.sliders = sums.sliders
+    row.moved = moved
+    row.elastic_before = sums.elastic
+    row.elastic_after = sums.elastic + gained
+    row.undecided = now.counts.undecided - sums.undecided_before
+    tables.used[0] += 1
+    sums.elastic += gained
+    sums.tensions += cell[cells.X, PAD + now.chain.n - 1] - cell[cells.X, PAD]
+    sums.undecided_before = now.counts.undecided

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -20,7 +20,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
-from exactcreep.solvers.avalanche_table import finished
+from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import PAD
@@ -76,6 +76,7 @@ class ExactSimulation(Simulation):
         self.record = record
         self.origin = Origin.of(chain, state)
         self.work = placed(chain, self.origin, seed, _logging(record), used)
+        self._begun: list[NDArray[Any]] = []  # logged slips of the rearrangement under way
 
     @property
     def _present(self) -> Workspace:
@@ -199,26 +200,36 @@ class ExactSimulation(Simulation):
         """Return the rows of the event log, and empty it."""
         count = int(self.work.now["logged"].item())
         self.work.now["logged"] = 0
-        rows = self.work.log.events[:count]
-        return rows.view(np.uint8).copy().view(rows.dtype)  # field by field it takes longer
+        return _stacked([self.work.log.events[:count]])
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
         """Return the columns of all that is logged, and empty the logs."""
         l0 = nearest_float(self.chain.l0)
-        found: dict[str, NDArray[Any]] = {}
+        columns: dict[str, NDArray[Any]] = {}
         if len(events := self.drain()):
             events["theta"] = (events["theta"] + events["theta_low"]) / l0
-            found |= tables.EVENT_TABLE.arrays(events)
+            columns |= tables.EVENT_TABLE.arrays(events)
         logs = self.work.log.tables
         if logs is not None:
             rests, slips = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
             logs.used[:] = 0
-            rests["theta"] /= l0
             if "rearrangements" in self.record:
-                found |= tables.REARRANGEMENT_TABLE.arrays(finished(rests, self.chain))
+                rests["theta"] /= l0
+                columns |= self._ended(rests, slips)
             if "slip_table" in self.record:
-                found |= tables.SLIP_TABLE.arrays(slips)
-        return found
+                columns |= tables.SLIP_TABLE.arrays(slips)
+        return columns
+
+    def _ended(self, rests: NDArray[Any], slips: NDArray[Any]) -> dict[str, NDArray[Any]]:
+        """Return the table of what has come to rest; keep the slips of what has not."""
+        if not len(rests):
+            self._begun.append(_stacked([slips]))
+            return {}
+        slips = _stacked([*self._begun, slips])
+        number = slips["rearrangement"]
+        ended = number.searchsorted(number[0] + len(rests))
+        self._begun = [slips[ended:]]
+        return tables.REARRANGEMENT_TABLE.arrays(ledger(rests, slips[:ended], self.chain))
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
@@ -281,6 +292,7 @@ class ExactSimulation(Simulation):
         now["total"], now["total_low"] = taken["total"]
         now["counts"][0] = tuple(counts.tolist())
         now["stage"] = layout.AT_REST
+        self._begun = []
         if work.log.tables is not None:
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
         loop.prepare(work.cell, work.tally, work.deviate, work.now)
@@ -450,6 +462,11 @@ def _logging(record: tuple[str, ...]) -> int:
     """Return what the compiled loop logs, see `layout.CHAIN`."""
     avalanches = not {"rearrangements", "slip_table"}.isdisjoint(record)
     return layout.LOGS_EVENTS * ("events" in record) + layout.LOGS_AVALANCHES * avalanches
+
+
+def _stacked(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return rows one after the other, a copy; field by field it would take longer."""
+    return np.concatenate([rows.view(np.uint8) for rows in parts]).view(parts[0].dtype)
 
 
 def _events(log: NDArray[Any]) -> Iterator[Event]:

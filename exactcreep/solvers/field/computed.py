@@ -26,7 +26,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, di
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
-from exactcreep.solvers.avalanche_table import Avalanche
+from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
 from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
     Ending,
@@ -278,7 +278,9 @@ class FieldSimulation(Simulation):
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
         if self.avalanche is not None and "rearrangements" in self.begun:
-            self.begun["rearrangements"].append(self.avalanche.row(self.undecided - before))
+            self.begun["rearrangements"] += rearrangement_rows(
+                [(self.avalanche, self.undecided - before)]
+            )
         self.avalanche = None
 
     def state(self) -> State:

@@ -24,7 +24,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
-from exactcreep.solvers.avalanche_table import Avalanche
+from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
 from exactcreep.solvers.interface import (
     Ending,
     Rearrangement,
@@ -174,16 +174,17 @@ class VerletSimulation(Simulation):
     def _tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of tables that are complete, and make space for others."""
         rows = self._written()
-        made: dict[str, list[tuple[Any, ...]]] = {"rearrangements": [], "slip_table": []}
-        found = EVENT_TABLE.arrays(rows) if "events" in self.record else {}
-        if made.keys().isdisjoint(self.record):
-            return found
+        columns = EVENT_TABLE.arrays(rows) if "events" in self.record else {}
+        if {"rearrangements", "slip_table"}.isdisjoint(self.record):
+            return columns
+        slips: list[tuple[Any, ...]] = []
+        ended: list[tuple[Avalanche, int]] = []
         moved, drawn = np.zeros((2, self.chain.n))
         k = 0
         for event in _events(rows):
             here = slice(k, k + len(event.sliders))
             if rows["number"][k] == 0:
-                self._end(made["rearrangements"])
+                self._end(ended)
                 theta, way = float(rows["theta"][k]), rows["way"][k]
                 known = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
                 self._tensions -= self.fixed.l0 * (theta - self._theta)
@@ -193,19 +194,20 @@ class VerletSimulation(Simulation):
             sliders = rows["slider"][here].astype(int) - 1
             moved[sliders], drawn[sliders] = rows["moved"][here], rows["coefficient"][here]
             number = int(rows["rearrangement"][k])
-            made["slip_table"] += self._avalanche.take(event, number, moved, drawn.__getitem__)
+            slips += self._avalanche.take(event, number, moved, drawn.__getitem__)
             self._settled = int(rows["undecided"][here].max())
             k = here.stop
         if self.arrays.now["phase"][0] != steps.MOVING:
-            self._end(made["rearrangements"])
+            self._end(ended)
+        made = {"rearrangements": rearrangement_rows(ended), "slip_table": slips}
         asked = (name for name in made if name in self.record)
-        return found | joined([LOGS[name].from_rows(made[name]) for name in asked])
+        return columns | joined([LOGS[name].from_rows(made[name]) for name in asked])
 
-    def _end(self, rows: list[tuple[Any, ...]]) -> None:
-        """Add the row of the rearrangement under way, if there is one, which has ended."""
+    def _end(self, ended: list[tuple[Avalanche, int]]) -> None:
+        """Add the rearrangement under way, if there is one, which has ended, and its doubts."""
         if self._avalanche is not None:
             self._tensions += np.diff(self._avalanche.moved)
-            rows.append(self._avalanche.row(self._settled - self._undecided))
+            ended.append((self._avalanche, self._settled - self._undecided))
             self._undecided, self._avalanche = self._settled, None
 
     def state(self) -> State:
