@@ -23,7 +23,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import RecurrenceObserver
 from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.interface import Stretch, require_like
+from exactcreep.solvers.interface import Stretch, longest_avalanche, require_like
 from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run
@@ -143,7 +143,7 @@ class ObservedRun:
             return limits.reason(early)
         # at tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever
         chain = self.experiment.chain
-        if limits.events is None and chain.may_run_away and events >= 10**6 + 1000 * chain.n:
+        if limits.events is None and events >= longest_avalanche(chain):
             return (
                 f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is"
                 " neither at rest nor proved to run away; max_events lets it go on"

@@ -70,14 +70,14 @@ def ledger(
 class Avalanche:
     """A rearrangement under way, in any arithmetic: logs slips, and its rest, of its events.
 
-    `known` are its `half_cycle`, `theta`, and the `direction` of the ramp; `tensions`, shape (n -
+    `ramp` holds its `half_cycle`, `theta` and `direction`; `tensions`, shape (n -
     1,), those at theta_c.
     """
 
     def __init__(
-        self, chain: Chain, arithmetic: Arithmetic, known: Mapping[str, Any], tensions: NDArray[Any]
+        self, chain: Chain, arithmetic: Arithmetic, ramp: Mapping[str, Any], tensions: NDArray[Any]
     ) -> None:
-        self.known, self.tensions = known, tensions
+        self.ramp, self.tensions = ramp, tensions
         self.moved = arithmetic.zeros(chain.n)
         self.chain, self.arithmetic = chain, arithmetic
         self._under_way: dict[int, tuple[Any, ...]] = {}  # since when and from where
@@ -109,7 +109,7 @@ class Avalanche:
         """Return what is logged of it at rest, see `REST_LOG`."""
         arithmetic, tensions = self.arithmetic, self.tensions
         before = arithmetic.dot(tensions, tensions) / 2
-        return dict(self.known) | {
+        return dict(self.ramp) | {
             "began": len(self._began),
             "began_first": min(self._began),
             "began_last": max(self._began),

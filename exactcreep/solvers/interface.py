@@ -30,6 +30,8 @@ from exactcreep.solvers.tables import RECORDS, joined
 
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
+LONGEST_AVALANCHE = 10**6
+"""Events of one avalanche that may never end after which it is given up, and 1000 a slider."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 TENSION_TOLERANCE = 1e-12
 """What float64 promises for one rearrangement: the largest error of a tension, in units ``m g``."""
@@ -40,6 +42,15 @@ _NO_SLIPS = (
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
+
+
+def longest_avalanche(chain: Chain) -> int:
+    """Return after how many events an avalanche of a chain is given up.
+
+    Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction
+    takes exactly what gravity gives, and one may go round for ever without all sliders ever moving.
+    """
+    return LONGEST_AVALANCHE + 1000 * chain.n if chain.may_run_away else 2**62
 
 
 class Energy(NamedTuple):

@@ -41,12 +41,12 @@ class ChainIntegrator(ChainAtRest):
             yield None
         while self.flow is not None and not self.runaway:
             self._runs = None
-            found = self.first_event(self.flow)
-            if found is None:
+            event = self.first_event(self.flow)
+            if event is None:
                 self.runaway = True
                 return
-            self.advance(self.flow, found)
-            yield from self.resolve(self.flow, found)
+            self.advance(self.flow, event)
+            yield from self.resolve(self.flow, event)
             if not self.flow.signs.any():
                 self.rest(self.flow)
             yield None
@@ -54,9 +54,10 @@ class ChainIntegrator(ChainAtRest):
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving = np.flatnonzero(flow.signs).tolist()
-        found = self.exact_slips(self.exact, flow, moving) if self.exact is not None else None
-        if found is not None:
-            return found
+        if self.exact is not None:
+            slip = self.exact_slips(self.exact, flow, moving)
+            if slip is not None:
+                return slip
         number = self.arithmetic.number
         excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
         touching = self.touching(flow, moving)
@@ -81,29 +82,29 @@ class ChainIntegrator(ChainAtRest):
         time = root_time(search, first[0])
         self.evaluations += search.evaluations
         self.tally.undecided += search.undecided
-        stops = [one.slider for one in first if one.side == 0]
-        starts = [(one.slider, one.side) for one in first if one.side != 0]
+        stops = [root.slider for root in first if root.side == 0]
+        starts = [(root.slider, root.side) for root in first if root.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
 
-    def advance(self, flow: Flow, found: FirstEvent) -> None:
+    def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
-        if bool(found.time == 0):
+        if bool(event.time == 0):
             return
-        later = self.time + found.time
+        later = self.time + event.time
         self.crossed.clear()
         moving = np.flatnonzero(flow.signs)
         if self.amplified is not None:
             largest = max(map(abs, (*flow.forces, *flow.velocities, *flow.moved)))
-            self.amplified.advance(flow.signs, float(found.time), float(largest))
+            self.amplified.advance(flow.signs, float(event.time), float(largest))
         for n in moving.tolist():
             for m in (n - 1, n, n + 1):
                 self.pinned.pop(m, None)
-        if not found.exact:
+        if not event.exact:
             self.exact = None
-        if found.shifts is None:
-            flow.advance(self.runs, found.time)
-        for first, displacements, velocities in found.shifts or ():
-            if not found.exact and self.arithmetic.roundoff:
+        if event.shifts is None:
+            flow.advance(self.runs, event.time)
+        for first, displacements, velocities in event.shifts or ():
+            if not event.exact and self.arithmetic.roundoff:
                 self._blurred(flow, first, displacements[0], velocities[0])
             flow.shift(first, self.arithmetic.vector(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
@@ -121,10 +122,10 @@ class ChainIntegrator(ChainAtRest):
         gained = before * flow.velocity_slack + 2 * flow.force_slack * (force + 2 * abs(way))
         flow.velocity_slack = gained / abs(velocity)
 
-    def resolve(self, flow: Flow, found: FirstEvent) -> Iterator[Event]:
+    def resolve(self, flow: Flow, event: FirstEvent) -> Iterator[Event]:
         """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
-        stops = sorted(found.stops)
-        late = self._lateness(flow, found)
+        stops = sorted(event.stops)
+        late = self._lateness(flow, event)
         if stops:
             signs = flow.signs[stops].tolist()
             flow.stop(stops)
@@ -135,9 +136,9 @@ class ChainIntegrator(ChainAtRest):
             self.slips[stops] += 1
             yield self._event(EventKind.STOP, stops, signs)
         back = [(n, self._start_direction(n)) for n in stops]
-        starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
+        starts = sorted([*event.starts, *((n, sign) for n, sign in back if sign)])
         if starts:
-            self._start(flow, starts, [n for n, _ in found.starts])
+            self._start(flow, starts, [n for n, _ in event.starts])
             if self.amplified is not None:
                 for n, sign in starts:
                     drive = float(flow.forces[n]) - sign * float(self.friction)
@@ -145,17 +146,17 @@ class ChainIntegrator(ChainAtRest):
             sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
             yield self._event(EventKind.START, sliders, signs)
 
-    def _lateness(self, flow: Flow, found: FirstEvent) -> dict[int, NDArray[np.float64]]:
+    def _lateness(self, flow: Flow, event: FirstEvent) -> dict[int, NDArray[np.float64]]:
         """Return by how much rounding delays the event of each slider; stops forget their speed."""
         amplified, late = self.amplified, {}
         if amplified is not None:
             speeds = [0.0, *map(float, flow.velocities), 0.0]
-            for n in found.stops:
+            for n in event.stops:
                 sign = int(flow.signs[n])
                 late[n] = amplified.late(n, sign, float(flow.forces[n] - sign * self.friction))
-            for n, _ in found.starts:
+            for n, _ in event.starts:
                 late[n] = amplified.late(n, 0, speeds[n] + speeds[n + 2])
-            amplified.stop(found.stops)
+            amplified.stop(event.stops)
         return late
 
     def rest(self, flow: Flow) -> None:

@@ -33,11 +33,11 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise InputError("solver", name, f"must be one of {', '.join(SOLVERS)}{hint}")
     algorithm: Any = SOLVERS[name]()  # every solver is a dataclass, which its base class cannot say
-    known = [option.name for option in fields(algorithm)]
-    for option in (name for name in options if name not in known):
-        near = difflib.get_close_matches(option, known, 1)
+    options_taken = [option.name for option in fields(algorithm)]
+    for option in (name for name in options if name not in options_taken):
+        near = difflib.get_close_matches(option, options_taken, 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
-        takes = f"it takes {', '.join(known) or 'no options'}"
+        takes = f"it takes {', '.join(options_taken) or 'no options'}"
         raise InputError("option", option, f"solver {name!r} does not take it{hint}; {takes}")
     return algorithm(**options)  # type: ignore[no-any-return]
 

@@ -63,28 +63,28 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
     below = _Half(-uphill)
     above = _Half(downhill)
     root = uphill - uphill
-    for given in tensions:
+    for tension in tensions:
         # where the bounds leave a choice, only the present spring counts
         low, high = root - uphill, root + downhill
         below.steps += 1
         above.steps += 1
-        if given < low:
+        if tension < low:
             above.push(high, 1)
-            root = below.cross(low, low - given, above)
-        elif given > high:
+            root = below.cross(low, low - tension, above)
+        elif tension > high:
             below.push(low, 1)
-            root = above.cross(high, given - high, below)
+            root = above.cross(high, tension - high, below)
         else:
             below.push(low, 1)
             above.push(high, 1)
-            root = given
+            root = tension
         best.append(root)
     after = uphill - uphill
-    found: list[Any] = []
+    nearest: list[Any] = []
     for value in reversed(best):
         after = min(max(value, after - downhill), after + uphill)
-        found.append(after)
-    return found[::-1]
+        nearest.append(after)
+    return nearest[::-1]
 
 
 def relaxed(
@@ -99,11 +99,11 @@ def relaxed(
     arithmetic.
     """
     zero = uphill - uphill
-    found = nearest_at_rest(tensions, uphill, downhill)
+    nearest = nearest_at_rest(tensions, uphill, downhill)
     x = [zero]
-    for given, reached in zip(tensions, found, strict=True):
-        x.append(x[-1] + (reached - given))
-    steps = [b - a for a, b in zip([zero, *found], [*found, zero], strict=True)]
+    for tension, reached in zip(tensions, nearest, strict=True):
+        x.append(x[-1] + (reached - tension))
+    steps = [b - a for a, b in zip([zero, *nearest], [*nearest, zero], strict=True)]
     margins = [min(step + uphill, downhill - step) for step in steps]
     anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits does not move
     if not max(margins) > 0:
@@ -111,4 +111,4 @@ def relaxed(
         anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
         room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
         anchor = anchor + room * share
-    return found, [v - anchor for v in x], room
+    return nearest, [v - anchor for v in x], room

@@ -78,12 +78,6 @@ TAIL = 24
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
 ULP = 2.0**-52
-LONGEST_AVALANCHE = 10**6
-"""Events of one rearrangement, or steps without one, after which it is given up (+ 1000 n).
-
-Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction takes
-exactly what gravity gives, and an avalanche may go round for ever without all sliders ever moving.
-"""
 AT_REST_OFF, EVENT_OFF = 4.0 * ULP, 0.5 * ULP
 """What forces at rest are off by at the start of a rearrangement, and what each event adds.
 
@@ -155,6 +149,7 @@ CHAIN = np.dtype(
         ("seed", np.int64),
         ("constant", np.int64),  # whether all static coefficients are mu_s
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
+        ("longest", np.int64),  # events of an avalanche, or steps without one, then it is given up
         ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...
     ]
 )

@@ -301,11 +301,11 @@ def _soonest(cell, clock, now):
     if key >= NEVER:
         return -1
     while True:
-        found = take(clock, first) <= key
-        if found != 0:
+        due = take(clock, first) <= key
+        if due != 0:
             break
         first += 1
-    strip = 8 * (first - blocks) + lowest_bit(found)
+    strip = 8 * (first - blocks) + lowest_bit(due)
     return 8 * strip + lowest_bit(take(clock, CLOCKS * strip + cells.KEY) <= key)
 
 
@@ -315,13 +315,13 @@ def _alone(cell, clock, now, time):
     blocks = _blocks(cell)
     strip = -1
     for b in range(blocks + now.epoch.left // 8, blocks + now.epoch.right // 8 + 1):
-        found = take(clock, b) <= time
-        if found != 0:
-            if strip >= 0 or found & (found - 1) != 0:
+        due = take(clock, b) <= time
+        if due != 0:
+            if strip >= 0 or due & (due - 1) != 0:
                 return False
-            strip = 8 * (b - blocks) + lowest_bit(found)
-    found = take(clock, CLOCKS * strip + cells.KEY) <= time
-    return found & (found - 1) == 0
+            strip = 8 * (b - blocks) + lowest_bit(due)
+    due = take(clock, CLOCKS * strip + cells.KEY) <= time
+    return due & (due - 1) == 0
 
 
 @compiled

@@ -462,13 +462,10 @@ def follow(
     stop_at = now.counts.events + min(max_events, max_work)
     work_limit = now.counts.work + max_work
     reached = 0
-    longest = cells.LONGEST_AVALANCHE + 1000 * now.chain.n
-    if now.chain.downhill == 0:
-        longest = 2**62
     room = log.events.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage
-        if max(now.number, now.counts.calm) > longest and stage != cells.AT_REST:
+        if max(now.number, now.counts.calm) > now.chain.longest and stage != cells.AT_REST:
             return cells.ENDLESS, reached  # and no step further, whoever asks again
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
             return cells.BUDGET, reached

@@ -31,6 +31,7 @@ from exactcreep.solvers.exact.layout import (
 )
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
+from exactcreep.solvers.interface import longest_avalanche
 from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
@@ -90,12 +91,12 @@ class Origin(NamedTuple):
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
-        found = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
+        present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
         _read(
             work.cell, work.tally, work.now, self.numbers, *self.load,
-            self.state.draws, *found,
+            self.state.draws, *present,
         )  # fmt: skip
-        return found
+        return present
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
         """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
@@ -126,18 +127,19 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
     made = np.zeros(1, dtype=cells.NOW)
     made["stage"], made["counts"]["target"] = cells.UNSTABLE, 1
-    known = made["chain"][0]
-    known["friction"] = chain.friction
-    known["mu_d"], known["mu_d_low"] = split(chain.mu_d)
-    known["cosine"] = chain.cos_alpha
-    known["sine"] = chain.sin_alpha
-    known["mean"] = nearest_float(chain.mu_s)
-    known["width"] = nearest_float(chain.sigma_mu)
-    known["mean_excess"] = chain.excess
-    known["n"] = chain.n
-    known["constant"] = chain.sigma_mu == 0
+    constants = made["chain"][0]
+    constants["friction"] = chain.friction
+    constants["mu_d"], constants["mu_d_low"] = split(chain.mu_d)
+    constants["cosine"] = chain.cos_alpha
+    constants["sine"] = chain.sin_alpha
+    constants["mean"] = nearest_float(chain.mu_s)
+    constants["width"] = nearest_float(chain.sigma_mu)
+    constants["mean_excess"] = chain.excess
+    constants["n"] = chain.n
+    constants["constant"] = chain.sigma_mu == 0
     if chain.may_run_away:
-        known["downhill"] = 1 if chain.tan_alpha >= 0 else -1
+        constants["downhill"] = 1 if chain.tan_alpha >= 0 else -1
+    constants["longest"] = longest_avalanche(chain)
     return made.view(np.int64)
 
 

@@ -35,6 +35,7 @@ from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, un
 from exactcreep.solvers.exact.rounded import RoundedCopies
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
+    LONGEST_AVALANCHE,
     Ending,
     Rearrangement,
     Simulation,
@@ -56,7 +57,7 @@ _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _ENDLESS = (
-    f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
+    f"an avalanche has neither ended nor been proved to run away after {LONGEST_AVALANCHE}"
     " events, or steps without one; at tan_alpha = mu_d it may go on for ever"
 )
 
@@ -123,7 +124,9 @@ class ExactSimulation(Simulation):
         if isinstance(drive, Path):  # the bits of Cycles with the same targets
             top, bottom = self.chain.l0.as_integer_ratio()
             listed = drive.theta[first - 1 : first - 1 + count]
-            pairs = [split_ratio(top * one.numerator, bottom * one.denominator) for one in listed]
+            pairs = [
+                split_ratio(top * theta.numerator, bottom * theta.denominator) for theta in listed
+            ]
             highs, lows = np.array(pairs).reshape(-1, 2).T.copy()
             return highs, lows
         theta = drive.targets(first, count, seed)
@@ -154,20 +157,20 @@ class ExactSimulation(Simulation):
             if done < count and (stop := limits.stop(self.events - begun)) is not None:
                 ended = Ending(stop, limits.reason(stop))
                 break
-        known = targets._asdict() | {"x_G": targets.total[:done] / self.chain.n}
+        columns = targets._asdict() | {"x_G": targets.total[:done] / self.chain.n}
         names = dict.fromkeys(("x_G", *self.record))
-        recorded = {name: known[name][:done] for name in names if name not in tables.LOGS}
+        recorded = {name: columns[name][:done] for name in names if name not in tables.LOGS}
         return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
         return AtTargets.of(count, record, self.origin.numbers, *self.origin.load)
 
-    def ending(self, reason: int, told: str = _ENDLESS) -> Ending:
-        """Return why the chain goes no further, and a sentence: `told` if nothing is proved."""
+    def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
+        """Return why the chain goes no further; `otherwise` says so if nothing is proved."""
         if reason == layout.RUNAWAY:
             return Ending(Stop.RUNAWAY, NEVER_STOPS)
-        return Ending(Stop.LIMIT, told)
+        return Ending(Stop.LIMIT, otherwise)
 
     def _room_for_more(self) -> None:
         """Be ready for several sliders that move together, if they do."""
@@ -364,13 +367,13 @@ class Estimated(Rearrangement):
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def initial(self) -> State:
         """The state at theta_c."""
-        given = self.begun.state
+        before = self.begun.state
         return State.owning(
             self.begun.ramped(self.load),
-            given.displacements,
-            given.coefficients,
-            given.draws,
-            dilation(self.chain, self.load) if len(self.log) else given.theta,
+            before.displacements,
+            before.coefficients,
+            before.draws,
+            dilation(self.chain, self.load) if len(self.log) else before.theta,
         )
 
     @cached_property

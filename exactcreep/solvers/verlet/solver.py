@@ -186,10 +186,10 @@ class VerletSimulation(Simulation):
             if rows["number"][k] == 0:
                 self._end(ended)
                 theta, way = float(rows["theta"][k]), rows["way"][k]
-                known = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
+                ramp = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
                 self._tensions -= self.fixed.l0 * (theta - self._theta)
                 self._theta = theta
-                self._avalanche = Avalanche(self.chain, FLOAT64, known, self._tensions.copy())
+                self._avalanche = Avalanche(self.chain, FLOAT64, ramp, self._tensions.copy())
             assert self._avalanche is not None
             sliders = rows["slider"][here].astype(int) - 1
             moved[sliders], drawn[sliders] = rows["moved"][here], rows["coefficient"][here]
