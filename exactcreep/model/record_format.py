@@ -63,10 +63,14 @@ def guessed(path: Path) -> RecordFormat:
             raise InputError("file", str(path), f"must be packed by gzip: {error}") from None
     text, encoding = _decoded(content)
     delimiter = _delimiter(text, path)
-    table = import_module("pandas").read_csv(
-        io.StringIO(text), sep=delimiter, dtype=str, index_col=False, skipinitialspace=True,
-        keep_default_na=False,
-    )  # fmt: skip
+    pandas = import_module("pandas")
+    try:
+        table = pandas.read_csv(
+            io.StringIO(text), sep=delimiter, dtype=str, index_col=False, skipinitialspace=True,
+            keep_default_na=False,
+        )  # fmt: skip
+    except pandas.errors.ParserError as error:
+        raise InputError("file", str(path), f"must be a table: {error}") from None
     table = table.apply(lambda column: column.fillna("").str.strip())
     table.columns = table.columns.str.strip()
     if not len(table):
@@ -103,7 +107,10 @@ def _delimiter(text: str, path: Path) -> str:
     lines = [line for line in text.splitlines()[:_SAMPLE] if line.strip()]
     for delimiter in _DELIMITERS:
         rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
-        widths = {len(row) for row in rows}
+        try:
+            widths = {len(row) for row in rows}
+        except csv.Error:  # a field without end: no text
+            continue
         if len(widths) == 1 and widths.pop() > 1:
             return delimiter
     allowed = "is not found: no character separates as many columns in every line, from the first"

@@ -76,6 +76,8 @@ def test_bytes_that_are_no_utf_8_and_packed_files_are_read(tmp_path: Path) -> No
         ("a,b\n1,2\n1,2\n", "time_column = None: is not found: no column has dates"),
         ("time,sky\n2024-01-01,blue\n2024-01-02,grey\n", "temperature_column = None: is not found"),
         ("time,temperature\n", "must have at least one row"),
+        (f"a;{'0' * 140_000}\n1;2\n", "delimiter = .*: is not found"),
+        ("time,sky\n" + "2024-01-01,1\n" * 99 + "1,2,3,4\n", "must be a table: .*line 101"),
     ],
 )
 def test_what_cannot_be_guessed_is_named(text: str, said: str, tmp_path: Path) -> None:
