@@ -1,6 +1,6 @@
 """Run notebooks of this folder anew and keep what they put out: ``python notebooks/execute.py 01 05``.
 
-Without arguments all of them. What an erased progress bar leaves, an empty box, is not kept.
+Without arguments all of them. What progress bars leave is not kept.
 """
 
 import base64
@@ -17,9 +17,14 @@ from PIL import Image
 HERE = Path(__file__).parent
 
 
-def is_empty_box(output):
-    """Tell whether an output shows nothing: what is left of a progress bar that was erased."""
-    return output.get("data", {}).get("text/plain") == ""
+def is_progress(output):
+    """Tell whether an output is what is left of a progress bar: an erased one, or of a compilation."""
+    data = output.get("data", {})
+    return (
+        data.get("text/plain") == ""
+        or "application/vnd.jupyter.widget-view+json" in data
+        or "compiling the kernel" in data.get("text/plain", "")
+    )
 
 
 def compact(output):
@@ -39,7 +44,7 @@ def execute(path):
     NotebookClient(notebook, timeout=1800, resources=about, record_timing=False).execute()
     for cell in notebook.cells:
         if cell.cell_type == "code":
-            cell.outputs = [compact(each) for each in cell.outputs if not is_empty_box(each)]
+            cell.outputs = [compact(each) for each in cell.outputs if not is_progress(each)]
     for of_this_machine in ("language_info", "widgets"):
         notebook.metadata.pop(of_this_machine, None)
     nbformat.write(notebook, path)
