@@ -8,7 +8,9 @@ import ast
 import enum
 import inspect
 import re
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields
+from multiprocessing import get_context
 from pathlib import Path
 from unittest.mock import patch
 
@@ -16,7 +18,7 @@ import sympy as sp
 from numpydoc.docscrape import NumpyDocString
 
 import exactcreep
-from derivations.ledger import CHAPTERS, entries, premises, proof_of, value
+from derivations.ledger import CHAPTERS, entries, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
@@ -376,13 +378,18 @@ def proofs(_):
 
 
 def carried(_):
-    """Return which entries each premise of the model carries."""
-    table = premises()
+    """Return which entries each premise of the model carries; each premise has a process."""
+    with ProcessPoolExecutor(mp_context=get_context("fork")) as pool:
+        refuted = dict(zip(PREMISES, pool.map(_refuted_without, PREMISES), strict=True))
     rows = [
-        (f"`{name}`", *("x" if premise in refuted else "" for premise in PREMISES))
-        for name, refuted in table.items()
+        (f"`{entry.name}`", *("x" if entry.name in refuted[name] else "" for name in PREMISES))
+        for entry in entries()
     ]
     return _table(["refuted if", *PREMISES], rows, "searchable")
+
+
+def _refuted_without(premise):
+    return {entry.name for entry in entries() if entry.faults(PREMISES[premise])}
 
 
 def _prose(text):

@@ -124,12 +124,32 @@ def test_a_page_whose_example_fails_or_is_silent_is_not_built(code: str, shown: 
         shown.shown(f"\n```python\n{code}\n```\n\n<<printed>>\n", "page")
 
 
+@pytest.mark.parametrize(
+    ("text", "set_in_type"),
+    [
+        ("a factor (D + m)/m, 1.4 here", r"a factor $\frac{D + m}{m}$, 1.4 here"),
+        ("-m/(A_theta*l_0); for one r0", r"$-\frac{m}{A_\theta l_0}$; for one $r_0$"),
+        ("by 2*(D + J), J what", r"by $2 D + 2 J$, J what"),
+        ("mu_s -> mu_d, tan(alpha) = 1", r"$\mu_\mathrm{s} \to \mu_\mathrm{d}$, $\tan \alpha = 1$"),
+        ("7.6e-24 of I(h), `mu_s` (see above)", "7.6e-24 of I(h), `mu_s` (see above)"),
+        ("a length of 0.03 m, $x_G$ - and so on", "a length of 0.03 m, $x_G$ - and so on"),
+    ],
+    ids=["quotient", "subscripts", "bracket", "relation", "no formula", "units"],
+)  # fmt: skip
+def test_formulas_in_a_sentence_are_set_and_words_stay(
+    text: str, set_in_type: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(BOOK))
+    assert import_module("formulas").with_formulas(text) == set_in_type
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""
     pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
     folder = tmp_path_factory.mktemp("book")
-    words = ["-m", "sphinx", "-W", "-n", "-q", "-d", folder / "trees", BOOK, folder / "html"]
+    options = ["-W", "-n", "-q", "-j", "auto", "-d", folder / "trees"]
+    words = ["-m", "sphinx", *options, BOOK, folder / "html"]
     done = finished(sys.executable, *map(str, words))
     assert done.returncode == 0, done.stderr
     return folder / "html"
@@ -204,9 +224,28 @@ return document.documentElement.scrollWidth <= width ? [] :
 
 
 @pytest.mark.slow
+def test_every_drawing_of_a_page_is_one_picture(built: Path) -> None:
+    asked = {
+        path: len(re.findall(r"^\.\. plot::", path.read_text(encoding="utf-8"), re.MULTILINE))
+        for path in PAGES
+    }
+    assert sum(asked.values()) > 5
+    for path, count in asked.items():
+        page = (built / path.relative_to(BOOK)).with_suffix(".html").read_text(encoding="utf-8")
+        assert len(re.findall(r'<img [^>]*class="plot-directive"', page)) == count, path.name
+
+
+@pytest.mark.slow
+def test_a_page_that_an_example_wrote_plays_in_a_frame(built: Path) -> None:
+    page = (built / "howto" / "explore.html").read_text(encoding="utf-8")
+    (address,) = re.findall(r'<iframe src="([^"]*)" title="One avalanche, playing"', page)
+    played = (built / "howto" / address).read_text(encoding="utf-8")
+    assert "<canvas" in played or "<svg" in played
+
+
+@pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.parametrize("width", [400, 1200])
-def test_no_page_is_wider_than_the_window(built: Path, width: int, tmp_path: Path) -> None:
+def test_no_page_is_wider_than_the_window(built: Path, tmp_path: Path) -> None:
     selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     options = selenium.ChromeOptions()
     options.binary_location = shutil.which("chromium") or pytest.skip("no chromium here")
@@ -214,11 +253,13 @@ def test_no_page_is_wider_than_the_window(built: Path, width: int, tmp_path: Pat
         options.add_argument(flag)
     service = selenium.ChromeService(shutil.which("chromedriver"))
     with selenium.Chrome(options=options, service=service) as driver:
-        metrics = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
-        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        metrics = {"height": 800, "deviceScaleFactor": 1, "mobile": False}
         wider = {}
         for path in sorted(built.rglob("*.html")):
             driver.get(path.as_uri())
-            if found := driver.execute_script(WIDER):
-                wider[path.name] = found
+            for width in (1200, 400):
+                metrics["width"] = width
+                driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+                if parts := driver.execute_script(WIDER):
+                    wider[path.name, width] = parts
     assert wider == {}
