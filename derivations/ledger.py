@@ -33,6 +33,11 @@ NAMES = (
 )
 EQUATIONS = 26
 """How many numbered equations the paper has."""
+FIGURES = (
+    "sketch position2sliders velocity2sliders velocity2sliders_theta velocityNsliders "
+    "velocityNslidersbis cloche jumps"
+).split()
+"""Labels of the paper's figures, in their order."""
 CHAPTERS = {name: import_module(f"derivations.{name}") for name in NAMES.split()}
 """The modules, each with ``derive(model)``."""
 
@@ -214,13 +219,16 @@ def _number_of() -> dict[str, int]:
 
 
 def by_number(text: str) -> str:
-    """Return a text that names the paper's equations by their numbers instead of labels."""
+    """Return a text that names the paper's equations and figures by numbers instead of labels."""
     number_of = _number_of()
-    return re.sub(
+    text = re.sub(
         r"Eq\. \((\w+)\)",
         lambda match: f"Eq. {number_of[match[1]]}" if match[1] in number_of else match[0],
         text,
     )
+    for number, label in enumerate(FIGURES, 1):
+        text = re.sub(rf"Fig\. {label}\b", f"Fig. {number}", text)
+    return text
 
 
 def _accepts(judge: Judge | None, text: str) -> bool:

@@ -18,7 +18,7 @@ import sympy as sp
 from numpydoc.docscrape import NumpyDocString
 
 import exactcreep
-from derivations.ledger import CHAPTERS, entries, proof_of, value
+from derivations.ledger import CHAPTERS, by_number, entries, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
@@ -28,11 +28,6 @@ from exactcreep.solvers.tables import TABLES
 from formulas import with_formulas
 
 BOOK = Path(__file__).parent
-FIGURES = (
-    "sketch position2sliders velocity2sliders velocity2sliders_theta velocityNsliders"
-    " velocityNslidersbis cloche jumps"
-).split()
-"""Labels of the paper's figures, in their order."""
 
 
 def _cell(text):
@@ -214,7 +209,7 @@ def commands(_):
     """Return every command with its arguments and options, as ``--help`` has them."""
     with patch("sys.argv", ["exactcreep"]):  # usage lines repeat how the program was started
         text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
-    text = re.sub(r"((?:^    .*\n)+)", r"```sh\n\1```\n", text, flags=re.MULTILINE)
+    text = re.sub(r"((?:^    exactcreep .*\n)+)", r"```sh\n\1```\n", text, flags=re.MULTILINE)
     text = re.sub(r"^    (?=exactcreep )", "", text, flags=re.MULTILINE)
     about, _, rest = text.partition("\n## Table of Contents")
     return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
@@ -318,9 +313,7 @@ def _numbered(text):
         text = re.sub(rf"Eq\. \({label}\)", f"Eq. {number}", text)
         if "_" in label:
             text = re.sub(rf"`?\b{label}\b`?", f"Eq. {number}", text)
-    for number, label in enumerate(FIGURES, 1):
-        text = re.sub(rf"Fig\. {label}\b", f"Fig. {number}", text)
-    return text
+    return by_number(text)
 
 
 def _equation(entry):
