@@ -36,7 +36,7 @@ EQUATIONS = 26
 FIGURES = (
     "sketch position2sliders velocity2sliders velocity2sliders_theta velocityNsliders "
     "velocityNslidersbis cloche jumps"
-).split()
+)
 """Labels of the paper's figures, in their order."""
 CHAPTERS = {name: import_module(f"derivations.{name}") for name in NAMES.split()}
 """The modules, each with ``derive(model)``."""
@@ -226,7 +226,7 @@ def by_number(text: str) -> str:
         lambda match: f"Eq. {number_of[match[1]]}" if match[1] in number_of else match[0],
         text,
     )
-    for number, label in enumerate(FIGURES, 1):
+    for number, label in enumerate(FIGURES.split(), 1):
         text = re.sub(rf"Fig\. {label}\b", f"Fig. {number}", text)
     return text
 
