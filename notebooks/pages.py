@@ -238,7 +238,8 @@ def plain_latex(text):
 
 def _formula(text):
     """Return the text of the paper with its formulas as formulas: all of it, or marked parts."""
-    text = re.sub(r"\\ref\{(.*?)\}", r"`\1`", " ".join((text or "").split()))
+    text = " ".join((text or "").split()).replace("Eq.~(", "Eq. (")
+    text = re.sub(r"\\ref\{(.*?)\}", r"\1", text)
     if "«" in text:
         return re.sub("«(.*?)»", r"$\1$", text)
     return text if "$" in text or not re.search(r"\\|^10\^", text) else f"${text}$"

@@ -1,6 +1,7 @@
 """The picture of a record of temperatures shows its readings, of long ones what they come to."""
 
 from datetime import date, timedelta
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,12 @@ from exactcreep.model.temperature_record import TemperatureRecord
 from tests.pictures import assert_shows_data
 
 
-@pytest.mark.parametrize("days", [300, 5000])
+@pytest.mark.parametrize("days", [5, 300, 5000])
 def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     days: int, tmp_path: Path
 ) -> None:
     path = tmp_path / "station.csv"
-    readings = 10 + 8 * np.cos(np.arange(days)) - 15 * (np.arange(days) == 100)
+    readings = 10 + 8 * np.cos(np.arange(days)) - 15 * (np.arange(days) == days // 3)
     rows = (f"{date(2000, 1, 1) + timedelta(k)},{t:.1f}" for k, t in enumerate(readings.tolist()))
     path.write_text("\n".join(["date,temperature", *rows]))
     record = TemperatureRecord(path, kappa="1e-5", T0=10, **guessed(path).options)
@@ -25,7 +26,9 @@ def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     (axes,) = figure.axes
     (line,) = axes.lines
     drawn = np.asarray(line.get_ydata())
-    if days == 300:
+    written = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert all(left.x1 < right.x0 for left, right in pairwise(written))
+    if days <= 300:
         assert np.array_equal(drawn, record.temperatures)
     else:
         (band,) = axes.collections
