@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from exactcreep.figures.style import INKS, new_figure, styled
@@ -30,9 +29,6 @@ def draw_record(record: TemperatureRecord, title: str = "") -> Figure:
         begins = times[[part[0] for part in parts]]
         axes.fill_between(begins, lowest, highest, color=INKS[4], alpha=0.5, linewidth=0)
         axes.plot(begins, means, color=INKS[0], linewidth=0.6)
-    if record.dates is not None:
-        days = AutoDateLocator(minticks=3, maxticks=8)
-        axes.xaxis.set(major_locator=days, major_formatter=ConciseDateFormatter(days))
     axes.set_xlabel("time" if record.dates is None else "date")
     axes.set_ylabel("temperature (K)" if record.unit == "K" else "temperature (°C)")
     return figure
