@@ -4,7 +4,8 @@ Small errors move as the chain itself does, without friction and weight. An even
 slider at rest whose force is off by e starts ``e / F'`` too early, where F' is the rate of that
 force, and the acceleration A with which it starts makes of this ``A e / F'`` of velocity. Next to a
 graze F' all but vanishes, and digits are lost that no comparison misses. A stop forgets the error
-of its velocity. (The tangent map with its saltation at events, of a few directions at random.)
+of its velocity, and makes what the slider has left to go one of its place. (The tangent map with
+its saltation at events, of a few directions at random.)
 """
 
 from __future__ import annotations
@@ -64,6 +65,9 @@ class AmplifiedErrors:
             self.velocities[run] += shapes @ (2 * (swung * cos * pull - sin * sin * speed))
         change[moving] += self._rounded(len(moving))
         self.velocities[moving] += self._rounded(len(moving))
+        self._move(change)
+
+    def _move(self, change: NDArray[np.float64]) -> None:
         self.moved += change
         stretched = np.diff(change, axis=0)
         self.forces[:-1] += stretched
@@ -78,6 +82,15 @@ class AmplifiedErrors:
         with np.errstate(divide="ignore", invalid="ignore"):
             late: NDArray[np.float64] = np.nan_to_num(-off / rate, nan=np.inf)
         return late
+
+    def cut_short(self, slider: int, way: float) -> None:
+        """Take for an error what a slider had left to go when it was stopped.
+
+        A slow one, whose speed is within the bounds of its time, may be stopped where it is.
+        """
+        change = np.zeros_like(self.moved)
+        change[slider] = np.nan_to_num(way, nan=np.inf)
+        self._move(change)
 
     def stop(self, sliders: Iterable[int]) -> None:
         """Bring sliders to rest."""

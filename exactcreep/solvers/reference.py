@@ -10,6 +10,7 @@ that an avalanche never ends is `motion.runaway`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -153,7 +154,11 @@ class ChainIntegrator(ChainAtRest):
             speeds = [0.0, *map(float, flow.velocities), 0.0]
             for n in event.stops:
                 sign = int(flow.signs[n])
-                late[n] = amplified.late(n, sign, float(flow.forces[n] - sign * self.friction))
+                rate = float(flow.forces[n] - sign * self.friction)
+                late[n] = amplified.late(n, sign, rate)
+                if speeds[n + 1] != 0.0:
+                    left = speeds[n + 1] ** 2 / (2 * abs(rate)) if rate else math.inf
+                    amplified.cut_short(n, sign * left)
             for n, _ in event.starts:
                 late[n] = amplified.late(n, 0, speeds[n] + speeds[n + 2])
             amplified.stop(event.stops)

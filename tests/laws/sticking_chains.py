@@ -166,9 +166,7 @@ def run(case: Case) -> dict[str, float]:
     return {"velocity": float(np.mean(means)), "error": float(error)} | summary(phases)
 
 
-def signed_phases(
-    result: Creep, skipped: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def signed_phases(result: Creep, skipped: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the phases at the end of each dilation, and which way each slider went during it.
 
     The phase of slider n is ``(|F_n| - mu_d c)/D``, from -1 to 1 without disorder; the way is -1

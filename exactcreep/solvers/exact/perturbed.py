@@ -134,7 +134,8 @@ def rounding_error(
         return RoundingError(error, "")
     event = log[min(differs, len(log) - 1)]
     which = f"event {event['number'] + 1}, the {_KINDS[event['kind']]} of slider {event['slider']},"
-    return RoundingError(np.inf, f"{which} is another in a copy a few roundings off")
+    how = "another" if differs < len(log) else "not the last"
+    return RoundingError(np.inf, f"{which} is {how} in a copy a few roundings off")
 
 
 def mirrored(chain: Chain, origin: Origin) -> bool:
@@ -155,7 +156,8 @@ def run_copies(
     Returns
     -------
     differs : int
-        The first row of the log that is another in a copy; -1: none is.
+        The first row of the log that is another in a copy, as many as it has if the copy goes on
+        from the last; -1: none is.
     copy : int
         The first copy in which that is so, from 1; 0: none.
     distance : float
@@ -166,6 +168,7 @@ def run_copies(
     n = now.chain.n
     distance, size = 0.0, 0.0
     load, load_low = 0.0, 0.0
+    rests = False  # the run, after its last event
     for copy in range(copies + 1):
         scalars[0] = begun[0]
         if copy % 2 == 1:
@@ -195,9 +198,11 @@ def run_copies(
                     size = max(size, here, abs(cell[cells.X, i]), cell[cells.SPEED, i])
             elif now.epoch.on == 0:
                 signs = _nudged(cell, now, signs, way * size, mirrored)
-        if differs >= 0 or row < rows.size:
+        resting = now.stage == cells.AT_REST
+        if differs >= 0 or row < rows.size or (copy > 0 and resting != rests):
             return max(differs, row), copy, distance
         if copy == 0:
+            rests = resting
             load, load_low = now.theta, now.theta_low
             size *= ROUNDING
         before = apart = 0.0

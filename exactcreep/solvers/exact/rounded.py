@@ -3,12 +3,18 @@
 Each begins with other tensions, and is rounded once more at every target, by about what the events
 on the way there may have made. Two chains that are close part at the same rate as the run parts
 from the truth; what was off only at its start may be forgotten at the next stop.
+
+A start with tensions may lie next to a margin, which rounding has crossed and neither copy has. So
+pairs that are far off, to either side, go to the first target before: with other slips there the
+order of events is in doubt, unless a tie there has put it in doubt before. (Where events have
+amplified what earlier ones rounded more than what the start was off, each copy is on one side or
+the other by chance: therefore three pairs.)
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,6 +36,10 @@ COPIES = 2
 """Which part from the run as it parts from the truth; the first that does so counts."""
 _NUDGE = 2.0**-50
 """Of the tensions of a copy at its start, over the largest force."""
+_FAR = 16.0
+"""How many times as far off the pairs are that go to the first target before."""
+_BLOCKS = (1, 2, 3)
+"""Of each pair: after so many springs its signs change."""
 _ROUNDING = 2.0**-52
 """Of its displacements at a target, over the largest force, for the root of the events before."""
 _MOST_WORK = 2**21  # of one call of the compiled loop, in units of about 5 ns
@@ -60,12 +70,19 @@ class RoundedCopies(PerturbedCopies):
         self._own = slice(PAD, PAD + chain.n)
         largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin)
-        self._numbers = _nudged(origin.numbers, _NUDGE * largest)
+        self._origin, self._nudge = origin, _NUDGE * largest
+        self._tense = bool(origin.numbers[[TENSION, TENSION_LOW]].any())
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
         work = side_by_side(chain, origin, seed, COPIES)
         self._cell, self._tally, self._deviate, self._clocks, self._series, self._now = work
+        self._begun = self._now.copy()
+        self._begin(_nudged(origin.numbers, self._nudge, (1, 2)))
+
+    def _begin(self, numbers: NDArray[np.float64]) -> None:
+        """Let the copies begin with these numbers."""
+        self._numbers, self._now[:] = numbers, self._begun
         for number in range(COPIES):
-            place(*self._of(number), self._numbers[number], origin.state.draws)
+            place(*self._of(number), numbers[number], self._origin.state.draws)
 
     def _of(self, number: int) -> tuple[NDArray[Any], ...]:
         """Return the arrays of a copy in which its sliders stand."""
@@ -76,17 +93,44 @@ class RoundedCopies(PerturbedCopies):
         self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
     ) -> tuple[NDArray[np.float64], bool]:
         """Hold the copies against a run; see `PerturbedCopies.follow`."""
-        count = stretch.completed
-        high, low = self._targets(drive, first, count, self._seed)
+        high, low = self._targets(drive, first, stretch.completed, self._seed)
         tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]
+        passed = high, low, tensions, slips
+        at_first = np.zeros(0)
+        settled_by_rules = stretch.doubts is not None and bool((stretch.doubts[:1] > 0).any())
+        # what the rules have settled is undecided from there anyway
+        if first == 1 and self._tense and not settled_by_rules:
+            at_first = self._near_start([rows[:1] for rows in passed], most_events)
+        distance, whole = self._pass(passed, most_events, apart)
+        both = min(distance.size, at_first.size)
+        distance[:both] = np.maximum(distance[:both], at_first[:both])
+        return distance, whole
+
+    def _near_start(
+        self, passed: Sequence[NDArray[np.float64]], most_events: int
+    ) -> NDArray[np.float64]:
+        """Return how far a run is at its first target from copies that are far off, over `_FAR`."""
+        near, distance = self._numbers, np.zeros(0)
+        for block in _BLOCKS:
+            self._begin(_nudged(self._origin.numbers, _FAR * self._nudge, (block, block)))
+            away, _ = self._pass(passed, most_events, np.inf)
+            distance = np.maximum(away / _FAR, distance) if distance.size else away / _FAR
+        self._begin(near)
+        return distance
+
+    def _pass(
+        self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float
+    ) -> tuple[NDArray[np.float64], bool]:
+        """Pass targets: ``l0 theta`` of each, in two parts, and tensions and slips of the run."""
+        count = len(passed[0])
         distance, reached = np.zeros(count), np.zeros(COPIES, dtype=np.int64)
         ends = np.array([count])
         goes_on = count > 0
         while goes_on:
             goes_on = follow_copies(
                 self._cell, self._tally, self._deviate, self._clocks, self._series, self._now,
-                _NO_LOG, self._numbers, self._at_target, high, low, tensions, slips, distance,
-                reached, ends, apart, most_events, _MOST_WORK, self._size, self._mirrored,
+                _NO_LOG, self._numbers, self._at_target, *passed, distance, reached, ends, apart,
+                most_events, _MOST_WORK, self._size, self._mirrored,
             )  # fmt: skip
             if self._series is None and goes_on:
                 self._series = series_of(self._numbers.shape[2])
@@ -118,10 +162,15 @@ class RoundedCopies(PerturbedCopies):
             prepare(*self._of(number))
 
 
-def _nudged(numbers: NDArray[np.float64], size: float) -> NDArray[np.float64]:
-    """Return for each copy the numbers of an `Origin` with all tensions `size` off."""
-    spring, number = np.arange(numbers.shape[1] - 1), np.arange(COPIES)[:, None]
-    odd = (np.minimum(spring, spring[::-1]) // (number + 1) + number) % 2
+def _nudged(
+    numbers: NDArray[np.float64], size: float, blocks: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Return for each copy the numbers of an `Origin` with all tensions `size` off.
+
+    The sign changes after so many springs as the copy's block; the second begins with the other.
+    """
+    spring, block = np.arange(numbers.shape[1] - 1), np.array(blocks)[:, None]
+    odd = (np.minimum(spring, spring[::-1]) // block + np.arange(COPIES)[:, None]) % 2
     copies = np.array([numbers] * COPIES)
     tensions, low = copies[:, TENSION, :-1], copies[:, TENSION_LOW, :-1]
     tensions[:], error = two_sum.py_func(tensions, size - 2 * size * odd)

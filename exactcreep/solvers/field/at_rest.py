@@ -205,7 +205,11 @@ class ChainAtRest:
         if self.mirrored:
             return first, ends
         order = self._sign(first - last, 2 * self.force_slack)
-        return first if order <= 0 else last, [ends[:1], ends, ends[1:]][order + 1]
+        if order < 0:
+            return first, ends[:1]
+        if order > 0:
+            return last, ends[1:]
+        return first, ends
 
     def lacking(self, end: int, sign: int) -> Any:
         """Return what an end of the chain at rest lacks to start with `sign`."""

@@ -87,6 +87,41 @@ def test_a_run_that_begins_with_a_graze_is_undecided() -> None:
     assert float(far.x_G) == pytest.approx(1.3847790433, abs=1e-9)
 
 
+def test_a_run_whose_first_avalanche_passes_a_margin_closely_is_undecided() -> None:
+    """Events before have amplified rounding so far that each copy passes it on either side."""
+    chain = Chain(6, 1000, "1/2", "559/1000", "0.01", tan_alpha="99/200")
+    tensions = [
+        0.3782726047244666, 0.5718766579910404, 0.2487798085006198, -0.2571279363009996,
+        -0.1673001804562964,
+    ]  # fmt: skip
+    start = State.prepared(chain, tensions, seed=513175)
+    run = creep(chain, Cycles("0.0005", 1), start=start, seed=513175, burn_in=0, record=("slips",))
+    true_slips = [12, 16, 20, 19, 15, 17]  # of the first half-cycle, by `certified`
+    assert run.recorded["slips"][0].tolist() == true_slips or run.undecided_from == 1
+
+
+def test_a_slider_that_turns_round_at_the_last_stop_of_a_copy_is_another_itinerary() -> None:
+    chain = Chain(6, 1000, "1/200", "37/500", tan_alpha="-51/20000")
+    tensions = [
+        -0.02392694361992819, -0.04381441226216315, -0.039077258307385294, -0.018808107295286747,
+        0.027379586010454728,
+    ]  # fmt: skip
+    result = rearrange(chain, State.prepared(chain, tensions), direction=1, seed=834296)
+    assert len(result.events) == 46  # by `certified` two more: the last that stops turns round
+    assert result.evidence is Evidence.UNDECIDED
+    assert "the stop of slider 4, is not the last in a copy" in result.doubt
+
+
+def test_what_a_slow_slider_has_left_to_go_at_its_stop_is_in_the_error_of_reference() -> None:
+    chain = Chain(3, 1000, "1/2", "289/200", tan_alpha="-1/200")
+    state = State.prepared(chain, [0.6173793705833505, 1.067373745688812])
+    result, truth = (
+        rearrange(chain, state, direction=1, solver=name) for name in ("reference", "certified")
+    )
+    off = abs(result.state.tensions.astype(float) - truth.state.tensions.astype(float)).max()
+    assert 3e-15 < off < result.error < 1e-13
+
+
 def test_a_margin_that_falls_reaches_zero_however_it_is_bent() -> None:
     """And a margin that is as steep, but bent back more, need not."""
     rng = random.Random(3)
