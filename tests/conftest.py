@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 from matplotlib.figure import Figure
 
@@ -19,6 +20,8 @@ from exactcreep.figures import style
 from tests.pictures import assert_shows_data
 from tests.processes import PATIENCE, environment
 
+hypothesis.settings.register_profile("untimed", deadline=None)  # no verdict depends on the clock
+hypothesis.settings.load_profile("untimed")
 COMPILED = """
 from exactcreep import Cycles, State, creep, fate, rearrange
 from tests.paper import captions
