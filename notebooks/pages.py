@@ -379,7 +379,7 @@ def carried(_):
         (f"`{entry.name}`", *("x" if entry.name in refuted[name] else "" for name in PREMISES))
         for entry in entries()
     ]
-    return _table(["refuted if", *PREMISES], rows, "searchable")
+    return _table(["refuted if", *PREMISES], rows, "searchable premises")
 
 
 def _refuted_without(premise):
