@@ -447,8 +447,10 @@ class _Word(NamedTuple):
             return None
         late = between.pop()
         around = [[a + b for a, b in zip(between[0], late, strict=True)], *between[1:]]
-        images = [mirrored(one, n) for one in avalanches[k:]]
-        if images != avalanches[:k] or [x[::-1] for x in around[k:]] != around[:k]:
+        pairs = zip(avalanches, avalanches[k:], strict=False)
+        if not all(early == mirrored(late_one, n) for early, late_one in pairs):
+            return None
+        if [x[::-1] for x in around[k:]] != around[:k]:
             return None
         return cls(halves, places[k - 1], (late[0], late[1]))
 
