@@ -8,7 +8,10 @@ import re
 import signal
 import socket
 import sys
+from contextlib import suppress
+from http import HTTPStatus
 from typing import Any
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -163,10 +166,17 @@ def test_the_program_ends_with_its_server(number: int, status: int) -> None:
     with begun(*PROGRAM, "explore", "--headless") as process:
         url = re.compile(r"http://localhost:(\d+)")
         (port,) = next(filter(None, map(url.findall, process.stdout)))
-        wait_until(lambda: listens(int(port)), process)
+        wait_until(lambda: answers(int(port)), process)
         process.send_signal(number)
         assert process.wait(PATIENCE) == status
         assert not listens(int(port))
+
+
+def answers(port: int) -> bool:
+    """Return whether the page is there; the port is taken before its server is ready."""
+    with suppress(OSError), urlopen(f"http://127.0.0.1:{port}/", timeout=PATIENCE) as page:
+        return page.status == HTTPStatus.OK
+    return False
 
 
 def listens(port: int) -> bool:
