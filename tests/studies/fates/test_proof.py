@@ -12,6 +12,7 @@ import pytest
 from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
+from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.fate_result import Fate
@@ -57,7 +58,7 @@ def test_a_steep_chain_is_proved_to_run_away_and_what_has_not_settled_is_not_pro
 
 
 def test_a_proof_that_may_never_come_is_said_at_its_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fate_proof, "proved_fate", lambda *given: SimpleNamespace(fate=None))
+    monkeypatch.setattr(fates, "proved_fate", lambda *given: SimpleNamespace(fate=None))
     with pytest.warns(UserWarning, match=r"not settled after 100 cycles.*survival.*exact"):
         fate(captions(6), "0.00097")
     fate(captions(6), "0.0003")  # at rest
