@@ -170,7 +170,8 @@ class ObservedRun:
             ended = behaviour(self.velocity, self.recurrence, state, tally, done)
         else:
             ended = Behaviour(self.outcome, reason=self.reason)
-        velocity, error, exact = self._velocity(ended)
+        burn_in, mean = self.velocity.mean(done)
+        velocity, error, exact = self._velocity(ended, burn_in, mean)
         doubted = self.copy.doubted_from
         if not doubted and simulation.evidence is Evidence.UNDECIDED:
             doubted = done + 1
@@ -189,7 +190,7 @@ class ObservedRun:
             velocity_error=error,
             velocity_enclosure=exact if experiment.digits and self.velocity.burnt(done) else None,
             half_cycles=done,
-            burn_in=self.velocity.mean(done)[0],
+            burn_in=burn_in,
             **{attribute_of(name): count for name, count in vars(tally).items()},
             undecided_from=doubted,
             trusted_half_cycles=self.copy.trusted_up_to,
@@ -202,12 +203,16 @@ class ObservedRun:
             saved=self.saved,
         )
 
-    def _velocity(self, ended: Behaviour) -> tuple[float, float, Enclosure | None]:
-        """Return the velocity of a run that ended so, its standard error, and all its digits."""
+    def _velocity(
+        self, ended: Behaviour, burn_in: int, mean: Enclosure | None
+    ) -> tuple[float, float, Enclosure | None]:
+        """Return the velocity of a run that ended so, its standard error, and all its digits.
+
+        `mean` is that after `burn_in` targets.
+        """
         if ended.outcome is Outcome.RUNAWAY:
             downhill = nearest_float(self.experiment.chain.tan_alpha)
             return math.copysign(math.inf, downhill), math.nan, None
-        burn_in, mean = self.velocity.mean(self.done)
         if mean is None:
             return math.nan, self.velocity.error(burn_in), None
         if ended.velocity is not None:
