@@ -1,5 +1,6 @@
 """How the book is made of this folder; `pages.py` writes what the code itself knows."""
 
+import importlib
 import pkgutil
 import re
 import sys
@@ -99,8 +100,18 @@ def _named(app, env, node, contnode):
     target = node["reftarget"]
     if node["reftype"] != "obj":
         return None
-    known = not target.startswith("exactcreep.") or pkgutil.resolve_name(target) is not None
-    return contnode if known else None
+    if target.startswith("exactcreep.") and not _needs_an_extra(target):
+        pkgutil.resolve_name(target)
+    return contnode
+
+
+def _needs_an_extra(name):
+    """Tell whether a module, or that of a name, cannot be imported for want of another package."""
+    try:
+        importlib.import_module(name)
+    except ImportError as error:
+        return not (error.name or "").startswith("exactcreep")
+    return False
 
 
 def setup(app):
