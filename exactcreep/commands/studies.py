@@ -71,8 +71,6 @@ class Question(NamedTuple):
         The first sentence of its docstring, for a list of commands that does not import it.
     say : str
         What says its answer in one sentence, in `exactcreep.commands.sentences`.
-    draw : str
-        What draws its answer, in `exactcreep.figures`.
     group : type
         The options that say where the answer goes.
     examples : tuple of str
@@ -80,7 +78,6 @@ class Question(NamedTuple):
 
     summary: str
     say: str
-    draw: str
     group: type[Printed]
     examples: tuple[str, ...]
 
@@ -89,28 +86,24 @@ QUESTIONS = {
     "threshold": Question(
         "Return the amplitude of temperature cycles above which a chain creeps for ever.",
         "of_threshold",
-        "threshold:draw_threshold",
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),
     "half-life": Question(
         "Return the amplitude at which half of many starts still creep after `cycles` cycles.",
         "of_half_life",
-        "threshold:draw_threshold",
         Output,
         ("--n 6 --plot survival.png",),
     ),
     "intercept": Question(
         "Return the amplitude at which the straight part of v(A) meets zero.",
         "of_intercept",
-        "threshold:draw_threshold",
         Output,
         ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
     ),
     "fate": Question(
         "Follow a chain without disorder under temperature cycles until it has settled for ever.",
         "of_fate",
-        "fate:draw_fate",
         Drawing,
         (
             "--n 5 --amplitude 0.000765",
@@ -120,7 +113,6 @@ QUESTIONS = {
     "survival": Question(
         "Follow many starts under temperature cycles and return how long creep lasted in each.",
         "of_survival",
-        "fate:draw_survival",
         Output,
         (
             "--n 6 --amplitude 0.000969",
@@ -137,6 +129,11 @@ def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
     from exactcreep.quasistatic.writing import write_file
 
     write_file(path, netcdf({None: data}), "out", force=force)
+
+
+def _drawn(result: Any) -> Any:
+    """Return the picture of an answer; only now is what draws imported."""
+    return result.plot()
 
 
 def question(command: str) -> Callable[..., None]:
@@ -175,7 +172,7 @@ def question(command: str) -> Callable[..., None]:
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
-            draw=lambda: resolve_name(f"exactcreep.figures.{about.draw}")(result),
+            draw=partial(_drawn, result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is what is known" if interrupted else "",
         ))  # fmt: skip
