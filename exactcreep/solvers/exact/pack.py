@@ -151,7 +151,8 @@ def placed(
     They are those of `used`, if that is given: of a chain as long that logged as much.
     """
     work = readied(chain, origin, seed, logging, used)
-    place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
+    place(work.cell, work.tally, work.now, origin.numbers, origin.state.draws)
+    prepare(work.cell, work.tally, work.deviate, work.now)
     return work
 
 
@@ -167,8 +168,8 @@ def readied(
 def _begin(
     now: NDArray[Any], chain: Chain, origin: Origin, seed: int, logging: int
 ) -> NDArray[Any]:
-    """Fill in the loop's scalars, and return them."""
-    now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
+    """Fill in the loop's scalars, of one simulation or of several, and return them."""
+    now.view(np.int64).reshape(now.size, -1)[:] = _constants(chain)  # by fields it takes longer
     now["theta"], now["theta_low"] = origin.load
     now["total"] = origin.numbers[PLACE].sum()
     now["chain"]["logging"] = logging
@@ -183,14 +184,13 @@ def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[
     memory.
     """
     n, m = chain.n, cells.columns(chain.n)
-    now = _begin(np.empty(1, dtype=cells.NOW), chain, origin, seed, 0)
     return (
-        np.zeros((copies, cells.CELLS, m)),
-        np.zeros((copies, cells.COUNTS, m), dtype=np.int64),
+        np.empty((copies, cells.CELLS, m)),
+        np.empty((copies, cells.COUNTS, m), dtype=np.int64),
         np.zeros((copies, m, KEPT)),
         tuple(_clock(n) if n > cells.LONGEST_SHORT else None for _ in range(copies)),
         series_of(n) if n > _ALONE else None,
-        np.tile(now.view(np.int64), copies).view(cells.NOW),
+        _begin(np.empty(copies, dtype=cells.NOW), chain, origin, seed, 0),
     )
 
 
@@ -209,7 +209,10 @@ def _room(n: int, logging: int) -> Workspace:
 
 
 def _log(n: int, m: int, logging: int) -> Log:
-    events = 4 * n + _ROWS if logging & cells.LOGS_EVENTS else 0
+    count = 4 * n + _ROWS if logging & cells.LOGS_EVENTS else 0
+    events = np.empty(count, dtype=cells.LOGGED_EVENT)
+    if not logging & cells.LOGS_AVALANCHES:
+        return Log(events, None)
     most = 2 * n + _ROWS
     tables = Tables(
         rests=np.empty(most, dtype=cells.LOGGED_REST),
@@ -218,9 +221,7 @@ def _log(n: int, m: int, logging: int) -> Log:
         track=np.zeros((cells.TRACKS, m)),
         sums=np.zeros(1, dtype=cells.UNDER_WAY),
     )
-    return Log(
-        np.empty(events, dtype=cells.LOGGED_EVENT), tables if logging > cells.LOGS_EVENTS else None
-    )
+    return Log(events, tables)
 
 
 def roomier(work: Workspace) -> Workspace:
@@ -251,8 +252,8 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 
 
 @compiled
-def place(cell, count, deviate, scalars, numbers, draws):
-    """Fill in forces, displacements and contacts, and prepare the draws."""
+def place(cell, count, scalars, numbers, draws):
+    """Fill in forces, displacements and contacts, all but the draws that `prepare` makes."""
     now = scalars[0]
     n = now.chain.n
     cell[:] = 0.0
@@ -289,7 +290,6 @@ def place(cell, count, deviate, scalars, numbers, draws):
         count[cells.DRAWS, i] = draws[k]
     cell[cells.STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
     cell[cells.STIFFNESS, PAD + n - 1] = cell[cells.STIFFNESS, PAD]
-    prepare(cell, count, deviate, scalars)
 
 
 @compiled

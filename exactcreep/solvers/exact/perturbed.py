@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact.layout import PAD, compiled, inlined
-from exactcreep.solvers.exact.loop import follow
+from exactcreep.solvers.exact.loop import follow, prepare
 from exactcreep.solvers.exact.pack import Origin, Workspace, place, readied, roomier
 from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.interface import TENSION_TOLERANCE
@@ -180,7 +180,8 @@ def run_copies(
             i = min(k, n - 2 - k) if mirrored else k
             off = way * _sign(signs, i) * size * (OFF / ROUNDING)
             numbers[TENSION_LOW, k] = low[k] + off
-        place(cell, count, deviate, scalars, numbers, draws)
+        place(cell, count, scalars, numbers, draws)
+        prepare(cell, count, deviate, scalars)
         signs = _nudged(cell, now, signs, way * size * (OFF / ROUNDING), mirrored)
         row, differs = 0, -1
         while row < rows.size and differs < 0:

@@ -71,23 +71,24 @@ class RoundedCopies(PerturbedCopies):
         largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin)
         self._origin, self._nudge = origin, _NUDGE * largest
-        self._tense = bool(origin.numbers[[TENSION, TENSION_LOW]].any())
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
         work = side_by_side(chain, origin, seed, COPIES)
         self._cell, self._tally, self._deviate, self._clocks, self._series, self._now = work
-        self._begun = self._now.copy()
-        self._begin(_nudged(origin.numbers, self._nudge, (1, 2)))
+        self._numbers = np.empty((COPIES, *origin.numbers.shape))
+        self._begin(self._nudge, (1, 2))
 
-    def _begin(self, numbers: NDArray[np.float64]) -> None:
-        """Let the copies begin with these numbers."""
-        self._numbers, self._now[:] = numbers, self._begun
-        for number in range(COPIES):
-            place(*self._of(number), numbers[number], self._origin.state.draws)
+    def _begin(self, size: float, blocks: tuple[int, int]) -> None:
+        """Let the copies begin with tensions that are `size` off.
 
-    def _of(self, number: int) -> tuple[NDArray[Any], ...]:
-        """Return the arrays of a copy in which its sliders stand."""
-        one = slice(number, number + 1)
-        return self._cell[number], self._tally[number], self._deviate[number], self._now[one]
+        The sign changes after so many springs as the copy's block; the second begins with the
+        other.
+        """
+        self._numbers[:] = self._origin.numbers
+        begin_copies(
+            self._cell, self._tally, self._deviate, self._now, self._numbers,
+            self._origin.state.draws, size, blocks,
+        )  # fmt: skip
+        self._deviate[1:] = self._deviate[0]  # the same draws lie ahead of all
 
     def follow(
         self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
@@ -98,8 +99,9 @@ class RoundedCopies(PerturbedCopies):
         passed = high, low, tensions, slips
         at_first = np.zeros(0)
         settled_by_rules = stretch.doubts is not None and bool((stretch.doubts[:1] > 0).any())
+        tense = self._origin.numbers[TENSION : TENSION_LOW + 1].any()
         # what the rules have settled is undecided from there anyway
-        if first == 1 and self._tense and not settled_by_rules:
+        if first == 1 and tense and not settled_by_rules:
             at_first = self._near_start([rows[:1] for rows in passed], most_events)
         distance, whole = self._pass(passed, most_events, apart)
         both = min(distance.size, at_first.size)
@@ -110,12 +112,14 @@ class RoundedCopies(PerturbedCopies):
         self, passed: Sequence[NDArray[np.float64]], most_events: int
     ) -> NDArray[np.float64]:
         """Return how far a run is at its first target from copies that are far off, over `_FAR`."""
-        near, distance = self._numbers, np.zeros(0)
+        now, distance = self._now.view(np.int64), np.zeros(0)  # field by field it takes longer
+        at_start = now.copy()
         for block in _BLOCKS:
-            self._begin(_nudged(self._origin.numbers, _FAR * self._nudge, (block, block)))
+            self._begin(_FAR * self._nudge, (block, block))
             away, _ = self._pass(passed, most_events, np.inf)
             distance = np.maximum(away / _FAR, distance) if distance.size else away / _FAR
-        self._begin(near)
+            now[:] = at_start
+        self._begin(self._nudge, (1, 2))
         return distance
 
     def _pass(
@@ -159,23 +163,24 @@ class RoundedCopies(PerturbedCopies):
         now["counts"] = [tuple(counts) for counts in snapshot["counts"].tolist()]
         now["stage"] = cells.AT_REST
         for number in range(COPIES):
-            prepare(*self._of(number))
+            prepare(
+                cell[number], self._tally[number], self._deviate[number], now[number : number + 1]
+            )
 
 
-def _nudged(
-    numbers: NDArray[np.float64], size: float, blocks: tuple[int, int]
-) -> NDArray[np.float64]:
-    """Return for each copy the numbers of an `Origin` with all tensions `size` off.
-
-    The sign changes after so many springs as the copy's block; the second begins with the other.
-    """
-    spring, block = np.arange(numbers.shape[1] - 1), np.array(blocks)[:, None]
-    odd = (np.minimum(spring, spring[::-1]) // block + np.arange(COPIES)[:, None]) % 2
-    copies = np.array([numbers] * COPIES)
-    tensions, low = copies[:, TENSION, :-1], copies[:, TENSION_LOW, :-1]
-    tensions[:], error = two_sum.py_func(tensions, size - 2 * size * odd)
-    low += error
-    return copies
+@compiled
+def begin_copies(cell, count, deviate, scalars, numbers, draws, size, blocks):
+    """Move the tensions of copies, and place their sliders; only the first prepares its draws."""
+    springs = numbers.shape[2] - 1
+    for copy in range(scalars.size):
+        for k in range(springs):
+            odd = (min(k, springs - 1 - k) // blocks[copy] + copy) % 2
+            off = -size if odd == 1 else size
+            tension, error = two_sum(numbers[copy, TENSION, k], off)
+            numbers[copy, TENSION, k] = tension
+            numbers[copy, TENSION_LOW, k] += error
+        place(cell[copy], count[copy], scalars[copy : copy + 1], numbers[copy], draws)
+    prepare(cell[0], count[0], deviate[0], scalars[:1])
 
 
 @compiled

@@ -119,7 +119,8 @@ class ExactSimulation(Simulation):
         """Return ``l0 theta`` of the targets as two arrays of floats."""
         if isinstance(drive, Cycles):
             high, low = split(self.chain.l0 * drive.amplitude)
-            way = np.where(np.arange(first, first + count) % 2 == 1, 1.0, -1.0)
+            way = np.ones(count)
+            way[first % 2 :: 2] = -1.0  # odd targets are warm
             return way * high, way * low
         if isinstance(drive, Path):  # the bits of Cycles with the same targets
             top, bottom = self.chain.l0.as_integer_ratio()
