@@ -37,8 +37,11 @@ _LABELS = {
     "upper": "above the edge",
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
+    "exponential": "constant rate",
 }
 """What the keys of summaries are called where their own words do not tell."""
+_SENTENCES = {"exponential": "with it, lives at least so far from geometric have probability {}"}
+"""What says the value of a key where a number alone does not tell."""
 
 
 # --- JSON -----------------------------------------------------------------------------------------
@@ -100,6 +103,12 @@ def put(text: str, end: str = "\n") -> None:
         print(text, end=end)
 
 
+def say_written(files: object) -> None:
+    """Say on standard error which files are written: standard output is the answer alone."""
+    with suppress(OSError):
+        print(f"written: {files}", file=sys.stderr, flush=True)
+
+
 def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
     """Print words with rich's markup, or a table, which is folded to a terminal alone."""
     from rich.console import Console
@@ -132,8 +141,19 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
 def say_summary(summary: Mapping[str, Any]) -> None:
     """Print the summary of a result: a line for each key whose value is known and not zero."""
-    rows = [(key, _worded(value)) for key, value in summary.items() if not _is_nothing(value)]
-    say_rows((_LABELS.get(key, key.replace("_", " ")), text) for key, text in rows if text)
+    rows = [(key, _worded(_without(value, summary))) for key, value in summary.items()
+            if not _is_nothing(value)]  # fmt: skip
+    say_rows(
+        (_LABELS.get(key, key.replace("_", " ")), _SENTENCES.get(key, "{}").format(text))
+        for key, text in rows if text
+    )  # fmt: skip
+
+
+def _without(value: Any, summary: Mapping[str, Any]) -> Any:
+    """Return a value without the parts that have a line of their own in the summary."""
+    if not isinstance(value, Mapping):
+        return value
+    return {key: part for key, part in value.items() if key not in summary or summary[key] != part}
 
 
 def _is_nothing(value: Any) -> bool:
@@ -370,8 +390,8 @@ class Printed:
             put(as_json(answer.summary))
         else:
             answer.say()
-            for path in written:
-                put(f"written: {path}")
+        for path in written:
+            say_written(path)
         if failed is not None:
             raise failed
         if answer.remark:

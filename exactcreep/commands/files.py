@@ -17,6 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
+
 import exactcreep
 from exactcreep import interrupts
 from exactcreep.commands.answer import (
@@ -28,6 +30,7 @@ from exactcreep.commands.answer import (
     say,
     say_heading,
     say_table,
+    say_written,
     setting_text,
     shown,
 )
@@ -172,7 +175,7 @@ def export(
     check_output(to, "to", force=force)
     rows = chosen(load_members(run), member).to_pandas(table)
     write_file(to, _content(rows, to), "to", force=force)
-    put(f"written: {to} ({len(rows)} rows)")
+    say_written(f"{to} ({len(rows)} rows)")
 
 
 def _content(rows: DataFrame, to: Path) -> bytes:
@@ -369,7 +372,7 @@ def sweep(
     def tell() -> None:
         say_heading(wanted.name, wanted.title)
         _print_grid(grid)
-        put(f"written: {folder / 'sweep.nc'}")
+        say_written(folder / "sweep.nc")
 
     def draw() -> Any:
         from exactcreep.figures.sweep import draw_sweep
@@ -426,7 +429,7 @@ def _cluster(scheduler: str) -> Any:
 
 
 def reproduce(
-    name: str = "",
+    name: Annotated[str, Parameter(show_default=False)] = "",
     /,
     *,
     quick: Flag = False,
@@ -481,7 +484,8 @@ def reproduce(
             tables = picture.write(data, out, force=force)
         for table in tables:
             _print_table(table)
-        put(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
+        put("")
+        say_written(f"{out / picture.name}.png, .pdf, .nc, .csv")
     if len(wanted) > 1:
         put(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
 

@@ -176,7 +176,8 @@ def run(
         End as soon as the mean velocity is known to this relative error, at 95 %; the cycles of the
         scene are the most.
     record : NAMES
-        x_G, x, tension, slips, events; repeatable or with commas; or none.
+        x_G, x, tension, slips, events, rearrangements, slip_table; repeatable or with commas; or
+        none.
     checkpoint : path
         Keep a file from which exactcreep resume goes on.
     twin : bool

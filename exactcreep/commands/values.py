@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import inspect
 import re
+import shutil
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -125,9 +127,19 @@ def help_of(function: Callable[..., Any]) -> str:
     """Return what a docstring says before its sections, a line a paragraph, and its examples."""
     said, *parts = _SECTION.split(inspect.getdoc(function) or "")
     lines = dict(zip(parts[::2], parts[1::2], strict=True)).get("Examples", "").splitlines()
-    examples = "\n".join(f"    {line}" for line in lines if line)
+    examples = "\n".join(f"    {_continued(line)}" for line in lines if line)
     text = re.sub(r"(?<=\S)\n(?=\S)", " ", said)
     return f"{text}\n\nExamples of use:\n\n{examples}" if examples else text
+
+
+def _continued(line: str) -> str:
+    """Return a line as a shell takes it in pieces: none is broken by a narrow terminal."""
+    room = shutil.get_terminal_size().columns - 6  # of the indent, and of a blank and a backslash
+    kept = re.sub(r"(--\S+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)  # an option and its value
+    parts = textwrap.wrap(
+        kept, room, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
+    return " \\\n    ".join(parts).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def described(function: Callable[..., Any]) -> dict[str, str]:

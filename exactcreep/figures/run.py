@@ -33,6 +33,7 @@ from exactcreep.figures.style import (
     LENGTH,
     MOST_NAMED,
     STYLE,
+    PlainNumbers,
     new_figure,
     setting_text,
     styled,
@@ -49,9 +50,9 @@ from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
+from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.tables import joined
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
 Floats = NDArray[np.float64]
@@ -65,8 +66,11 @@ _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
-COLUMNS = {"slips": "size", "duration": "duration", "dissipated": "energy", "extent": "extent"}
-"""Columns of the table of rearrangements, and what their distribution is called."""
+_FORMULAS = {
+    tables.NUMBER: "", tables.LENGTH: f" {LENGTH}", tables.TIME: r" ($\tau_\mathrm{dyn}$)",
+    tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
+}  # fmt: skip
+"""Units of the table of rearrangements as an axis has them."""
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 
@@ -434,7 +438,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     for until in (first - 1, asked, last):
         advance(simulation, drive, until, done=done, take=take)
         states.setdefault(until, simulation.state())
-    recorded = joined(shown)
+    recorded = tables.joined(shown)
     x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
     theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)
     if first == 1:
@@ -624,7 +628,9 @@ class Plots:
         ----------
         measure : str
             ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
-            ``rearrangements`` that is one of these: ``slips``, ``rearrangement_slips`` ...
+            ``rearrangements`` by either of its names: ``slips``, ``rearrangement_slips``. Places
+            and what may be negative, ``first`` or ``displacement``, are on a linear scale, others
+            on a logarithmic one, where those of zero are left out.
         ax : Axes, optional
             Default: new axes.
         **style
@@ -638,17 +644,18 @@ class Plots:
         ------
         InputError
             If the measure is not known, or the run did not record its rearrangements, or has none
-            after its burn-in.
+            after its burn-in, or the measure is zero of all.
         """
-        asked, measure = measure, COLUMNS.get(measure.removeprefix("rearrangement_"), measure)
-        if measure not in MEASURES:
-            allowed = "must be one of " + ", ".join(dict.fromkeys([*MEASURES, *COLUMNS]))
-            raise InputError("measure", asked, allowed)
-        counted = avalanches_of(self._result)
+        name = measure.removeprefix("rearrangement_")
+        if name not in MEASURES:
+            raise InputError("measure", measure, f"must be one of {', '.join(MEASURES)}")
+        counted = avalanches_of(self._result, [name])
         if not counted.block.size:
             burnt = f"the burn-in of {self._result.burn_in} half-cycles"
             raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
-        binned = distribution(counted, measure)
+        binned = distribution(counted, name)
+        if binned.zeros == counted.block.size:
+            raise InputError("measure", measure, f"is zero of all {binned.zeros} avalanches")
         with mpl.rc_context(STYLE):
             axes = ax or plt.subplots(layout="constrained")[1]
             if ax is None:
@@ -657,10 +664,17 @@ class Plots:
         y, error = binned.density[kept], np.nan_to_num(binned.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
         axes.errorbar(binned.middle[kept], y, error, **{**points, **style})
-        axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure].label)
-        axes.set_ylabel(f"density of {measure}")
+        about = MEASURES[name]
+        axes.set(xscale=about.scale, yscale="log", xlabel=about.label + _FORMULAS[about.unit])
+        without = f", without {binned.zeros} of 0" if binned.zeros else ""
+        axes.set_ylabel(f"density of {name.replace('_', ' ')}{without}")
+        if about.scale == "linear":
+            axes.locator_params(axis="x", nbins=6)
+        for axis in (axes.xaxis, axes.yaxis)[about.scale == "linear" :]:
+            axis.set_major_formatter(PlainNumbers())
+            axis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
         # errors as large as the density itself would reach down to zero
-        axes.set_ylim(bottom=min(float(y.min()) / 3, axes.get_ylim()[1]))
+        axes.set_ylim(float(y.min()) / 3, max(2 * float(y.max()), axes.get_ylim()[1]))
         return axes
 
 

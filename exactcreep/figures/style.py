@@ -9,6 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation
 
 from exactcreep.quasistatic.writing import check_picture, write_file
 
@@ -23,6 +24,8 @@ DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  " + LENGTH
+PLAIN = (1e-3, 2e4)
+"""Within these a logarithmic axis has numbers, not powers of ten."""
 MOST_NAMED = 16
 """Families that a legend can name."""
 _SYMBOLS = {
@@ -30,6 +33,17 @@ _SYMBOLS = {
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
     "sigma_theta": r"$\sigma_\theta$",
 }  # fmt: skip
+
+
+class PlainNumbers(LogFormatterSciNotation):
+    """Labels of a logarithmic axis: 0.02 or 500 as they stand, powers of ten where it is long."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a tick, empty where it has none."""
+        low, high = PLAIN
+        label = super().__call__(x, pos)
+        least, largest = sorted(self.axis.get_view_interval())  # type: ignore[union-attr]
+        return f"{x:g}" if label and low <= least and largest <= high else label
 
 
 def new_figure(width: float, height: float, title: str = "", dpi: int | None = None) -> Figure:

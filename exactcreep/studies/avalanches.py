@@ -1,4 +1,4 @@
-"""Distributions of avalanches (rearrangements): their size, duration, energy and extent.
+"""Distributions of avalanches (rearrangements): of their size, duration, energy, any column.
 
 They are counted from the table `rearrangements` of a run, after its burn-in, in blocks of whole
 cycles (of targets, for other drives), whose scatter tells the errors: avalanches of one half-cycle
@@ -8,36 +8,60 @@ are not independent.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.solvers.tables import ENERGY, NUMBER, REARRANGEMENT_TABLE, TIME
 
 Floats = NDArray[np.float64]
 BLOCKS = 16
-PER_DECADE = 8
+PER_DECADE, EQUAL = 8, 24
+"""Bins on a logarithmic scale, and all of a linear one."""
 
 
 class Measure(NamedTuple):
-    """A quantity of an avalanche: its label on an axis, and whether it is a whole number."""
+    """A quantity of an avalanche: its label and unit, whether it is a whole number, its scale."""
 
     label: str
+    unit: str
     whole: bool
+    scale: str = "log"
 
 
-MEASURES = {
-    "size": Measure("size $S$ (slips)", True),
-    "duration": Measure(r"duration $T$ ($\tau_\mathrm{dyn}$)", False),
-    "energy": Measure(r"energy dissipated $E$ ($m g^2 \tau_\mathrm{dyn}^2$)", False),
-    "extent": Measure("extent $L$ (sliders from first to last)", True),
+_OWN = {
+    "size": Measure("size $S$ (slips)", NUMBER, True),
+    "duration": Measure("duration $T$", TIME, False),
+    "energy": Measure("energy dissipated $E$", ENERGY, False),
+    "extent": Measure("extent $L$ (sliders from first to last)", NUMBER, True),
 }
+_COLUMNS = {"size": "slips", "energy": "dissipation"}
+"""Of the table, where their names are others."""
+_PLACED = {
+    "half_cycle", "theta", "direction", "began_first", "began_last", "first", "last",
+    "displacement", "gravity",
+}  # fmt: skip
+"""Columns of places and of what may be negative, which have a linear scale."""
+MEASURES = _OWN | {
+    name: Measure(
+        name.replace("_", " "),
+        column.unit,
+        column.dtype.startswith("int"),
+        "linear" if name in _PLACED else "log",
+    )
+    for name, column in REARRANGEMENT_TABLE.fields.items()
+    if name not in (*_OWN, *_COLUMNS.values())
+}
+MEASURES |= {column: MEASURES[name] for name, column in _COLUMNS.items()}
+"""What can be measured of an avalanche, by name: four quantities, and every column of the table."""
 
 
 class Avalanches(NamedTuple):
-    """The avalanches of a run: in which of the `blocks` each lies, and its `MEASURES` by name."""
+    """The avalanches of a run: in which of the `blocks` each lies, and `MEASURES` by name."""
 
     block: NDArray[np.int64]
     blocks: int
@@ -45,19 +69,21 @@ class Avalanches(NamedTuple):
 
 
 class Distribution(NamedTuple):
-    """A log-binned density with its standard error, by bins.
+    """A density with its standard error, by bins.
 
-    `middle` are geometric middles, of whole numbers between the first and the last in a bin;
-    `width` of whole numbers is how many a bin holds.
+    Bins are equal on the scale of the measure, ``log`` or ``linear``, and `middle` are the middles
+    on it, of whole numbers between the first and the last in a bin; `width` of whole numbers is how
+    many a bin holds. Of `zeros` values the logarithm is not known: they are left out.
     """
 
     middle: Floats
     width: Floats
     density: Floats
     error: Floats
+    zeros: int
 
 
-def avalanches_of(result: Creep) -> Avalanches:
+def avalanches_of(result: Creep, measures: Iterable[str] = _OWN) -> Avalanches:
     """Return the avalanches of a run after its burn-in; `InputError` if it recorded none."""
     recorded = result.recorded
     if "rearrangement_slips" not in recorded:
@@ -68,34 +94,45 @@ def avalanches_of(result: Creep) -> Avalanches:
     blocks = max(1, min(BLOCKS, periods))
     passed = (recorded["rearrangement_half_cycle"] - result.burn_in - 1) // period
     kept = (passed >= 0) & (passed < periods)
-    columns = {
-        "size": recorded["rearrangement_slips"],
-        "duration": recorded["rearrangement_duration"],
-        "energy": recorded["rearrangement_dissipation"],
-        "extent": recorded["rearrangement_last"] - recorded["rearrangement_first"] + 1,
+
+    def column(name: str) -> NDArray[Any]:
+        return recorded[f"rearrangement_{_COLUMNS.get(name, name)}"][kept]
+
+    values = {
+        name: (column("last") - column("first") + 1 if name == "extent" else column(name))
+        for name in measures
     }
-    values = {name: column[kept].astype(float) for name, column in columns.items()}
-    return Avalanches(passed[kept] * blocks // max(1, periods), blocks, values)
+    floats = {name: each.astype(float) for name, each in values.items()}
+    return Avalanches(passed[kept] * blocks // max(1, periods), blocks, floats)
 
 
 def edges_of(measure: str, low: float, high: float) -> Floats:
-    """Return the edges of bins, equal on a logarithmic scale; of whole numbers halfway between."""
-    first, last = (math.log10(value) * PER_DECADE for value in (low, high))
-    edges = 10.0 ** (np.arange(math.floor(first), math.ceil(last) + 2) / PER_DECADE)
-    return np.unique(np.ceil(edges)) - 0.5 if MEASURES[measure].whole else edges
+    """Return the edges of bins, of whole numbers halfway between.
+
+    They are equal on the scale of the measure.
+    """
+    _, _, whole, scale = MEASURES[measure]
+    if scale == "linear":
+        apart = 1.0 if whole or low == high else 0.0
+        edges = np.linspace(low, high + apart, EQUAL + 1)
+    else:
+        first, last = (math.log10(value) * PER_DECADE for value in (low, high))
+        edges = 10.0 ** (np.arange(math.floor(first), math.ceil(last) + 2) / PER_DECADE)
+    return np.unique(np.ceil(edges)) - 0.5 if whole else edges
 
 
 def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -> Distribution:
-    """Return how one of `MEASURES` is distributed; zero values (of no slip at all) are left out.
+    """Return how one of `MEASURES` is distributed; on a logarithmic scale zeros are left out.
 
     The error is that of a ratio of sums over blocks, to first order in their scatter; nan for one.
     """
-    positive = found.values[measure] > 0
-    held = found.values[measure][positive]
+    values, logarithmic = found.values[measure], MEASURES[measure].scale == "log"
+    counted = (values > 0) | (not logarithmic)
+    held = values[counted]
     if edges is None:
         edges = edges_of(measure, held.min(), held.max()) if held.size else np.array([0.5, 1.5])
     bins = [np.arange(found.blocks + 1) - 0.5, edges]
-    counts, _, _ = np.histogram2d(found.block[positive], held, bins)
+    counts, _, _ = np.histogram2d(found.block[counted], held, bins)
     whole = counts.sum(axis=1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = counts.sum(axis=0) / whole.sum()
@@ -104,5 +141,7 @@ def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -
         error = np.sqrt(several * apart) / whole.sum()
     width = np.diff(edges)
     inside = 0.5 if MEASURES[measure].whole else 0.0
-    middle = np.sqrt((edges[:-1] + inside) * (edges[1:] - inside))
-    return Distribution(middle, width, share / width, error / width)
+    first, last = edges[:-1] + inside, edges[1:] - inside
+    middle = np.sqrt(first * last) if logarithmic else (first + last) / 2
+    zeros = int(values.size - held.size)
+    return Distribution(middle, width, share / width, error / width, zeros)

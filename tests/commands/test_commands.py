@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 from fractions import Fraction
 from pathlib import Path
 
@@ -19,7 +20,7 @@ import exactcreep
 from exactcreep import Chain
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands.answer import say_summary
-from exactcreep.commands.studies import QUESTIONS
+from exactcreep.commands.studies import QUESTIONS, question
 from exactcreep.figures import animation
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, environment, finished
@@ -81,10 +82,11 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     told = command(*line, *options, *["--force"] * bool(options))
     assert told.code == 0, told.err
     for path in map(Path, options[1::2]):
-        assert f"written: {path}" in told.out
+        assert f"written: {path}" in told.err.splitlines() or f"written: {path} (" in told.err
         assert path.read_bytes().startswith(BEGINNINGS[path.suffix])
     assert bool(drawn) == ("plot" in outputs or name == "show")
-    assert told.out.strip()
+    assert "written" not in told.out
+    assert told.out.strip() or name in ("show", "export")
     assert all(len(row) <= 80 for row in told.out.splitlines() if "  " in row)
     if name not in SILENT:
         assert command(*line, "--json").json.keys()
@@ -111,7 +113,7 @@ def test_an_answer_whose_name_was_taken_meanwhile_is_kept_under_another(
     assert told.code == 2
     assert "another program meanwhile; this result is in t-2.nc" in told.err
     assert {Path(name).read_text() for name in written} == {"of another program"}
-    assert "written: t-2.nc" in told.out
+    assert "written: t-2.nc" in told.err
     assert Path("t-2.png").read_bytes().startswith(BEGINNINGS[".png"])
     assert command(*line, "--force").code == 0
     assert Path("t.nc").read_bytes().startswith(BEGINNINGS[".nc"])
@@ -124,6 +126,35 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
     for name in COMMANDS:
         told = command(name, "--help").out
         assert f"exactcreep {name}" in told.partition("Options")[0].partition("Example")[2]
+
+
+@pytest.mark.parametrize("columns", ["50", "80", "200"])
+def test_an_example_of_a_help_can_be_copied_from_a_terminal_of_any_width(
+    command: Command, monkeypatch: pytest.MonkeyPatch, columns: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    for name, function in COMMANDS.items():
+        shown = command(name, "--help").out
+        assert max(map(len, shown.splitlines())) <= int(columns)
+        joined = re.sub(r" \\\n +", " ", shown)
+        said = str(inspect.getdoc(function or question(name)))
+        _, _, examples = said.partition("Examples\n--------\n")
+        assert examples.strip()
+        for line in filter(None, examples.splitlines()):
+            assert f"    {line}\n" in joined
+    assert "default: \"\"" not in command("reproduce", "--help").out
+
+
+def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
+    command: Command,
+) -> None:
+    Path("days.csv").write_text("date,T\n2024-06-01,8.5\n2024-06-02,9\n2024-06-03,9.5\n")
+    told = command("record", "days.csv", "--plot", "days.png")
+    assert tomllib.loads(told.out)["drive"]["file"] == "days.csv"
+    assert told.err == "written: days.png\n"
+    told = command("run", *SHORT, "--out", "run.nc", "--json")
+    assert told.json["scene"] == SHORT[0]
+    assert told.err == "written: run.nc\n"
 
 
 # --- what is said --------------------------------------------------------------------------------
@@ -145,6 +176,9 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
         ({"edges": {"first": {"low": 1.5, "known": True}, "second": {"low": math.nan}},
           "reason": None, "cycles_tried": list(range(8))},
          ["edges         first: low 1.5, known yes", "cycles tried  0, 1, 2, 3, 4, 5, and 2 more"]),
+        ({"rate": {"rate": 0.5, "exponential": 0.25}, "exponential": 0.25},
+         ["rate           rate 0.5", "constant rate  with it, lives at least so far from geometric"
+          " have probability 0.25"]),
     ],
 )  # fmt: skip
 def test_a_summary_has_a_line_for_what_is_known_and_cuts_long_lists(
@@ -226,8 +260,8 @@ def test_debug_shows_the_traceback() -> None:
 @pytest.mark.parametrize(
     ("line", "variables", "expected", "said"),
     [
-        ("", {"NUMBA_DISABLE_JIT": "1"}, 2, "NUMBA_DISABLE_JIT must not be set: the solvers are"),
-        ("--plot a.png", {"MPLBACKEND": "nonsense"}, 0, ""),
+        ("", {"NUMBA_DISABLE_JIT": "1"}, 2, "exactcreep: NUMBA_DISABLE_JIT must not be set: "),
+        ("--plot a.png", {"MPLBACKEND": "nonsense"}, 0, "written: a.png\n"),
     ],
 )
 def test_an_environment_that_does_not_fit_costs_a_sentence(
@@ -237,8 +271,8 @@ def test_an_environment_that_does_not_fit_costs_a_sentence(
     script += "from exactcreep.cli import main; main()"
     told = finished(sys.executable, "-c", script, "run", *SHORT, *line.split(), **variables)
     assert told.returncode == expected
-    assert told.stderr.startswith(f"exactcreep: {said}" if said else "")
-    assert told.stderr.count("\n") == bool(said)
+    assert told.stderr.startswith(said)
+    assert told.stderr.count("\n") == 1
 
 
 # --- stopped -------------------------------------------------------------------------------------

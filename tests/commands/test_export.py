@@ -29,7 +29,7 @@ def test_a_table_comes_back_from_its_files_whole(
     assert (len(own) > 0) == (amplitude == "0.005" or table == "half_cycles")
     for ending in ("parquet", "csv"):
         told = command("export", "run.nc", "--table", table, "--to", f"table.{ending}")
-        assert told.out == f"written: table.{ending} ({len(own)} rows)\n"
+        assert told.err == f"written: table.{ending} ({len(own)} rows)\n"
     back = pd.read_parquet("table.parquet")
     types = own.assign(kind=own["kind"].astype("object")) if "kind" in own else own
     back = back.astype(types.dtypes.to_dict())  # a category without members is lost

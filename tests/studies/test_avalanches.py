@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from exactcreep import Chain, Creep, Cycles, InputError, creep
+from exactcreep.figures.style import PlainNumbers
+from exactcreep.solvers.tables import REARRANGEMENT_TABLE
 from exactcreep.studies import avalanches
 from exactcreep.studies.avalanches import MEASURES, Avalanches
+from tests.pictures import assert_shows_data
 
 CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
@@ -33,15 +37,62 @@ def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:
 
 
 def test_the_avalanches_of_a_run_are_those_of_whole_cycles_after_its_burn_in(run: Creep) -> None:
-    found = avalanches.avalanches_of(run)
+    found = avalanches.avalanches_of(run, MEASURES)
     slips = run.recorded["slips"][run.burn_in :].sum()
     assert run.burn_in % 2 == 0 < run.burn_in
     assert found.values["size"].sum() == slips > 1000
     assert set(found.block.tolist()) == set(range(avalanches.BLOCKS))
     assert 1 <= found.values["extent"].min() <= found.values["extent"].max() <= CHAIN.n
-    for measure in MEASURES:
+    assert (found.values["undecided"] == 0).all()
+    for measure in MEASURES.keys() - {"undecided"}:
         part = avalanches.distribution(found, measure)
         assert (part.density * part.width).sum() == pytest.approx(1, rel=1e-12)
+        assert part.zeros == 0
+
+
+@pytest.mark.parametrize("name", [*REARRANGEMENT_TABLE.fields][:-1])
+def test_any_column_of_the_table_is_drawn_as_it_is_distributed(run: Creep, name: str) -> None:
+    values = run.to_pandas("rearrangements").query(f"half_cycle > {run.burn_in}")[name]
+    axes = run.plot.avalanches(name)
+    assert_shows_data(axes.figure)
+    x, density = axes.containers[0].lines[0].get_data()
+    edges = avalanches.edges_of(name, values.min(), values.max())
+    shares, _ = np.histogram(values, edges, density=True)
+    assert density == pytest.approx(shares[shares > 0])
+    within = np.transpose([edges[:-1], edges[1:]])[shares > 0]
+    assert ((within[:, 0] < x) & (x < within[:, 1])).all()
+    if name in ("direction", "first"):  # few whole numbers, each in a bin of its own
+        assert x.tolist() == sorted(set(values))
+    places = ("half_cycle", "began_first", "began_last", "first", "last")
+    linear = (values < 0).any() or name in places
+    assert axes.get_xscale() == ("linear" if linear else "log")
+
+
+def test_values_of_zero_are_counted_where_they_cannot_be_drawn(run: Creep) -> None:
+    counted = run.recorded["rearrangement_undecided"].copy()
+    with pytest.raises(InputError, match="'undecided': is zero of all 4704 avalanches"):
+        run.plot.avalanches("undecided")
+    counted[-3:] = 1, 2, 2
+    rare = replace(run, recorded={**run.recorded, "rearrangement_undecided": counted})
+    axes = rare.plot.avalanches("rearrangement_undecided")
+    assert axes.get_ylabel() == "density of undecided, without 4701 of 0"
+    assert axes.containers[0].lines[0].get_ydata() == pytest.approx([1 / 3, 2 / 3])
+
+
+@pytest.mark.parametrize(("least", "most", "labels"), [
+    (1, 30, {"1", "10"}), (2, 9, {"2", "3"}), (1e-6, 1e6, {"$\\mathdefault{10^{-6}}$"}),
+])  # fmt: skip
+def test_short_logarithmic_axes_have_numbers_and_long_ones_powers(
+    least: float, most: float, labels: set[str]
+) -> None:
+    figure, axes = plt.subplots()
+    axes.set(xscale="log", xlim=(least, most))
+    axes.xaxis.set_major_formatter(PlainNumbers())
+    axes.xaxis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
+    figure.canvas.draw()
+    shown = {text.get_text() for text in axes.get_xticklabels(which="both")}
+    assert labels <= shown
+    assert any("10^" in text for text in shown) == (most > 100)
 
 
 def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
