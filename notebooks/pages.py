@@ -7,10 +7,10 @@ Markdown. So no list of names, columns, keys, commands or laws is written twice.
 import ast
 import enum
 import inspect
+import json
 import re
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields
-from multiprocessing import get_context
+from hashlib import sha256
 from pathlib import Path
 from unittest.mock import patch
 
@@ -18,7 +18,7 @@ import sympy as sp
 from numpydoc.docscrape import NumpyDocString
 
 import exactcreep
-from derivations.ledger import CHAPTERS, by_number, entries, proof_of, value
+from derivations.ledger import CHAPTERS, by_number, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
@@ -28,6 +28,9 @@ from exactcreep.solvers.tables import TABLES
 from formulas import with_formulas
 
 BOOK = Path(__file__).parent
+DERIVATIONS = BOOK.parent / "derivations"
+KEPT_PREMISES = BOOK / "reference" / "premises.json"
+"""What each premise carries, with a digest of the derivations that found it."""
 
 
 def _cell(text):
@@ -372,18 +375,26 @@ def proofs(_):
 
 
 def carried(_):
-    """Return which entries each premise of the model carries; each premise has a process."""
-    with ProcessPoolExecutor(mp_context=get_context("fork")) as pool:
-        refuted = dict(zip(PREMISES, pool.map(_refuted_without, PREMISES), strict=True))
+    """Return which entries each premise of the model carries."""
     rows = [
-        (f"`{entry.name}`", *("x" if entry.name in refuted[name] else "" for name in PREMISES))
-        for entry in entries()
+        (f"`{name}`", *("x" if premise in refuting else "" for premise in PREMISES))
+        for name, refuting in kept_premises().items()
     ]
     return _table(["refuted if", *PREMISES], rows, "searchable premises")
 
 
-def _refuted_without(premise):
-    return {entry.name for entry in entries() if entry.faults(PREMISES[premise])}
+def kept_premises():
+    """Return `derivations.ledger.premises`, from its file while the derivations stay as they were.
+
+    All proofs under all changed premises take a minute; after a change they are made once, and kept.
+    """
+    sources = sorted([*DERIVATIONS.glob("*.py"), *DERIVATIONS.glob("*.toml")])
+    digest = sha256("\0".join(path.read_text(encoding="utf-8") for path in sources).encode())
+    kept = json.loads(KEPT_PREMISES.read_text(encoding="utf-8")) if KEPT_PREMISES.exists() else {}
+    if kept.get("derivations") != digest.hexdigest():
+        kept = {"derivations": digest.hexdigest(), "refuted without": premises()}
+        KEPT_PREMISES.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    return kept["refuted without"]
 
 
 def _prose(text):

@@ -143,6 +143,20 @@ def test_formulas_in_a_sentence_are_set_and_words_stay(
     assert import_module("formulas").with_formulas(text) == set_in_type
 
 
+def test_the_table_of_premises_is_made_anew_once_the_derivations_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(BOOK))
+    pages = import_module("pages")
+    monkeypatch.setattr(pages, "DERIVATIONS", tmp_path)
+    monkeypatch.setattr(pages, "KEPT_PREMISES", tmp_path / "kept.json")
+    for count, source in enumerate(("m = 1", "m = 1", "m = 2")):
+        (tmp_path / "model.py").write_text(source, encoding="utf-8")
+        monkeypatch.setattr(pages, "premises", lambda count=count: {"slip": [str(count)]})
+        pages.kept_premises()
+        assert pages.kept_premises() == {"slip": ["2" if source == "m = 2" else "0"]}
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""

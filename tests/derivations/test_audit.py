@@ -322,6 +322,14 @@ def test_an_entry_says_that_sliding_is_continuous_and_without_inertia_iff_it_nee
         assert assumed == tied & set(refuting[entry.name]), entry.name
 
 
+@pytest.mark.slow
+def test_the_table_of_premises_that_the_book_keeps_is_the_one_that_is_computed(
+    refuting: dict[str, list[str]],
+) -> None:
+    kept = json.loads((ROOT / "notebooks/reference/premises.json").read_text(encoding="utf-8"))
+    assert kept["refuted without"] == refuting
+
+
 def test_a_changed_premise_refutes_what_depends_on_it_alone(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
