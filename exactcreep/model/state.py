@@ -318,6 +318,14 @@ class State(Shown):
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
 
 
+def mirrored(chain: Chain, state: State) -> bool:
+    """Return whether the chain is, and therefore stays, the mirror image of itself."""
+    if chain.tan_alpha or chain.sigma_mu or chain.n < 2:
+        return False
+    alike = ((row == row[::-1]).all() for row in (state.tensions, state.coefficients))
+    return all(bool(same_row) for same_row in alike)
+
+
 def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""
     if tensions is None:

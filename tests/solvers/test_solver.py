@@ -206,3 +206,14 @@ def test_a_coefficient_brought_by_the_start_ends_with_the_slider_s_first_stop(
     state = simulation.state()
     assert (state.draws > 1).all()
     assert state.coefficients.astype(float).tolist() == [0.6] * 3
+
+
+@pytest.mark.parametrize("name", EVENTS_HAPPEN)
+def test_unlike_coefficients_of_the_start_part_the_ends_of_a_level_chain(name: str) -> None:
+    level = Chain(3, 1000, "0.5", "0.6", tan_alpha=0)
+    start = replace(State.relaxed(level), coefficients=np.array([0.6, 0.6, 0.65]))
+    begin = solver_named(name, {}).rearrange(level, start, 1, 0)
+    assert begin.itinerary[0] == ("start", (1,), (-1,))
+    assert 1000 * float(begin.theta) == pytest.approx(0.6, rel=1e-14)
+    alike = solver_named(name, {}).rearrange(level, State.relaxed(level), 1, 0)
+    assert alike.itinerary[0] == ("start", (1, 3), (-1, 1))

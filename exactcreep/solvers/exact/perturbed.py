@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.state import mirrored
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact.layout import PAD, compiled, inlined
 from exactcreep.solvers.exact.loop import follow, prepare
 from exactcreep.solvers.exact.pack import Origin, Workspace, place, readied, roomier
-from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION, TENSION_LOW
+from exactcreep.solvers.exact.rows import NOTHING, PLACE, PLACE_LOW, TENSION_LOW
 from exactcreep.solvers.interface import TENSION_TOLERANCE
 
 COPIES = 6
@@ -123,7 +124,7 @@ def rounding_error(
     for word, copies, far in ((_WORD, COPIES, FAR), (~_WORD, FURTHER_COPIES, 1.0)):
         differs, copy, distance = run_copies(
             *work, begun, numbers, origin.state.draws, target, target_low, NOTHING, 1, True,
-            log, low, end, mirrored(chain, origin), word, copies, far,
+            log, low, end, mirrored(chain, origin.state), word, copies, far,
         )  # fmt: skip
         error = max(error, MARGIN * distance)
         if copy <= copies - 2:
@@ -136,14 +137,6 @@ def rounding_error(
     which = f"event {event['number'] + 1}, the {_KINDS[event['kind']]} of slider {event['slider']},"
     how = "another" if differs < len(log) else "not the last"
     return RoundingError(np.inf, f"{which} is {how} in a copy a few roundings off")
-
-
-def mirrored(chain: Chain, origin: Origin) -> bool:
-    """Return whether the chain is, and therefore stays, the mirror image of itself."""
-    if chain.tan_alpha or chain.sigma_mu:
-        return False
-    tensions = origin.numbers[TENSION : TENSION_LOW + 1, : chain.n - 1]
-    return bool((tensions == tensions[:, ::-1]).all())
 
 
 @compiled

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.state import mirrored
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.layout import PAD, compiled
 from exactcreep.solvers.exact.loop import follow, prepare
 from exactcreep.solvers.exact.pack import Origin, place, series_of, side_by_side
-from exactcreep.solvers.exact.perturbed import mirrored
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
 
@@ -69,7 +69,7 @@ class RoundedCopies(PerturbedCopies):
         self._targets, self._seed = targets, seed
         self._own = slice(PAD, PAD + chain.n)
         largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
-        self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin)
+        self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
         self._origin, self._nudge = origin, _NUDGE * largest
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
         work = side_by_side(chain, origin, seed, COPIES)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS
 from exactcreep.model.contacts import Contacts, start_direction
 from exactcreep.model.numbers import exact_number
-from exactcreep.model.state import State
+from exactcreep.model.state import State, mirrored
 from exactcreep.motion.amplified import AmplifiedErrors
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
@@ -128,10 +128,7 @@ class ChainAtRest:
 
     def _is_mirrored(self, state: State) -> bool:
         """Whether the chain is, and therefore stays, the mirror image of itself."""
-        if self.chain.tan_alpha != 0 or self.chain.sigma_mu != 0 or self.chain.n < 2:
-            return False
-        tensions = state.tensions.tolist()
-        return all(bool(a == b) for a, b in zip(tensions, reversed(tensions), strict=True))
+        return mirrored(self.chain, state)
 
     def _sign(self, x: Any, slack: Any = None) -> int:
         """Return a sign; what cannot be decided is zero and counted, if that is allowed."""
