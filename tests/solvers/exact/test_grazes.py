@@ -6,10 +6,13 @@ import math
 import random
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
-from exactcreep.solvers.exact import margins
+from exactcreep.compiling import njit
+from exactcreep.solvers.exact import layout, margins, taylor
+from exactcreep.solvers.exact.pack import series_of
 
 GRAZING = Chain(3, 1000, "0.5", "0.5100", "0", tan_alpha="0.473")
 """The speed of slider 3 has a minimum of a few 1e-17 while slider 2 moves; then both stop."""
@@ -137,3 +140,25 @@ def test_a_margin_that_falls_reaches_zero_however_it_is_bent() -> None:
         elif steep >= 64 * bound:
             assert least > -3 * 2 * bound  # nothing is in doubt that is far from a graze
         assert not margins.falls.py_func(steep, bound, curve)
+
+
+@njit(error_model="numpy")
+def evaluated(series, orders, even_tail, odd_tail, t):
+    taylor._evaluate(series, 1, orders, even_tail, odd_tail, t)
+
+
+def test_a_margin_is_the_sum_of_its_series_and_its_fourth_derivative_within_all_terms() -> None:
+    rng, series = np.random.default_rng(4), series_of(2)
+    orders = np.arange(layout.ORDERS)
+    for t in (0.0, 1e-3, 0.1, 0.5, 1.0):
+        derivatives = rng.standard_normal((layout.ORDERS, 8)) * 2.0 ** -rng.integers(0, 8, (1, 8))
+        series[: layout.ORDERS] = derivatives
+        series[layout.MOVES], series[layout.RESTS], series[layout.HOLDS] = 0.0, 1.0, 0.0
+        even, odd = np.abs(derivatives[10:12]).max(axis=1).tolist()
+        evaluated(series, layout.ORDERS, even, odd, t)
+        terms = t**orders / np.array([float(math.factorial(k)) for k in orders])
+        np.testing.assert_allclose(series[layout.AT_END], terms @ derivatives, atol=1e-14)
+        bound = terms[:8] @ np.abs(derivatives[4:12])
+        beyond = t**6 * (even * 1.1 / math.factorial(6) + odd * 1.4 * t / math.factorial(7))
+        assert (series[layout.BENT] >= bound * (1 - 1e-14)).all()
+        assert (series[layout.BENT] <= (bound + beyond) * (1 + 1e-14)).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from collections import Counter
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -122,13 +123,17 @@ def test_a_margin_that_most_copies_cross_is_in_doubt_whatever_their_signs(
     assert lucky >= 1
 
 
-def five_sliders(extra: Fraction, **options: Any) -> Rearrangement:
-    """Return an avalanche of five sliders whose second spring is stretched by `extra` more."""
+def five_sliders(extra: Fraction, place: float = 0.0, **options: Any) -> Rearrangement:
+    """Return an avalanche of five sliders whose second spring is stretched by `extra` more.
+
+    All stand displaced by `place`.
+    """
     chain = Chain(5, 1, "1/10", "1/5", tan_alpha="1/20")
     limit = Fraction(chain.times_cosine(chain.mu_s))
     tensions = [limit * Fraction(t, 100) for t in (-96, 119, -24, -12)]
     tensions[1] += extra
-    return rearrange(chain, State.prepared(chain, tensions), direction=0, **options)
+    state = replace(State.prepared(chain, tensions), displacements=np.full(5, place))
+    return rearrange(chain, state, direction=0, **options)
 
 
 @pytest.fixture(scope="module")
@@ -157,6 +162,11 @@ def test_a_start_near_grazing_costs_digits_and_is_told(graze: Fraction) -> None:
     assert again.itinerary == far.itinerary
     places = [x.str(25, radius=False) for x in again.state.displacements.tolist()]
     assert error_of(far, places) < far.error
+
+
+def test_the_estimate_does_not_depend_on_where_the_chain_stands(graze: Fraction) -> None:
+    here, there = (five_sliders(graze + Fraction(1, 10**8), place) for place in (0.0, 2.0**40))
+    assert there.error == pytest.approx(here.error, rel=0.05)
 
 
 def test_reference_loses_digits_near_grazing_and_says_so(graze: Fraction) -> None:
