@@ -74,8 +74,8 @@ class Rearrangement(Result):
 
     Parameters
     ----------
-    **known
-        What is known of it: its attributes.
+    **attributes
+        What follows, by name.
 
     Attributes
     ----------
@@ -130,11 +130,11 @@ class Rearrangement(Result):
     reason: str
     motion: Solution | None
 
-    def __init__(self, **known: Any) -> None:
-        vars(self).update(_USUAL, **known)
+    def __init__(self, **attributes: Any) -> None:
+        vars(self).update(_USUAL, **attributes)
 
     @classmethod
-    def of(cls, moved: Any, solver: str, ended: Ending, **known: Any) -> Self:
+    def of(cls, moved: Any, solver: str, ended: Ending, **attributes: Any) -> Self:
         """Return the rearrangement that a solver has come to.
 
         Parameters
@@ -145,8 +145,8 @@ class Rearrangement(Result):
             Its name.
         ended : Ending
             Why it came back.
-        **known
-            What else is known of it: its attributes.
+        **attributes
+            What the solver adds, by name.
 
         Returns
         -------
@@ -173,7 +173,7 @@ class Rearrangement(Result):
             solver=solver,
             seed=moved.seed,
             reason=ended.reason,
-            **known,
+            **attributes,
         )
 
     @property
@@ -332,9 +332,9 @@ class Rearrangement(Result):
         >>> float(slip.energy(slip.duration).kinetic) < 1e-30
         True
         """
-        known, begin = self.sol(t), self.initial.tensions.astype(float)
-        moved = known.positions.astype(float).T - self.initial.displacements.astype(float)
-        kinetic = (known.velocities.astype(float).T ** 2).sum(axis=-1) / 2
+        motion, begin = self.sol(t), self.initial.tensions.astype(float)
+        moved = motion.positions.astype(float).T - self.initial.displacements.astype(float)
+        kinetic = (motion.velocities.astype(float).T ** 2).sum(axis=-1) / 2
         elastic = ((begin + np.diff(moved, axis=-1)) ** 2).sum(axis=-1) / 2
         gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
         return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
@@ -513,21 +513,21 @@ def require(holds: bool, otherwise: str) -> None:
         raise ValueError(otherwise)
 
 
-def require_like(like: Any, given: Any, name: str = "it") -> None:
+def require_like(like: Any, held: Any, name: str = "it") -> None:
     """Raise `ValueError` unless what a file holds has the names, types and shapes of `like`.
 
     Of `like`, an array without rows stands for any number of them, None and a list for anything.
     """
     if isinstance(like, Mapping):
-        require(isinstance(given, Mapping) and like.keys() == given.keys(), f"{name} lacks a name")
+        require(isinstance(held, Mapping) and like.keys() == held.keys(), f"{name} lacks a name")
         for key, value in like.items():
-            require_like(value, given[key], key)
+            require_like(value, held[key], key)
     elif isinstance(like, np.ndarray):
-        fits = isinstance(given, np.ndarray) and given.dtype == like.dtype
+        fits = isinstance(held, np.ndarray) and held.dtype == like.dtype
         begin = int(len(like) == 0)
-        require(fits and given.shape[begin:] == like.shape[begin:], f"{name} has another shape")
+        require(fits and held.shape[begin:] == like.shape[begin:], f"{name} has another shape")
     elif like is not None and not isinstance(like, list):
-        require(type(given) is type(like), f"{name} is of another kind")
+        require(type(held) is type(like), f"{name} is of another kind")
 
 
 @dataclass(frozen=True, eq=False)

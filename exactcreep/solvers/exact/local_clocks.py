@@ -246,37 +246,37 @@ def _renew(cell, clock, now):
     speed = across(clock, row + cells.NOW_SPEED, CLOCKS, zero)
     moves = side * side
     moving = (moves > 0.0) & window
-    y = fused(1.0 - moves, pull, side * speed)
-    after = side * (side * pull - now.chain.friction)
-    wild = largest(choose(moving, max(speed + speed, moves * abs(after)), 0.0))
-    rest = (EPOCH - begin) * (EPOCH - begin)
-    rest *= rest
-    rest *= rest
-    rest *= rest
+    derivative = fused(1.0 - moves, pull, side * speed)
+    following = side * (side * pull - now.chain.friction)
+    wild = largest(choose(moving, max(speed + speed, moves * abs(following)), 0.0))
+    remaining = (EPOCH - begin) * (EPOCH - begin)
+    remaining *= remaining
+    remaining *= remaining
+    remaining *= remaining
     now.epoch.wild = max(now.epoch.wild, wild)
-    now.epoch.spent += rest * _LEFT_OUT
+    now.epoch.spent += remaining * _LEFT_OUT
     if (
         wild > _CALM * now.chain.friction
         or now.epoch.spent * now.epoch.wild > _BUDGET * now.chain.friction
     ):
         return False
     if fresh:
-        after = choose(1 << lane, cell[cells.SIDE, i] * cell[cells.DRIVE, i], after)
-    _put_nearby(clock, row, nearby, y)
-    y = choose((moves > 0.0) & outer, y, 0.0)
-    after = choose(moving, after, 0.0)
+        following = choose(1 << lane, cell[cells.SIDE, i] * cell[cells.DRIVE, i], following)
+    _put_nearby(clock, row, nearby, derivative)
+    derivative = choose((moves > 0.0) & outer, derivative, 0.0)
+    following = choose(moving, following, 0.0)
     holds = 0.0 - stiffness
     bent = inner(zero)
     late = zero
     for k in range(1, KNOWN):
-        around = from_left(0.0, y) + from_right(y, 0.0)
-        new = choose(moving, after, around)
-        _put_nearby(clock, row + k, nearby, new)
+        around = from_left(0.0, derivative) + from_right(derivative, 0.0)
+        renewed = choose(moving, following, around)
+        _put_nearby(clock, row + k, nearby, renewed)
         if k == 6 or k == 7:
-            bent = fused(abs(inner(new)), _SIXTH if k == 6 else _SEVENTH, bent)
+            bent = fused(abs(inner(renewed)), _SIXTH if k == 6 else _SEVENTH, bent)
         elif k == 8 or k == 9:
-            late = max(late, abs(after), choose(nearby, abs(new), 0.0))
-        y, after = after, choose(moving, fused(holds, y, around), 0.0)
+            late = max(late, abs(following), choose(nearby, abs(renewed), 0.0))
+        derivative, following = following, choose(moving, fused(holds, derivative, around), 0.0)
     bent_b, bent_c, bent_d = strips(bent + _TAIL * largest(late))
     _keep(cell, clock, now.chain.friction, first + 1, begin, bent_b, nearby >> 8)
     _keep(cell, clock, now.chain.friction, first + 2, begin, bent_c, nearby >> 16)
@@ -352,10 +352,10 @@ def _look(cell, clock, now, i):
         now.counts.roots += 1
         bend = bend_odd = 0.0
         for k in range(KNOWN - 2, 3, -2):
-            after = b * b * element(margins.STEP_FACTORS, 0, k - 3)
-            bend = fused(bend, after, abs(element(clock, row + k, lane)))
-            after = b * b * element(margins.STEP_FACTORS, 0, k - 2)
-            bend_odd = fused(bend_odd, after, abs(element(clock, row + k + 1, lane)))
+            factor = b * b * element(margins.STEP_FACTORS, 0, k - 3)
+            bend = fused(bend, factor, abs(element(clock, row + k, lane)))
+            factor = b * b * element(margins.STEP_FACTORS, 0, k - 2)
+            bend_odd = fused(bend_odd, factor, abs(element(clock, row + k + 1, lane)))
         bend = fused(b, bend_odd, bend)
         bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
         if located:

@@ -161,7 +161,7 @@ def run_copies(
     n = now.chain.n
     distance, size = 0.0, 0.0
     load, load_low = 0.0, 0.0
-    rests = False  # the run, after its last event
+    run_rests = False  # the run, after its last event
     for copy in range(copies + 1):
         scalars[0] = begun[0]
         if copy % 2 == 1:
@@ -188,18 +188,18 @@ def run_copies(
                 break
             if copy == 0:
                 for i in range(PAD, PAD + n):
-                    here = abs(cell[cells.REST, i]) + now.chain.friction
-                    size = max(size, here, abs(cell[cells.X, i]), cell[cells.SPEED, i])
+                    force = abs(cell[cells.REST, i]) + now.chain.friction
+                    size = max(size, force, abs(cell[cells.X, i]), cell[cells.SPEED, i])
             elif now.epoch.on == 0:
                 signs = _nudged(cell, now, signs, way * size, mirrored)
-        resting = now.stage == cells.AT_REST
-        if differs >= 0 or row < rows.size or (copy > 0 and resting != rests):
+        rests = now.stage == cells.AT_REST
+        if differs >= 0 or row < rows.size or (copy > 0 and rests != run_rests):
             return max(differs, row), copy, distance
         if copy == 0:
-            rests = resting
+            run_rests = rests
             load, load_low = now.theta, now.theta_low
             size *= ROUNDING
-        before = apart = 0.0
+        away_before = apart = 0.0
         ramped = (now.theta - load) + (now.theta_low - load_low)
         for k in range(n):
             i = k + PAD
@@ -211,8 +211,8 @@ def run_copies(
             apart = max(apart, abs(away))
             if k > 0:
                 off = numbers[TENSION_LOW, k - 1] - low[k - 1]
-                apart = max(apart, abs(away - before + off - ramped))
-            before = away
+                apart = max(apart, abs(away - away_before + off - ramped))
+            away_before = away
         distance = max(distance, apart / abs(way))
     return -1, 0, distance
 

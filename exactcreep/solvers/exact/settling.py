@@ -107,23 +107,23 @@ def _chained(chain, rows, state, cycle):
 
 
 @inlined
-def _same(ring, one, other):
+def _same(ring, cycle, earlier):
     """Return whether the states at the ends of two cycles are the same, number by number."""
     rows = ring.shape[0]
     for k in range(3):
         for i in range(ring.shape[2]):
-            if ring[one % rows, k, i] != ring[other % rows, k, i]:
+            if ring[cycle % rows, k, i] != ring[earlier % rows, k, i]:
                 return False
     return True
 
 
 @inlined
-def _apart(ring, one, other):
+def _apart(ring, cycle, earlier):
     """Return the largest difference of a force at the ends of two cycles."""
     rows = ring.shape[0]
     largest = 0.0
     for i in range(ring.shape[2]):
-        largest = max(largest, abs(ring[one % rows, 0, i] - ring[other % rows, 0, i]))
+        largest = max(largest, abs(ring[cycle % rows, 0, i] - ring[earlier % rows, 0, i]))
     return largest
 
 

@@ -83,7 +83,7 @@ def _shuffled(builder: Any, a: Any, b: Any, order: Sequence[int]) -> Any:
 
 
 @lower_cast(types.Float, Lanes)
-def _spread(context: Any, builder: Any, given: Any, kind: Lanes, value: Any) -> Any:
+def _spread(context: Any, builder: Any, source: Any, kind: Lanes, value: Any) -> Any:
     first = _gathered(builder, _STRIP, [value])
     strip = _shuffled(builder, first, first, [0] * WIDTH)
     return _beside(builder, [strip] * kind.strips)
@@ -99,8 +99,8 @@ def _called(builder: Any, name: str, *values: Any, reduces: bool = False) -> Any
     return builder.call(function, values, fastmath=("nnan",) if reduces else ())
 
 
-def _define(key: Any, kind: Callable[..., Any], emit: Callable[..., Any], *given: Any) -> None:
-    """Let compiled code call `key` with arguments of the types, or kinds of types, `given`.
+def _define(key: Any, kind: Callable[..., Any], emit: Callable[..., Any], *takes: Any) -> None:
+    """Let compiled code call `key` with arguments of the types, or kinds of types, `takes`.
 
     `kind` returns its signature, to whose types the arguments are converted, or None if it is not
     for these; `emit` builds the code.
@@ -112,15 +112,15 @@ def _define(key: Any, kind: Callable[..., Any], emit: Callable[..., Any], *given
 
     def lowered(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         values = [
-            context.make_array(one)(context, builder, value) if type(one) is types.Array else value
-            for one, value in zip(signature.args, values, strict=True)
+            context.make_array(of)(context, builder, value) if type(of) is types.Array else value
+            for of, value in zip(signature.args, values, strict=True)
         ]
         made = emit(builder, *values)
         return context.get_dummy_value() if made is None else made
 
     Template.key = key
     infer_global(key, types.Function(Template))
-    lower_builtin(key, *given)(lowered)
+    lower_builtin(key, *takes)(lowered)
 
 
 def _function(kind: Callable[..., Any]) -> Callable[[Any], Any]:
@@ -133,28 +133,28 @@ def _function(kind: Callable[..., Any]) -> Callable[[Any], Any]:
     return register
 
 
-def _elementwise(*given: Any, gives: Any = Lanes, key: Any = None) -> Callable[[Any], Any]:
+def _elementwise(*takes: Any, gives: Any = Lanes, key: Any = None) -> Callable[[Any], Any]:
     """Decorate what builds the code of a function, or of `key`, for a strip of each argument.
 
-    `given` and what it `gives` are vectors, `Lanes`, or masks, `types.Integer`.
+    `takes` and what it `gives` are vectors, `Lanes`, or masks, `types.Integer`.
     """
 
     def kind(*arguments: Any) -> Any:
-        vectors = [one for one in arguments if isinstance(one, Lanes)]
-        if not vectors or len(arguments) != len(given):
+        vectors = [argument for argument in arguments if isinstance(argument, Lanes)]
+        if not vectors or len(arguments) != len(takes):
             return None
-        wide = max(vectors, key=lambda one: one.strips)
-        made, *taken = (wide if one is Lanes else types.int64 for one in (gives, *given))
+        wide = max(vectors, key=lambda vector: vector.strips)
+        made, *taken = (wide if each is Lanes else types.int64 for each in (gives, *takes))
         return made(*taken)
 
     def register(emit: Any) -> Any:
         def each(builder: Any, *values: Any) -> Any:
             count = len(_strips(builder, values[-1]))
-            parts = zip(*(_parts(builder, one, count) for one in values), strict=True)
+            parts = zip(*(_parts(builder, value, count) for value in values), strict=True)
             done = [emit(builder, *each) for each in parts]
             return _beside(builder, done) if gives is Lanes else _mask(builder, done)
 
-        _define(key or emit, kind, each, *given)
+        _define(key or emit, kind, each, *takes)
         return emit
 
     return register
@@ -235,9 +235,15 @@ def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
     return _called(builder, "fma", a, b, c)
 
 
+def _of_floats(*arguments: Any) -> Any:
+    if any(isinstance(argument, Lanes) for argument in arguments):
+        return None
+    return types.float64(*arguments)
+
+
 _define(
     fused,
-    lambda *given: None if any(isinstance(one, Lanes) for one in given) else types.float64(*given),
+    _of_floats,
     fused,
     *[types.Float] * 3,
 )
@@ -369,15 +375,15 @@ def from_right(builder: Any, a: Any, following: Any) -> Any:
 @_function(types.float64)
 def least(builder: Any, a: Any) -> Any:
     """Return the smallest of the lanes, all of which are numbers."""
-    one = _smaller(builder, *_strips(builder, a))
-    return _called(builder, "vector.reduce.fmin", one, reduces=True)
+    strip = _smaller(builder, *_strips(builder, a))
+    return _called(builder, "vector.reduce.fmin", strip, reduces=True)
 
 
 @_function(types.float64)
 def largest(builder: Any, a: Any) -> Any:
     """Return the largest of the lanes, all of which are numbers."""
-    one = _larger(builder, *_strips(builder, a))
-    return _called(builder, "vector.reduce.fmax", one, reduces=True)
+    strip = _larger(builder, *_strips(builder, a))
+    return _called(builder, "vector.reduce.fmax", strip, reduces=True)
 
 
 @_function(lambda a, j: types.float64(_LANES, types.intp))

@@ -395,19 +395,19 @@ def _together(cell, count, series, now, first, contenders, t):
             outward = -cell[cells.SIDE, i] * slope_1
             if cell[cells.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
-            found = series[row + cells.CROSSING, lane] == t
+            crosses = series[row + cells.CROSSING, lane] == t
             bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             if turn == 0:
-                if found:
+                if crosses:
                     missed = max(missed, off)
                     blur = max(blur, margins.blur(slope_1, bound))
                 continue
             curve = margins.curved(series, row, lane, series[row + cells.BENT, lane], t)
             near = off <= max(missed, bound)
-            known = not (found or falls(-outward, bound, curve))
+            excluded = not (crosses or falls(-outward, bound, curve))
             for earlier in range(events):
-                known = known or count[cells.EVENT, earlier] == i
-            if near and not known:
+                excluded = excluded or count[cells.EVENT, earlier] == i
+            if near and not excluded:
                 count[cells.EVENT, events] = i
                 events += 1
     now.counts.undecided += max(events - 1, 0)
@@ -432,13 +432,13 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     row = SERIES * (lane // WIDTH)
     j = lane % WIDTH
     limit = margins.end_of_range(cell, now, i)
-    for turn in range(_POLISH + 1):
+    for polished in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
         outward = margins.outwards(cell[cells.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would go unseen
-        if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
+        if abs(off) <= 0.5 * bound or slope_1 == 0.0 or polished == _POLISH:
             break
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
@@ -585,7 +585,7 @@ def step(cell, count, series, now, first, last):
             series[SERIES * (lane // WIDTH) + cells.CROSSING, lane % WIDTH] = t
         if proved:
             spared = lane
-    found = events > 0
+    own_event = events > 0
     # all look for their crossing until t: their order must not matter
     looked, contenders, soonest = _rivals(
         cell, count, series, now, first, strips, orders, spared, outward, events, t
@@ -595,7 +595,7 @@ def step(cell, count, series, now, first, last):
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
     if looked > 0:
         events = 0
-        if found or soonest <= t:
+        if own_event or soonest <= t:
             events, blur = _together(cell, count, series, now, first, contenders, t)
     if events > 0:
         _look_after(cell, count, series, now, first, strips, events, blur, t)

@@ -137,11 +137,11 @@ class VerletSimulation(Simulation):
         stop: Stop | None = None
         while stop is None:
             budget = begun + limits.events_left - self.tally.events
-            own = rows.part(done)
-            code, more = steps.follow(
-                self.fixed, self.arrays, targets[done:], first + done, budget, own
+            ahead = rows.part(done)
+            code, reached = steps.follow(
+                self.fixed, self.arrays, targets[done:], first + done, budget, ahead
             )
-            done += more
+            done += reached
             logs.append(self._tables())
             stop, reason = _ENDINGS.get(code, (None, ""))
             stop = stop or limits.stop(self.tally.events - begun)
@@ -182,7 +182,7 @@ class VerletSimulation(Simulation):
         moved, drawn = np.zeros((2, self.chain.n))
         k = 0
         for event in _events(rows):
-            here = slice(k, k + len(event.sliders))
+            of_event = slice(k, k + len(event.sliders))
             if rows["number"][k] == 0:
                 self._end(ended)
                 theta, way = float(rows["theta"][k]), rows["way"][k]
@@ -191,12 +191,12 @@ class VerletSimulation(Simulation):
                 self._theta = theta
                 self._avalanche = Avalanche(self.chain, FLOAT64, ramp, self._tensions.copy())
             assert self._avalanche is not None
-            sliders = rows["slider"][here].astype(int) - 1
-            moved[sliders], drawn[sliders] = rows["moved"][here], rows["coefficient"][here]
+            sliders = rows["slider"][of_event].astype(int) - 1
+            moved[sliders], drawn[sliders] = rows["moved"][of_event], rows["coefficient"][of_event]
             number = int(rows["rearrangement"][k])
             slips += self._avalanche.take(event, number, moved, drawn.__getitem__)
-            self._settled = int(rows["undecided"][here].max())
-            k = here.stop
+            self._settled = int(rows["undecided"][of_event].max())
+            k = of_event.stop
         if self.arrays.now["phase"][0] != steps.MOVING:
             self._end(ended)
         made = {"rearrangements": rearrangement_rows(ended), "slip_table": slips}

@@ -360,8 +360,8 @@ def _together(arrays, clusters, most):
     """
     lanes = arrays.lanes
     steps = 0
-    found = False
-    while steps < most and not found:
+    hit = False
+    while steps < most and not hit:
         steps += 1
         for k in range(clusters):
             low, high = arrays.clusters[2 * k], arrays.clusters[2 * k + 1]
@@ -385,18 +385,18 @@ def _together(arrays, clusters, most):
                     b[i] = push
                     y[i] = advance
                     late = sign[i] * (advance + 0.5 * push) < floor[i]
-                    found |= late | (abs(force) > ceiling[i])
+                    hit |= late | (abs(force) > ceiling[i])
                     left = here
                     here = right
                     advance = ahead
-                if clusters > 1 or found or steps >= most:
+                if clusters > 1 or hit or steps >= most:
                     break
                 steps += 1  # the only cluster goes on without being laid out again
-    if found:
+    if hit:
         for i in arrays.near[: arrays.now[0].near]:
             late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
             arrays.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
-    return steps, found
+    return steps, hit
 
 
 @_compiled
@@ -432,7 +432,7 @@ def _within(arrays, part):
     half = 0.5 * part
     for i in near:
         lanes[X, i] = lanes[OLD_X, i] + part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
-    found = False
+    any_hit = False
     for i in near:
         force = _at(lanes, i)
         b = lanes[MASS, i] * force - lanes[DRAG, i]
@@ -441,8 +441,8 @@ def _within(arrays, part):
         lanes[Y, i] = w - 0.5 * b
         hit = (lanes[SIGN, i] * w < lanes[FLOOR, i]) | (abs(force) > lanes[CEILING, i])
         arrays.hit[i] = hit
-        found |= hit
-    return found
+        any_hit |= hit
+    return any_hit
 
 
 @_compiled
@@ -575,16 +575,16 @@ def _advance(fixed, arrays, last_event):
             return reason
         most = _RUNAWAY_CHECK if fixed.runs_away and now.movers == fixed.n else _FINITE_CHECK
         most = min(most, _PAUSE // (4 * now.movers) + 1)
-        steps, found = _stepped(fixed, arrays, most)
+        steps, hit = _stepped(fixed, arrays, most)
         now.spent += steps * now.movers
         now.steps += steps
         now.steps_here += steps
         now.step += steps
-        if found and fixed.locate:
-            part, found = _locate(arrays)
+        if hit and fixed.locate:
+            part, hit = _locate(arrays)
             now.origin += (now.step - 1 + part) * fixed.dt
             now.step = 0
-        if found:
+        if hit:
             _resolve(fixed, arrays)
     lanes = arrays.lanes
     now.phase = AT_REST
