@@ -41,17 +41,25 @@ _KEPT = _find_place()
 
 
 @lru_cache
+def _compiled_modules() -> dict[Path, bytes]:
+    """Return the sources of the modules of this package that have something compiled."""
+    sources = {path: path.read_bytes() for path in Path(__file__).parent.rglob("*.py")}
+    return {path: source for path, source in sources.items() if b"compiling import njit" in source}
+
+
+@lru_cache
 def _digest(folder: Path) -> str:
-    """Return a digest of the modules in a folder."""
-    sources = [path.read_bytes() for path in sorted(folder.glob("*.py"))]
-    return hashlib.sha256(b"\0".join(sources)).hexdigest()
+    """Return a digest of the modules in a folder, and of those that its own may call compiled."""
+    sources = _compiled_modules() | {path: path.read_bytes() for path in folder.glob("*.py")}
+    return hashlib.sha256(b"\0".join(sources[path] for path in sorted(sources))).hexdigest()
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
     """Keeps what is compiled, or says once that it cannot.
 
     What is compiled holds the constants and functions of other modules as they were, of which
-    numba asks nothing: it is kept for as long as no module beside it changes.
+    numba asks nothing: it is kept for as long as no module beside it changes, nor one of the
+    package that has something compiled.
     """
 
     _full = False

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import exactcreep
+from exactcreep import compiling
 from tests.processes import PATIENCE, environment, finished
 
 NOBODY = 65534
@@ -139,6 +140,27 @@ def test_code_is_compiled_anew_once_a_constant_in_a_module_beside_it_changes(
         (tmp_path / "factors.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
         said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
     assert [one.stdout for one in said] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"], said[1].stderr
+
+
+def test_compiled_code_of_another_room_is_in_the_digest_and_nothing_else_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiling, "__file__", str(tmp_path / "compiling.py"))
+    for room in ("below", "own"):
+        (tmp_path / room).mkdir()
+    called, unasked = tmp_path / "below" / "called.py", tmp_path / "below" / "unasked.py"
+    header = "from package.compiling import njit"
+
+    def digest(called_is: str, unasked_is: str) -> str:
+        called.write_text(f"{header}\n{called_is}\n", encoding="utf-8")
+        unasked.write_text(unasked_is, encoding="utf-8")
+        for memory in (compiling._compiled_modules, compiling._digest):
+            memory.cache_clear()
+        return compiling._digest(tmp_path / "own")
+
+    assert digest("A = 1", "B = 1") == digest("A = 1", "B = 2") != digest("A = 2", "B = 2")
+    compiling._compiled_modules.cache_clear()
+    compiling._digest.cache_clear()
 
 
 TWICE_THEN_HITS = """
