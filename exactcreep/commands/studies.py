@@ -300,14 +300,17 @@ def _print_compared(data: xr.Dataset) -> None:
         return "-" if math.isnan(value) else format(value, form)
 
     seeds = data.sizes["seed"]
+    solvers = dict(zip(data.method.values.tolist(), data.solver.values.tolist(), strict=True))
+    how = "proved" if solvers.get(data.truth) == "certified" else "-"
     say(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
     rows = []
     for name, row in table(data).iterrows():
         short = str(name).replace("dt = ", "").replace(",", "")
         bias, error = 100 * row.bias, 100 * row.bias_error
+        off = how if name == data.truth else formatted(row.error, ".1e")
         rows.append((
             short.replace(" digits", "").replace("ated", "."), formatted(row.parted, ".0f"),
-            formatted(row.agreed, ".0f"), formatted(row.error, ".1e"),
+            formatted(row.agreed, ".0f"), off,
             "-" if math.isnan(bias) else with_error(bias, error, "+"),
             duration(row.seconds), formatted(row.ratio, ".3g"),
         ))  # fmt: skip

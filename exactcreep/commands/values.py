@@ -92,7 +92,9 @@ def scene_of(scene: str, settings: Sequence[str] | None, **run: Any) -> Scene:
         given[key.strip()] = parsed_value(text.strip())
     loaded = exactcreep.load_scene(scene).with_settings(given)
     if settings:
-        loaded = replace(loaded, title=f"{loaded.name} with {', '.join(settings)}")
+        fixed = [entry.strip() for entry in settings if not entry.strip().startswith("vary.")]
+        title = f"{loaded.name} with {', '.join(fixed)}" if fixed else loaded.title
+        loaded = replace(loaded, title=title)
     options = {f"run.{name}": value for name, value in run.items() if value is not None}
     return loaded.with_settings(options)
 

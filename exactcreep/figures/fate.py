@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
 from exactcreep.model.drive import Cycles
@@ -27,26 +28,31 @@ def draw_fate(found: Fate) -> Figure:
     if settled is not None and found.period is not None:
         shown = settled + max(2 * found.period, settled // 5, 5)
     shown = min(shown, _MOST_CYCLES)
-    how = "not settled" if settled is None else f"settled after {settled}"
+    cycles = f"{shown if settled is None else settled} cycle"
+    cycles += "s" * (cycles != "1 cycle")
+    how = f"not settled in {cycles}" if settled is None else f"settled after {cycles}"
+    behaviour = with_direction(found.outcome, found.direction).replace("_", " ")
     title = (
         f"N = {found.chain.n}, A = {float(found.amplitude):.9g}:"
-        f" {with_direction(found.outcome, found.direction)}, {how} cycles ({found.evidence.value})"
+        f" {behaviour}, {how} ({found.evidence.value})"
     )
     record = ("x_G", "tension")
     run = creep(found.chain, Cycles(found.amplitude, shown), start=found.start,
                 solver=found.solver, record=record)  # fmt: skip
-    x_g, tensions = (floats(run.recorded[name][1::2]) for name in record)
+    begin = run.experiment.initial
+    x_g = np.append(floats(begin.displacements).mean(), floats(run.recorded["x_G"][1::2]))
+    tensions = np.vstack([floats(begin.tensions), floats(run.recorded["tension"][1::2])])
     figure = new_figure(6.0, 5.0, title)
     above, below = figure.subplots(2, 1, sharex=True)
-    cycles = np.arange(1, x_g.size + 1)
-    above.plot(cycles, x_g, color=INKS[0])
-    above.set_ylabel(rf"$\tilde{{x}}_G$  {LENGTH}")
+    above.plot(x_g, color=INKS[6])
+    above.set_ylabel(rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
     for spring, values in enumerate(tensions.T):
         ink, label = INKS[spring % len(INKS)], f"$T_{{{spring + 1}}}$"
-        below.plot(cycles, values, color=ink, linewidth=0.8, label=label)
-    below.set(xlabel="cycle", ylabel="tension  ($m g$)")
+        below.plot(values, color=ink, linewidth=0.8, label=label)
+    below.set(xlabel="cycle", ylabel=r"tension ($m\,g$)")
+    below.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     if tensions.shape[1] <= len(INKS):
-        below.legend(loc="best", ncols=4)
+        figure.legend(loc="outside lower center", ncols=len(INKS))
     if settled is not None and settled <= shown:
         for axes in (above, below):
             axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
@@ -61,6 +67,7 @@ def draw_survival(found: Survival) -> Figure:
     """Draw which part of the starts outlives each number of cycles, beside a constant rate."""
     curve, rate, cut = found.curve, found.rate, found.censored
     end = max(float(curve.cycles.max(initial=1.0)), 1.0)
+    bounded = np.isfinite(curve.low).any()
     title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}, {found.starts} starts"
     figure = new_figure(6.0, 4.2, title)
     axes = figure.subplots()
@@ -70,7 +77,7 @@ def draw_survival(found: Survival) -> Figure:
         for values in (curve.low, curve.high, curve.moving)
     )
     axes.fill_between(steps, low, high, step="post", color=INKS[4], alpha=0.3, linewidth=0,
-                      label="Kaplan-Meier, 95 %")  # fmt: skip
+                      label="Kaplan-Meier" + ", 95 %" * bool(bounded))  # fmt: skip
     axes.step(steps, moving, where="post", color=INKS[0])
     if cut.size:
         height = moving[np.searchsorted(steps, cut, side="right") - 1]
@@ -81,7 +88,7 @@ def draw_survival(found: Survival) -> Figure:
         constant = begin * np.exp(-rate.rate * (times - rate.cut))
         label = f"constant rate: one in {1 / rate.rate:.3g} cycles"
         axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
-    axes.set(xlim=(0.0, end), xlabel="cycle", ylim=(0.0, 1.05))
+    axes.set(xlim=(-0.02 * end, 1.02 * end), xlabel="cycle", ylim=(-0.02, 1.05))
     axes.set_ylabel("starts not locked or at rest yet")
     axes.legend()
     return figure

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -61,6 +60,8 @@ MOST_LINES = 10
 _APART = 0.01  # of the height: lines that are nearer bear one name
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
+_SLIDERS = tuple(ink for ink in INKS if ink not in (INKS[1], INKS[6]))
+"""Of sliders beside x_G, which is black, and the law."""
 _LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
 _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
@@ -115,13 +116,27 @@ def draw_run(
     top.set_title(shared, fontsize=8)
     top.set_ylabel(r"dilation $\theta$")
     top.margins(x=0.01)
-    if len(results) == 1:
+    top.yaxis.set_major_formatter(_in_full)
+    if not any(map(_moved, results)):
+        words = "\n".join(dict.fromkeys(with_direction(run.outcome, run.direction)
+                                        for run in results)).replace("_", " ")  # fmt: skip
+        bottom.text(0.5, 0.5, f"{words}\nbefore the end of a first half-cycle",
+                    transform=bottom.transAxes, ha="center", va="center")  # fmt: skip
+        top.set(xticks=[], yticks=[])
+        bottom.set(xticks=[], yticks=[])
+    elif len(results) == 1:
         draw_one(bottom, results[0])
         _draw_law(bottom, results[0])
-        bottom.legend(loc="best")
+        bottom.get_legend().remove()
+        figure.legend(loc="outside lower center", ncols=4)
     else:
         _draw_members(bottom, members)
     return figure
+
+
+def _in_full(theta: float, _: object) -> str:
+    """Return the label of a tick without a power of ten aside, which would stand in the title."""
+    return f"{round(theta, 12) + 0.0:g}".replace("-", "\N{MINUS SIGN}")
 
 
 def shared_text(results: Sequence[Creep]) -> str:
@@ -145,22 +160,32 @@ def _moved(run: Creep) -> bool:
     return np.size(run.recorded.get("x_G", ())) > 0
 
 
-def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], label: str | None = None) -> None:
-    """Draw the displacement at the velocity of the law that holds, in a band of its deviation."""
+def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], *, named: bool = True) -> str:
+    """Draw the displacement at the velocity of the law that holds, in a band of its deviation.
+
+    From the end of the burn-in on, after which the velocity is measured. The law's name is
+    returned, "" where there is none: the sliding limit is no measurement of sticking sliders.
+    """
     law = prediction(run.chain, run.drive, run.experiment.start)
-    if law is None or not run.half_cycles:
-        return
-    if label is None:
-        off = f", off by {law.deviation:.2g}" if law.deviation else ""
-        off = ", by how much is not known" if math.isnan(law.deviation) else off
-        label = f"law: {law.law}{off}"
-    time = np.array([0.0, run.half_cycles])
-    for velocity in law.values:
-        axes.plot(time, velocity * time, color=ink, linestyle=DASHED, linewidth=1, label=label)
-        label = ""
+    if law is None or not law.values or run.solver == Sliding.name:
+        return ""
+    off = f" (± {law.deviation:.2g} per {run.drive.per})" if law.deviation > 0 else ""
+    begin = min(run.burn_in, run.half_cycles - 1)
+    time = np.array([begin, run.half_cycles])
+    height = _trajectory(run.recorded["x_G"], _start(run).mean())[1][begin]
+    for number, velocity in enumerate(law.values):
+        axes.plot(time, height + velocity * (time - begin), color=ink, linestyle=DASHED,
+                  linewidth=1, label=f"law: {law.law}{off}" if named and not number else "",
+                  zorder=4)  # fmt: skip
         if law.deviation > 0:
-            low, high = ((velocity + sign * law.deviation) * time for sign in (-1, 1))
+            low, high = (height + (velocity + sign * law.deviation) * (time - begin)
+                         for sign in (-1, 1))  # fmt: skip
             axes.fill_between(time, low, high, color=ink, alpha=0.2, linewidth=0)
+    return law.law
+
+
+def _start(run: Creep) -> Floats:
+    return floats(run.experiment.initial.displacements)
 
 
 def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
@@ -189,14 +214,14 @@ def _draw_theta(axes: Axes, results: Sequence[Creep], inks: Sequence[Any]) -> No
 
 def draw_one(axes: Axes, run: Creep) -> None:
     """Draw x_G of a run over time, and every slider where there are few."""
-    start = run.experiment.initial.displacements.astype(float)
+    start = _start(run)
     line = _trajectory(run.recorded["x_G"], start.mean())
     axes.plot(*line, color=INKS[6], linewidth=1.6, label=r"$\Delta\tilde{x}_G$", zorder=3)
-    if "x" in run.recorded and run.chain.n <= 6:
+    if "x" in run.recorded and run.chain.n <= len(_SLIDERS):
         for n, values in enumerate(run.recorded["x"].T):
             label = rf"$\Delta\tilde{{x}}_{{{n + 1}}}$"
-            axes.plot(*_trajectory(values, start[n]), color=INKS[n], label=label, linewidth=0.9,
-                      linestyle=DASHES[n % len(DASHES)])  # fmt: skip
+            axes.plot(*_trajectory(values, start[n]), color=_SLIDERS[n], label=label,
+                      linewidth=0.9, linestyle=DASHES[n % len(DASHES)])  # fmt: skip
     _name_time(axes, run)
     axes.set_ylabel(f"displacement {LENGTH}")
     axes.legend(loc="best")
@@ -237,12 +262,13 @@ def _draw_members(axes: Axes, members: _Members) -> None:
     ends: list[tuple[float, str, str]] = []
     lines: list[Floats] = []
     named: set[str] = set()
+    laws: dict[str, None] = {}
     widest = max(np.ptp(run.recorded["x_G"]) for run in members.runs if _moved(run))
     for run, family, own, ink, dashes in zip(*members, strict=True):
         if not _moved(run):
             continue
         if family not in named:
-            _draw_law(axes, run, ink, "")
+            laws[_draw_law(axes, run, ink, named=False)] = None
         count = members.families.count(family)
         label = "" if family in named else f"{family} ({count} members)" if count > 1 else family
         named.add(family)
@@ -251,12 +277,15 @@ def _draw_members(axes: Axes, members: _Members) -> None:
         words = own if legend else ", ".join(filter(None, (family, own)))
         lines.append(floats(run.recorded["x_G"]))
         ends.append((float(lines[-1][-1]), words, ink))
-    if members.runs[0].drive.cyclic or members.runs[0].drive.random:
-        axes.plot([], [], color="0.3", linestyle=DASHED, linewidth=1, label="laws")
+    handles = [Line2D([], [], color="0.3", linestyle=DASHED, linewidth=1, label=f"law: {law}")
+               for law in laws if law]  # fmt: skip
+    if handles:
+        figure: Any = axes.figure
+        figure.legend(handles=handles, loc="outside lower center")
     _name_time(axes, members.runs[0])
     axes.set_ylabel(_DISPLACEMENT)
     if legend and any(members.families):
-        axes.legend(loc="upper left")
+        axes.legend(loc="best")
     near = _APART * widest
     beside = [sum(_coincide(line, other, near) for other in lines) for line in lines]
     ends = [end for end, count in zip(ends, beside, strict=True) if count == 1 and end[1]]

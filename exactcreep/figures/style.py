@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ PLAIN = (1e-3, 2e4)
 """Within these a logarithmic axis has numbers, not powers of ten."""
 MOST_NAMED = 16
 """Families that a legend can name."""
+_MOST_SIGNS = 40
+"""Of a start in a legend."""
 _SYMBOLS = {
     "n": "N", "l0": r"$\tilde{l}_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
@@ -82,8 +85,9 @@ def setting_text(key: str, value: Any) -> str:
     """Return a label for one setting of a member."""
     if isinstance(value, Mapping) and "size" in value:
         return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
-    if isinstance(value, str) and key == "run.start":
-        return value
+    if isinstance(value, str) and key.rpartition(".")[2] == "start":
+        words = re.sub(r'[{}\[\]":]', "", value)
+        return words if len(words) <= _MOST_SIGNS else f"{words[:_MOST_SIGNS]}..."
     if isinstance(value, (list, Mapping)):
         return f"{symbol_of(key)} = ({len(value)} values)"
     try:

@@ -44,6 +44,7 @@ from exactcreep.laws import (
 )
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import dimensions
 
 SEED = "run.seed"
@@ -158,7 +159,8 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
     """
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
-    shared = {name: exact_or_same(dataset.attrs[name]) for name in _SHARED if name in dataset.attrs}
+    known = (*_SHARED, "solver")
+    shared = {name: exact_or_same(dataset.attrs[name]) for name in known if name in dataset.attrs}
     points = []
     keys = [key for key in vary if key != SEED]
     for chosen in itertools.product(*(enumerate(vary[key]) for key in keys)):
@@ -196,7 +198,7 @@ def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]])
             for name in ("velocity", "velocity_error")
         )
         varied = {key.rpartition(".")[2]: value for key, value in pairs}
-        parameters = {**members[0].chain.parameters(), **sizes}
+        parameters = {**members[0].chain.parameters(), **sizes, "solver": members[0].solver}
         points.append(Point(varied, *_pooled(velocities, errors), parameters=parameters))
     return points
 
@@ -383,6 +385,7 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
     law = np.array([[_law(parameters) for parameters in row] for row in grid])
     measured_law = np.array([[sticking(parameters)[0] for parameters in row] for row in grid])
     words: list[str] = []
+    labelled: set[float] = set()
     law[np.isfinite(measured_law)] = math.nan
     for form, dashes, name in ((measured_law, "-", STICKING_MAP), (law, "--", LIMIT)):
         kept = [level for level in levels if np.nanmin(form, initial=math.inf) < level
@@ -391,7 +394,8 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
             continue
         lines = axes.contour(fine_x, fine_y, form, levels=kept, colors="white", linewidths=0.9,
                              linestyles=dashes)  # fmt: skip
-        axes.clabel(lines, fontsize=7, fmt="%g")
+        axes.clabel(lines, [level for level in kept if level not in labelled], fontsize=7, fmt="%g")
+        labelled.update(kept)
         words.append(f"{'full' if dashes == '-' else 'broken'} lines: {name}")
     axes.set_title("; ".join(words), fontsize=8)
 
@@ -451,6 +455,11 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     for drawn, label in ((sticks, STICKING), (stairs, STAIRCASE)):
         if drawn:
             axes.plot([], [], color="0.3", linewidth=1.0, label=label)
+    finite = [point for point in points if math.isfinite(point.measured)]
+    if unsure := sum(math.isnan(point.error) for point in finite):
+        axes.plot([], [], " ", label=f"errors of {unsure} of {len(finite)} are not known")
+    if isinstance(fine[0], str):
+        axes.margins(x=0.15)
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
     if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
@@ -487,9 +496,14 @@ def _staircase(given: Mapping[str, Any], point: Point) -> float:
 
 
 def sticking(given: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the law of sliders that stick and slip and its deviation, nan beyond its range."""
+    """Return the law of sliders that stick and slip and its deviation, nan beyond its range.
+
+    It is none of the sliding limit.
+    """
     sizes = [size for size in ("amplitude", "sigma_theta") if given.get(size)]
     if not sizes or not {"n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha"} <= set(given):
+        return math.nan, math.nan
+    if given.get("solver") == Sliding.name:
         return math.nan, math.nan
     about = {key: value for key, value in given.items() if key in _SHARED}
     if not 0 <= about["tan_alpha"] < about["mu_d"] or beyond_sticking(about):

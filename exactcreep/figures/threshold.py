@@ -32,6 +32,8 @@ _FURTHER, _MOST_CYCLES = 8, 200
 """Cycles that are drawn after both sides have settled, and at most."""
 _SPARE = 10
 """Decimal digits of the runs on both sides, beyond those of the threshold."""
+_MOST_SIGNS = 45
+"""Of an amplitude in a legend, and of a line in each of its two columns."""
 _OPEN = 1.05
 """The axis ends in a window that the scan has not seen the end of, so much above its beginning."""
 
@@ -77,7 +79,10 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
             axes.plot([], [], color=ink, linestyle=dashes, label=f"{label}, to the {side}")
     axes.set(xlabel=r"amplitude $A_\theta$", xlim=(low, high))
     axes.locator_params(axis="x", nbins=6)
-    figure.legend(loc="outside lower center", fontsize=7)
+    said = [str(handle.get_label()) for each in figure.axes
+            for handle in each.get_legend_handles_labels()[0]]  # fmt: skip
+    short = max(map(len, said)) <= _MOST_SIGNS
+    figure.legend(loc="outside lower center", fontsize=7, ncols=1 + short)
     return figure
 
 
@@ -94,6 +99,8 @@ def _span(
         margin = 0.25 * (max(told) - min(told)) or 0.05 * max(told)
         return min(told) - margin, max(told) + margin
     axes.margins(x=0.05)
+    if isinstance(found, Intercept) and not found.amplitudes.size:
+        return 0.95 * min(laws.values()), 1.05 * max(laws.values())
     low, high = axes.get_xlim() if axes.has_data() else (min(laws.values()), max(laws.values()))
     if isinstance(found, Threshold):
         low, high = min(low, *laws.values()), max(high, *laws.values())
@@ -117,9 +124,15 @@ def _advance(axes: Axes, found: Threshold) -> None:
         run = creep(found.chain, Cycles(str(side), cycles), solver=found.solver, **options)
         x_g = floats(run.recorded["x_G"][1::2])
         axes.plot(np.arange(x_g.size + 1), np.append(0.0, x_g), color=ink, marker=".",
-                  linewidth=1.0, label=f"{words}: A = {float(str(side)):.9g}")  # fmt: skip
+                  linewidth=1.0, label=f"{words}: A = {_in_full(side)}")  # fmt: skip
     axes.set(xlabel="cycle", ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+
+
+def _in_full(amplitude: str | None) -> str:
+    """Return an end of a bracket with all its digits, which tell it from the other one."""
+    text = str(amplitude)
+    return text if len(text) <= _MOST_SIGNS else f"{text[:_MOST_SIGNS]}..."
 
 
 def _velocities(axes: Axes, found: Intercept) -> None:

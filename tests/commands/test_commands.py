@@ -88,6 +88,8 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     assert "written" not in told.out
     assert told.out.strip() or name in ("show", "export")
     assert all(len(row) <= 80 for row in told.out.splitlines() if "  " in row)
+    if name == "compare":
+        assert re.search(r"^certified 30 .* proved ", told.out, re.MULTILINE)
     if name not in SILENT:
         assert command(*line, "--json").json.keys()
     if name in PATIENT:
@@ -142,7 +144,7 @@ def test_an_example_of_a_help_can_be_copied_from_a_terminal_of_any_width(
         assert examples.strip()
         for line in filter(None, examples.splitlines()):
             assert f"    {line}\n" in joined
-    assert "default: \"\"" not in command("reproduce", "--help").out
+    assert 'default: ""' not in command("reproduce", "--help").out
 
 
 def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
@@ -176,6 +178,8 @@ def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
         ({"edges": {"first": {"low": 1.5, "known": True}, "second": {"low": math.nan}},
           "reason": None, "cycles_tried": list(range(8))},
          ["edges         first: low 1.5, known yes", "cycles tried  0, 1, 2, 3, 4, 5, and 2 more"]),
+        ({"enclosure": ["1/3", "1000000000001/3000000000000"]},
+         ["enclosure  0.333333333333333, 0.333333333333667"]),
         ({"rate": {"rate": 0.5, "exponential": 0.25}, "exponential": 0.25},
          ["rate           rate 0.5", "constant rate  with it, lives at least so far from geometric"
           " have probability 0.25"]),

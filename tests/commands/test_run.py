@@ -51,6 +51,16 @@ def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> Non
     assert len({member["x_G"] for member in members}) > 2
 
 
+def test_members_that_come_to_the_same_are_one_row_that_says_how_many(command: Command) -> None:
+    varied = "vary.drive.amplitude=[0.00001,0.00002,0.004]"
+    told = command(*SIX, *cycles(2, "--set", varied)).out
+    assert told.startswith("six-sliders-cycles: with drive.cycles=2\n")  # what varies has a column
+    rows = [row for row in told.splitlines() if re.match(r" \d", row)]
+    assert [row.split("  ")[0].strip() for row in rows] == ["1e-05 … 2e-05", "0.004"]
+    assert rows[0].endswith("(2 members)")
+    assert "members" not in rows[1]
+
+
 def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None:
     sure = cycles(4, "--set", "chain.sigma_mu=0", "--solver", "mpmath", "--digits", "40")
     velocity = command(*TWO, *sure, "--json").json["velocity"]

@@ -125,7 +125,7 @@ def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Comman
 
 def test_a_sweep_says_why_errors_are_not_known(command: Command) -> None:
     line = "sweep two-sliders-cycles --set drive.cycles=5 --seeds 2 --out cells"
-    *_, reason, _ = command(*line.split()).out.splitlines()
+    *_, reason = command(*line.split()).out.splitlines()
     run = creep(paper_chain(2), Cycles("0.005", 5))
     assert reason.startswith(f"no standard error in 2 runs: {run.velocity_reason[:12]}")
 

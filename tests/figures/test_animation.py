@@ -87,6 +87,11 @@ def test_sliders_have_the_colour_of_their_direction(experiment) -> None:
             inks = [to_hex(ink).upper() for ink in axes.collections[0].get_facecolor()]
             seen |= set(zip(ways, inks, strict=True))
     assert seen == {(1, INKS[1]), (-1, INKS[0]), (0, "#DDDDDD")}
+    for path in axes.collections[0].get_paths():  # squares that stand on the incline
+        sides = np.diff(path.vertices[:5], axis=0)
+        assert np.hypot(*sides.T) == pytest.approx(np.hypot(*sides[0]))
+        assert sides[0] @ sides[1] == pytest.approx(0)
+        assert sides[0][1] / sides[0][0] == pytest.approx(-0.25)
 
 
 def test_the_animation_has_the_frames_that_were_asked_for(

@@ -7,8 +7,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from exactcreep import Chain, Cycles, Method, compare, creep, half_life, threshold
+from exactcreep import (
+    Chain,
+    Cycles,
+    Method,
+    State,
+    compare,
+    creep,
+    fate,
+    half_life,
+    intercept,
+    survival,
+    threshold,
+)
 from exactcreep.figures.compare import draw_compared
+from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
@@ -25,6 +38,46 @@ def test_a_threshold_shows_the_displacements_below_and_above_it() -> None:
     assert beyond[-1] - beyond[-2] > 0.1
     run = creep(found.chain, Cycles(found.upper, beyond.size - 1))
     assert_allclose(beyond[1:], run.recorded["x_G"][1::2], atol=1e-9)
+    (legend,) = above.figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert {f"below: A = {found.lower}", f"above: A = {found.upper}"} <= {*said}
+
+
+def test_a_fate_is_drawn_from_its_start_and_says_in_words_how_it_ended() -> None:
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    start = State.prepared(chain, ["0.1", "0.2"])
+    settled = fate(chain, "0.00048", start=start, solver="exact")
+    above, below = assert_shows_data(draw_fate(settled)).axes
+    title = above.figure.get_suptitle()
+    assert f"at rest, settled after {settled.settled_after} cycles (computed)" in title
+    (course, edge) = above.lines
+    run = creep(chain, Cycles("0.00048", len(course.get_ydata()) - 1), start=start)
+    assert_allclose(course.get_ydata(), [0.0, *run.recorded["x_G"][1::2]])
+    assert edge.get_xdata()[0] == settled.settled_after
+    assert [line.get_ydata()[0] for line in below.lines[:2]] == [0.1, 0.2]
+    one = draw_fate(fate(chain, "0.00048", cycles=1)).axes[0].figure.get_suptitle()
+    assert "limit, not settled in 1 cycle (undecided)" in one
+    for_ever = draw_fate(fate(chain, "0.00048")).axes[0].figure.get_suptitle()
+    assert "creeping downhill, settled after 6 cycles (proved)" in for_ever
+    rest = draw_fate(fate(chain, "1e-5")).axes[0].figure.get_suptitle()
+    assert "at rest, settled after 0 cycles (proved)" in rest
+
+
+def test_lives_without_an_end_have_no_interval_in_the_legend() -> None:
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    for amplitude, said in (("0.0009", "Kaplan-Meier"), ("0.000477", "Kaplan-Meier, 95 %")):
+        lives = survival(chain, amplitude, starts=20, cycles=60)
+        (axes,) = assert_shows_data(draw_survival(lives)).axes
+        assert axes.get_legend().get_texts()[0].get_text() == said
+        low, high = axes.get_xlim()
+        assert low < 0 < lives.curve.cycles.max() < high  # ends are not on the frame
+
+
+def test_an_intercept_without_a_velocity_shows_the_amplitudes_of_the_laws() -> None:
+    found = intercept(Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25"), max_seconds="1e-9")
+    (axes,) = draw_threshold(found).axes
+    low, high = axes.get_xlim()
+    assert 0 < low < found.law_seuil < high < 2 * found.law_seuil
 
 
 def test_a_half_life_has_more_than_a_twentieth_of_its_axis() -> None:

@@ -16,7 +16,7 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, InputError, creep, fate
+from exactcreep import Chain, Cycles, Fate, InputError, creep, fate
 from exactcreep.figures import avalanche_page, explorer
 from exactcreep.laws import prediction
 from tests.conftest import Command
@@ -48,6 +48,8 @@ def test_decimals_of_sliders_are_taken_as_they_are_read() -> None:
     experiment = experiment_of(tan_alpha=0.3, size=0.7)
     assert experiment.chain.tan_alpha == explorer.Fraction(3, 10)
     assert experiment.drive == Cycles("0.0007", 10)
+    sizes = explorer._decades(-2, 1)
+    assert (sizes[0], sizes[20], sizes[-1], len(sizes)) == (0.01, 0.1, 10.0, 61)
 
 
 @pytest.mark.parametrize(
@@ -89,12 +91,24 @@ def test_the_avalanche_of_the_view_is_the_largest_of_the_run() -> None:
     assert '"motion":null' in resting.page
 
 
-def test_a_fate_is_told_where_there_is_one() -> None:
+def test_a_fate_is_told_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
     run = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 2, "size": 0.4})).run
     known = fate(run.chain, "0.0004", solver="exact")
     said = explorer.fate_sentence(run)
     assert f"settled after {known.settled_after} cycles with period {known.period}" in said
     assert "creeping downhill" in said
+    asked: list[int] = []
+
+    def counted(chain: Chain, amplitude: object, cycles: int, solver: str) -> Fate:
+        asked.append(cycles)
+        return fate(chain, amplitude, cycles=3, solver=solver)
+
+    monkeypatch.setattr(explorer, "fate", counted)
+    monkeypatch.setattr(explorer, "_FATE_EVENTS", 1000)
+    long = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 12})).run
+    assert explorer.fate_sentence(long) == "Fate: not settled after 3 cycles."
+    events = long.event_count / long.half_cycles
+    assert 2 * asked[0] * events <= 1000 < 2 * (asked[0] + 1) * events
     for changed in ({"sigma_mu": 0.01}, {"drive": "Gaussian"}):
         said = explorer.fate_sentence(explorer.view_of(explorer.experiment_of(WHOLE | changed)).run)
         assert said.startswith("Fate: none")

@@ -181,6 +181,7 @@ def test_dilations_taken_out_leave_the_mean_and_shrink_its_error() -> None:
         (1.0, 0.1, (0.5, 1.2), 0.0, "between"),  # two values of a plateau that is not unique
         (0.4, 0.1, (1.2, 0.5), -1.0, "-1.0"),
         (1.0, 0.0, (1.0 + 1e-13,), 0.0, "+0.0"),
+        (1e-9, 0.1, (0.0,), 0.0, "+0.0"),
         (1.0, 1e-16, (1.1,), -math.inf, "-inf"),  # rounding is no scatter
         (1.0, math.nan, (0.9,), math.nan, ""),
         (1.0, 0.1, (), math.nan, ""),

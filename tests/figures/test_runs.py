@@ -48,9 +48,13 @@ def test_members_are_told_apart_by_what_varies_among_them() -> None:
     runs = [creep(VARIED, Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
     settings = [{"chain.n": 6, "drive.amplitude": a, "run.seed": s} for a, s in cases]
     top, axes = drawn(runs, settings=settings)
-    *named, laws = [text.get_text() for text in axes.get_legend().get_texts()]
+    named = [text.get_text() for text in axes.get_legend().get_texts()]
     assert named == [rf"$A_\theta$ = {a} (2 members)" for a in (1, 2)]
-    assert laws == "laws"
+    laws = {f"law: {prediction(run.chain, run.drive).law}" for run in runs}
+    assert {text.get_text() for text in axes.figure.legends[0].get_texts()} == laws
+    low, high = axes.get_ylim()
+    lowest = min(float(run.recorded["x_G"][-1]) for run in runs)
+    assert min(text.xy[1] for text in axes.texts) == pytest.approx((lowest - low) / (high - low))
     assert sorted(text.get_text() for text in axes.texts) == ["seed = 1"] * 2 + ["seed = 2"] * 2
     courses = [line for line in axes.lines if line.get_linestyle() == "-"]
     inks = [line.get_color() for line in courses]
@@ -62,7 +66,10 @@ def test_members_are_told_apart_by_what_varies_among_them() -> None:
     assert [line.get_color() for line in broken] == inks[::2]
     for line, run in zip(broken, runs[::2], strict=True):
         (velocity,) = prediction(run.chain, run.drive).values
-        assert line.get_ydata()[-1] == pytest.approx(velocity * run.half_cycles, rel=1e-12)
+        (begin, end), height = line.get_xdata(), line.get_ydata()
+        assert (begin, end) == (run.burn_in, run.half_cycles)
+        assert height[0] == run.recorded["x_G"][begin - 1]
+        assert height[1] - height[0] == pytest.approx(velocity * (end - begin), rel=1e-12)
 
 
 def test_lines_that_coincide_bear_no_names_and_parameters_stand_beneath_the_title() -> None:
@@ -98,8 +105,42 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     _, bottom = drawn([run])
     law = prediction(run.chain, run.drive)
     (line,) = (each for each in bottom.lines if law.law in str(each.get_label()))
-    assert line.get_ydata()[-1] == pytest.approx(law.values[0] * run.half_cycles)
-    assert f"{law.deviation:.2g}" in line.get_label()
+    begin, end = line.get_xdata()
+    assert (begin, end) == (run.burn_in, run.half_cycles)
+    assert np.ptp(line.get_ydata()) == pytest.approx(law.values[0] * (end - begin))
+    assert f"± {law.deviation:.2g} per half-cycle" in line.get_label()
+    (band,) = bottom.collections
+    x, y = band.get_paths()[0].vertices.T
+    assert np.ptp(y[x == end]) == pytest.approx(2 * law.deviation * (end - begin))
+    figure = bottom.figure
+    figure.draw_without_rendering()  # the legend lies beneath the axes, whatever is in them
+    assert figure.legends[0].get_window_extent().y1 < bottom.get_window_extent().y0
+    sliding = drawn([creep(paper_chain(10), Cycles("0.01", 8), solver="sliding")])[1]
+    assert not any("law" in str(each.get_label()) for each in sliding.lines)
+
+
+def test_a_runaway_before_the_first_rest_is_told_in_words_not_by_a_blank_frame() -> None:
+    steep = [creep(paper_chain(6, tan_alpha=t), DRIVE) for t in ("0.7", "0.8")]
+    for runs in (steep[:1], steep):
+        settings = [{"chain.tan_alpha": float(run.chain.tan_alpha)} for run in runs]
+        _, bottom = draw_run(runs, settings).axes
+        (words,) = (text.get_text() for text in bottom.texts)
+        assert words == "runaway downhill\nbefore the end of a first half-cycle"
+
+
+def test_sliders_have_other_colours_than_their_mean_and_the_law() -> None:
+    run = creep(SIX, Cycles("0.004", 4), record=("x_G", "x"))
+    _, bottom = drawn([run])
+    inks = [line.get_color() for line in bottom.lines]
+    assert len(inks) == len({*inks}) == 8
+
+
+def test_small_dilations_have_whole_numbers_at_their_axis() -> None:
+    top, _ = drawn([creep(SIX, Cycles("1e-5", 4))])
+    top.figure.draw_without_rendering()
+    assert not top.yaxis.get_offset_text().get_text()
+    labels = [text.get_text() for text in top.get_yticklabels()]
+    assert "\N{MINUS SIGN}1e\N{MINUS SIGN}05" in labels
 
 
 def test_sizes_of_avalanches_are_drawn_by_the_names_of_columns_too() -> None:
@@ -216,6 +257,10 @@ def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
     assert len(axes) == 5 + (n > 1)
     (marks,) = (line for line in axes[-2].lines if line.get_marker() == "o")
     assert marks.get_xdata().size == n
+    low, high = axes[-2].get_xlim()
+    bars = axes[-2].patches
+    assert low < bars[0].get_x()
+    assert bars[-1].get_x() + bars[-1].get_width() < high
 
 
 def test_the_shades_of_slips_are_those_of_their_counts_in_the_legend() -> None:

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep
-from exactcreep.figures.style import VELOCITY
-from exactcreep.figures.sweep import draw_sweep
+from exactcreep.figures.style import VELOCITY, setting_text
+from exactcreep.figures.sweep import draw_sweep, plot_sweep, points_of, sticking
 from exactcreep.laws import sliding_velocity, sliding_velocity_random, sticking_velocity
 from exactcreep.laws.sticking import beyond_sticking
 from exactcreep.model.numbers import InputError
@@ -167,3 +167,25 @@ def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> Non
             exactcreep.plot_sweep(part)
     with pytest.raises(InputError, match="other than the seed"):
         exactcreep.plot_sweep(swept(vary__run__seed=[1, 2]))
+
+
+def test_points_without_a_known_error_are_counted_and_the_sliding_limit_does_not_stick() -> None:
+    scene = load_scene("six-sliders-cycles").with_settings({"drive.cycles": 6})
+    grid = sweep(scene.with_settings({"vary.run.solver": ["exact", "sliding"]}))
+    assert np.isnan(grid["velocity_error"]).all()
+    axes = plot_sweep(grid)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "errors of 2 of 2 are not known" in labels
+    exact, sliding = (sticking(point.parameters)[0] for point in points_of(grid))
+    assert math.isfinite(exact)
+    assert math.isnan(sliding)
+    errors = grid.assign(velocity_error=grid["velocity_error"] * 0 + 0.1)
+    errors["velocity_error"][:] = 0.1
+    known = plot_sweep(errors).get_legend().get_texts()
+    assert not any("not known" in text.get_text() for text in known)
+
+
+def test_a_start_is_named_in_words() -> None:
+    assert setting_text("start", '{"tensions": ["0.06"]}') == "tensions 0.06"
+    assert setting_text("run.start", "relaxed") == "relaxed"
+    assert len(setting_text("start", '{"tensions": [' + "0.06, " * 30 + "]}")) < 50

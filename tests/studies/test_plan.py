@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -173,6 +174,12 @@ def test_the_command_prints_a_plan_and_many_members_in_a_line(command: Command) 
     text = " ".join(command(*words, "chain.sigma_mu=0.01").out.split())
     assert "exact: every event counts" in text
     assert "cost: about" in text
+    assert re.search(r"velocity per half-cycle: \S+ \(sliding limit", text)
+    held = command("plan", "six-sliders-cycles").out
+    assert re.search(r"velocity per half-cycle: 27\.8\d+ ± 0\.\d+ \(sliders that stick", held)
+    answered = command("plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0").out
+    assert "\nlaw: " in answered
+    assert "cost" not in answered
     words += ["chain.sigma_mu=0", "--set", "vary.drive.amplitude=[1,2,3,4,5,6,7,8,9]"]
     _, line = command(*words).out.splitlines()
     assert line.startswith("drive.amplitude = 1 … 9 (9 members): law: two relaxed sliders")
