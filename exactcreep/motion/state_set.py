@@ -216,14 +216,9 @@ class StateSet:
 
     def copy(self) -> StateSet:
         """Return a set with arrays of its own."""
-        return StateSet.restored(vars(self))
-
-    @classmethod
-    def restored(cls, attributes: Mapping[str, Any]) -> StateSet:
-        """Return the set with these attributes."""
-        out = cls.__new__(cls)
-        vars(out).update({name: copy(value) for name, value in attributes.items()})
-        return out
+        alike = StateSet.__new__(StateSet)
+        vars(alike).update({name: copy(value) for name, value in vars(self).items()})
+        return alike
 
 
 def _bounded(x: NDArray[np.float64]) -> NDArray[np.float64]:

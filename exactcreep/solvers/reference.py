@@ -49,14 +49,14 @@ class ChainIntegrator(ChainAtRest):
             self.advance(self.flow, event)
             yield from self.resolve(self.flow, event)
             if not self.flow.signs.any():
-                self.rest(self.flow)
+                self.come_to_rest(self.flow)
             yield None
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving = np.flatnonzero(flow.signs).tolist()
-        if self.exact is not None:
-            slip = self.exact_slips(self.exact, flow, moving)
+        if self.rest.exact is not None:
+            slip = self.exact_slips(self.rest.exact, flow, moving)
             if slip is not None:
                 return slip
         number = self.arithmetic.number
@@ -71,7 +71,7 @@ class ChainIntegrator(ChainAtRest):
             return lone_event(flow, moving[0], self.thresholds, excess, touching, sign=self._sign)
         search = Search(
             flow, self.runs, self.thresholds, excess, touching,
-            assume=self.assume, half=self.mirrored, limits=self.limits,
+            assume=self.assume, half=self.rest.mirrored, limits=self.limits,
         )  # fmt: skip
         first = search.first(horizon)
         if not first:
@@ -81,11 +81,11 @@ class ChainIntegrator(ChainAtRest):
             self.time = self.time + horizon
             return None
         time = root_time(search, first[0])
-        self.evaluations += search.evaluations
+        self.rest.evaluations += search.evaluations
         self.tally.undecided += search.undecided
         stops = [root.slider for root in first if root.side == 0]
         starts = [(root.slider, root.side) for root in first if root.side != 0]
-        return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
+        return event_of(time, stops, starts, self.chain.n if self.rest.mirrored else None)
 
     def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
@@ -99,9 +99,9 @@ class ChainIntegrator(ChainAtRest):
             self.amplified.advance(flow.signs, float(event.time), float(largest))
         for n in moving.tolist():
             for m in (n - 1, n, n + 1):
-                self.pinned.pop(m, None)
+                self.rest.pinned.pop(m, None)
         if not event.exact:
-            self.exact = None
+            self.rest.exact = None
         if event.shifts is None:
             flow.advance(self.runs, event.time)
         for first, displacements, velocities in event.shifts or ():
@@ -109,10 +109,10 @@ class ChainIntegrator(ChainAtRest):
                 self._blurred(flow, first, displacements[0], velocities[0])
             flow.shift(first, self.arithmetic.vector(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
-        if self.mirrored:
+        if self.rest.mirrored:
             flow.mirror()
-        if self.exact is not None:
-            flow.forces = self.arithmetic.vector([f.ball() for f in self.exact.forces])
+        if self.rest.exact is not None:
+            flow.forces = self.arithmetic.vector([f.ball() for f in self.rest.exact.forces])
         self.time = later
 
     def _blurred(self, flow: Flow, n: int, way: Any, velocity: Any) -> None:
@@ -134,7 +134,7 @@ class ChainIntegrator(ChainAtRest):
                 self.crossed.pop(n, None)
                 self._draw(n)
             self.tally.slips += len(stops)
-            self.slips[stops] += 1
+            self.rest.slips[stops] += 1
             yield self._event(EventKind.STOP, stops, signs)
         back = [(n, self._start_direction(n)) for n in stops]
         starts = sorted([*event.starts, *((n, sign) for n, sign in back if sign)])
@@ -164,13 +164,15 @@ class ChainIntegrator(ChainAtRest):
             amplified.stop(event.stops)
         return late
 
-    def rest(self, flow: Flow) -> None:
-        self.tensions, self.displacements = self._shape(flow)
-        self.forces, self.force_slack = flow.forces, flow.force_slack
-        if self.exact is not None:
+    def come_to_rest(self, flow: Flow) -> None:
+        """Let the present state be a rest."""
+        rest = self.rest
+        rest.tensions, rest.displacements = self._shape(flow)
+        rest.forces, rest.force_slack = flow.forces, flow.force_slack
+        if rest.exact is not None:
             self.renew()
-            if self.exact.bits > MOST_BITS:
-                self.exact = None
+            if rest.exact.bits > MOST_BITS:
+                rest.exact = None
         self.flow = None
         self.crossed.clear()
 
@@ -189,11 +191,12 @@ class ChainIntegrator(ChainAtRest):
         return Event(self.time, kind, numbers, tuple(signs))
 
     def _draw(self, n: int) -> None:
-        drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
-        self.draws[n] += 1
-        self.coefficients[n] = float(drawn)
-        self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
-        self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
+        rest = self.rest
+        drawn = self.contacts.coefficient(n + 1, int(rest.draws[n]))
+        rest.draws[n] += 1
+        rest.coefficients[n] = float(drawn)
+        rest.tally.draws_below_mu_d += self.contacts.is_low(drawn)
+        self.thresholds[n] = self.contacts.holds(rest.coefficients[n], self.arithmetic)
 
 
 def event_of(

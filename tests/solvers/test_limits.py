@@ -93,7 +93,7 @@ def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_it_swings(arithmet
         mechanics = ChainIntegrator(Start(chain, State.relaxed(chain), 0), arithmetic)
         internal = np.array([0.3, -0.1, -0.4, 0.2])
         for speed, proved in ((0.44, False), (0.6, True)):
-            flow = Flow(arithmetic, mechanics.forces, mechanics.friction)
+            flow = Flow(arithmetic, mechanics.rest.forces, mechanics.friction)
             flow.start(range(4), [1] * 4)
             flow.velocities = arithmetic.vector((internal + speed).tolist())
             (run,) = flow.runs()

@@ -7,12 +7,11 @@ long as ramps and lone slips are all that happens; with these, ties and grazes c
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +46,69 @@ class ExactState:
         return ExactState(self.forces.copy(), self.displacements.copy(), self.theta)
 
 
+@dataclass
+class Rest:
+    """A chain at rest: its numbers, how far rounding may have taken them, and counts up to here.
+
+    Tensions, displacements and forces are those of the last rest; what a stop draws and what is
+    counted changes at once.
+
+    Attributes
+    ----------
+    tensions, displacements, forces : ndarray
+        As in `State`, and ``F_n = T_n - T_(n-1) + s``.
+    theta : number
+    coefficients, draws : ndarray, shape (n,)
+        As in `State`.
+    slips : ndarray of int, shape (n,)
+        Of each slider, since the last target.
+    force_slack, theta_slack : number
+        How far rounding may have taken the forces, and ``l0 theta``.
+    mirrored : bool
+        Whether the chain is, and therefore stays, the mirror image of itself.
+    exact : ExactState or None
+        Exact knowledge, as long as there is any.
+    pinned : dict
+        ``F_n / c`` of the sliders (from 0) that have just reached their threshold.
+    fresh : bool
+        Whether this is the start, which may not be at rest.
+    evaluations : int
+        Of event functions.
+    tally : Tally
+    """
+
+    tensions: NDArray[Any]
+    displacements: NDArray[Any]
+    forces: NDArray[Any]
+    theta: Any
+    coefficients: NDArray[np.float64]
+    draws: NDArray[np.int64]
+    slips: NDArray[np.int64]
+    mirrored: bool
+    exact: ExactState | None
+    force_slack: Any = 0
+    theta_slack: Any = 0
+    pinned: dict[int, Fraction] = field(default_factory=dict)
+    fresh: bool = True
+    evaluations: int = 0
+    tally: Tally = field(default_factory=Tally)
+
+    def copy(self) -> Self:
+        """Return the same rest, which changes no more with this one."""
+        return replace(
+            self,
+            tensions=self.tensions.copy(),
+            displacements=self.displacements.copy(),
+            forces=self.forces.copy(),
+            coefficients=self.coefficients.copy(),
+            draws=self.draws.copy(),
+            slips=self.slips.copy(),
+            exact=self.exact and self.exact.copy(),
+            pinned=self.pinned.copy(),
+            tally=replace(self.tally),
+        )
+
+
 class ChainAtRest:
     """A chain that is taken from rest to rest in one arithmetic.
 
@@ -62,41 +124,21 @@ class ChainAtRest:
     All calls are made inside ``arithmetic.active()``.
     """
 
-    kept: ClassVar[tuple[str, ...]] = (
-        "tensions", "displacements", "forces", "theta", "force_slack", "theta_slack",
-        "coefficients", "draws", "slips", "pinned", "fresh", "mirrored", "evaluations", "exact",
-    )  # fmt: skip
-    """What a rest consists of, beside the counts."""
-
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
-        self.tally = Tally()
-        self.evaluations = 0
-        self.slips = np.zeros(self.chain.n, dtype=np.int64)
         self.contacts = Contacts(self.chain, self.seed)
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
         self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
         self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
-        self.tensions = arithmetic.vector(state.tensions)
-        self.displacements = arithmetic.vector(state.displacements.tolist())
-        self.coefficients = state.coefficients.astype(np.float64)
-        self.draws = state.draws.astype(np.int64)
-        self.theta = arithmetic.number(state.theta)
-        self.forces = forces_of(arithmetic, self.tensions, self.weight)
-        self.thresholds = self.contacts.thresholds(self.coefficients, arithmetic)
-        largest = max(abs(self.forces)) + max(self.thresholds)
-        self.force_slack = 4 * arithmetic.roundoff * largest
-        self.theta_slack: Any = 0  # of l0 theta
-        # exact knowledge, as long as there is any
-        self.exact = self._exactly(state) if arithmetic.encloses else None
-        self.pinned: dict[int, Fraction] = {}  # F_n / c where a threshold was just reached
-        self.mirrored = self._is_mirrored(state)
+        self.rest = self._at_start(state)
+        self.thresholds = self.contacts.thresholds(self.rest.coefficients, arithmetic)
+        largest = max(abs(self.rest.forces)) + max(self.thresholds)
+        self.rest.force_slack = 4 * arithmetic.roundoff * largest
         # the rearrangement under way
-        self.fresh = True
         self.way = 0
         self.flow: Flow | None = None
         self.amplified: AmplifiedErrors | None = None  # what rounding has grown to in it
@@ -108,11 +150,31 @@ class ChainAtRest:
         self.runaway = False
         self.limits = NO_LIMITS
 
+    def _at_start(self, state: State) -> Rest:
+        vector = self.arithmetic.vector
+        tensions = vector(state.tensions)
+        return Rest(
+            tensions,
+            vector(state.displacements.tolist()),
+            forces_of(self.arithmetic, tensions, self.weight),
+            self.arithmetic.number(state.theta),
+            state.coefficients.astype(np.float64),
+            state.draws.astype(np.int64),
+            slips=np.zeros(self.chain.n, dtype=np.int64),
+            mirrored=self._is_mirrored(state),
+            exact=self._exactly(state) if self.arithmetic.encloses else None,
+        )
+
+    @property
+    def tally(self) -> Tally:
+        """Counts up to here."""
+        return self.rest.tally
+
     # -- what is known exactly -----------------------------------------------------------------
 
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
-        return self.contacts.acting(self.coefficients[n])
+        return self.contacts.acting(self.rest.coefficients[n])
 
     def _exactly(self, state: State) -> ExactState | None:
         exact, rational = cache(exact_number), cache(self.field.rational)  # most of them are alike
@@ -134,7 +196,7 @@ class ChainAtRest:
         """Return a sign; what cannot be decided is zero and counted, if that is allowed."""
         if isinstance(x, (Quadratic, Fraction)):
             return sign_of(x)
-        allowance = self.force_slack if slack is None else slack
+        allowance = self.rest.force_slack if slack is None else slack
         try:
             sign = self.arithmetic.sign(x, allowance)
         except Undecided:
@@ -142,7 +204,7 @@ class ChainAtRest:
                 raise
             sign = 0
         # a zero that was rounded may be none
-        self.tally.undecided += sign == 0 and (bool(allowance > 0) or not bool(x == 0))
+        self.rest.tally.undecided += sign == 0 and (bool(allowance > 0) or not bool(x == 0))
         return sign
 
     # -- from rest to the first start ----------------------------------------------------------
@@ -152,10 +214,11 @@ class ChainAtRest:
 
         A start that is not at rest is set in motion at its own theta.
         """
-        if self.fresh:
-            self.fresh = False
-            lacking = (self.thresholds - abs(self.forces)).tolist()
-            near = [n for n, room in enumerate(lacking) if not room > self.force_slack]
+        rest = self.rest
+        if rest.fresh:
+            rest.fresh = False
+            lacking = (self.thresholds - abs(rest.forces)).tolist()
+            near = [n for n, room in enumerate(lacking) if not room > rest.force_slack]
             starts = [(n, sign) for n in near if (sign := self._start_direction(n))]
             if starts:
                 self._set_off(starts, crossing=False)
@@ -169,10 +232,10 @@ class ChainAtRest:
             return False
         self._move_theta(way, room, None)
         for end, sign in ends:
-            self.forces[end] = sign * self.thresholds[end]
-            self.pinned[end] = sign * self.acting(end)
-            if self.exact is not None:
-                self.exact.forces[end] = self.field.times_cosine(self.pinned[end])
+            rest.forces[end] = sign * self.thresholds[end]
+            rest.pinned[end] = sign * self.acting(end)
+            if rest.exact is not None:
+                rest.exact.forces[end] = self.field.times_cosine(rest.pinned[end])
         self._set_off(ends, crossing=True)
         return True
 
@@ -181,15 +244,16 @@ class ChainAtRest:
 
         In Q(c), as rationals in units of c, or as numbers of the arithmetic.
         """
-        if self.exact is not None:
-            return self.exact.forces[n], self.field.times_cosine(self.acting(n))
-        if n in self.pinned:
-            return self.pinned[n], self.acting(n)
-        return (self if self.flow is None else self.flow).forces[n], self.thresholds[n]
+        rest = self.rest
+        if rest.exact is not None:
+            return rest.exact.forces[n], self.field.times_cosine(self.acting(n))
+        if n in rest.pinned:
+            return rest.pinned[n], self.acting(n)
+        return (self.flow or rest).forces[n], self.thresholds[n]
 
     def _start_direction(self, n: int) -> int:
         """Return the direction in which a resting slider (from 0) starts, 0 if it stays."""
-        slack = (self if self.flow is None else self.flow).force_slack
+        slack = (self.flow or self.rest).force_slack
         return start_direction(*self._standing(n), lambda x: self._sign(x, slack))
 
     def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
@@ -199,9 +263,9 @@ class ChainAtRest:
             return None, []
         ends = [(0, -way), (n - 1, way)]
         first, last = (self.lacking(end, sign) for end, sign in ends)
-        if self.mirrored:
+        if self.rest.mirrored:
             return first, ends
-        order = self._sign(first - last, 2 * self.force_slack)
+        order = self._sign(first - last, 2 * self.rest.force_slack)
         if order < 0:
             return first, ends[:1]
         if order > 0:
@@ -216,55 +280,56 @@ class ChainAtRest:
 
     def _reach(self, way: int, target: Fraction) -> Any:
         """Return how far ``l0 theta`` goes to `target`."""
-        if self.exact is not None:
-            return way * self.chain.l0 * (self.field.rational(target) - self.exact.theta)
-        return way * self.l0 * (self.arithmetic.number(target) - self.theta)
+        if self.rest.exact is not None:
+            return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
+        return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
 
     def _comes_first(self, way: int, room: Any, target: Fraction) -> bool:
         """Whether a slider starts before `target`; exactly at threshold there, it stays."""
-        slack = self.force_slack + self.theta_slack + self._theta_rounding(room)
+        slack = self.rest.force_slack + self.rest.theta_slack + self._theta_rounding(room)
         return self._sign(self._reach(way, target) - room, slack) > 0
 
     def _theta_rounding(self, room: Any) -> Any:
         if not self.arithmetic.roundoff:
             return 0
-        return 8 * self.arithmetic.roundoff * (abs(self.l0 * self.theta) + abs(room))
+        return 8 * self.arithmetic.roundoff * (abs(self.l0 * self.rest.theta) + abs(room))
 
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
         """Let ``l0 theta`` go by `room` in direction `way`, to `target` if that is given."""
-        if self.exact is not None:
-            exact, by = self.exact, way * room
+        rest, exact = self.rest, self.rest.exact
+        if exact is not None:
+            by = way * room
             exact.theta = exact.theta + by / self.chain.l0
             exact.forces[0] = exact.forces[0] - by
             exact.forces[-1] = exact.forces[-1] + by  # of one slider: as it was
             room = room.ball()
         by = way * room
         if target is None:
-            self.theta_slack = self.theta_slack + self._theta_rounding(room)
-            self.theta = self.theta + by / self.l0
+            rest.theta_slack = rest.theta_slack + self._theta_rounding(room)
+            rest.theta = rest.theta + by / self.l0
         else:
-            self.theta_slack, self.theta = 0, self.arithmetic.number(target)
+            rest.theta_slack, rest.theta = 0, self.arithmetic.number(target)
         if self.chain.n == 1:
             return
         if not bool(room == 0):
-            self.tensions = self.tensions - by
-            self.forces[0] = self.forces[0] - by
-            self.forces[-1] = self.forces[-1] + by
-            self.pinned.clear()
-        if self.exact is not None:
+            rest.tensions = rest.tensions - by
+            rest.forces[0] = rest.forces[0] - by
+            rest.forces[-1] = rest.forces[-1] + by
+            rest.pinned.clear()
+        if exact is not None:
             for end in (0, -1):
-                self.forces[end] = self.exact.forces[end].ball()
+                rest.forces[end] = exact.forces[end].ball()
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         """Begin a rearrangement."""
         self.time = self.arithmetic.number(0)
-        self.flow = Flow(self.arithmetic, self.forces, self.friction, self.force_slack)
+        self.flow = Flow(self.arithmetic, self.rest.forces, self.friction, self.rest.force_slack)
         self.announced = False
         self.event_number = 0
-        self.tally.rearrangements += 1
+        self.rest.tally.rearrangements += 1
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
         if self.arithmetic.roundoff and self.chain.n > 1:
-            largest = float(max(abs(self.forces)) + self.friction)
+            largest = float(max(abs(self.rest.forces)) + self.friction)
             self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
             if crossing:  # theta takes them to their threshold, whatever they are off by
                 self.amplified.forces[[n for n, _ in starts]] = 0.0
@@ -279,7 +344,7 @@ class ChainAtRest:
 
     def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
         """Return the resting sliders that are known to be exactly at threshold, and the side."""
-        if self.exact is None:
+        if self.rest.exact is None:
             return set()
         beside = {m for n in moving for m in (n - 1, n + 1) if 0 <= m < self.chain.n}
         resting = [(n, *self._standing(n)) for n in beside if flow.signs[n] == 0]
@@ -303,7 +368,7 @@ class ChainAtRest:
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)
-        if self.mirrored and n_sliders % 2 == 0 and middle[0] in beside:
+        if self.rest.mirrored and n_sliders % 2 == 0 and middle[0] in beside:
             for n, other in (middle, middle[::-1]):
                 beside[n].remove(other)
                 stiffnesses[n] += 1
@@ -337,23 +402,24 @@ class ChainAtRest:
     def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return tensions and displacements at present."""
         first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
-        tensions = self.tensions.copy()
+        tensions = self.rest.tensions.copy()
         change = np.diff(flow.moved[first : last + 1])
         tensions[first:last] = tensions[first:last] + change
         return tensions, self._displaced(flow)
 
     def _displaced(self, flow: Flow) -> NDArray[Any]:
-        displacements = self.displacements.copy()
+        displacements = self.rest.displacements.copy()
         for n in flow.touched:
             displacements[n] = displacements[n] + flow.moved[n]
         return displacements
 
     def state(self) -> State:
         """Return the present state."""
-        shape = (self.tensions, self.displacements)
+        rest = self.rest
+        shape = (rest.tensions, rest.displacements)
         if self.flow is not None:
             shape = self._shape(self.flow)
-        return State(*shape, self.coefficients, self.draws, self.theta)
+        return State(*shape, rest.coefficients, rest.draws, rest.theta)
 
     def velocities(self) -> NDArray[Any]:
         """Return the present velocities."""
@@ -363,7 +429,7 @@ class ChainAtRest:
 
     def known_theta(self) -> Any:
         """Return theta, as well as it is known."""
-        return self.theta
+        return self.rest.theta
 
     def known_moves(self) -> NDArray[Any]:
         """Return how far sliders have come in the rearrangement, as well as it is known."""
@@ -372,31 +438,22 @@ class ChainAtRest:
 
     # -- to go on later ------------------------------------------------------------------------
 
-    def captured(self) -> dict[str, Any]:
-        """Return all that is needed to go on from this rest bit for bit."""
-        names = {name: getattr(self, name) for name in self.kept}
-        out = {n: value.copy() if hasattr(value, "copy") else value for n, value in names.items()}
-        return out | {"tally": replace(self.tally)}
-
-    def take_over(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `captured` returned, for the same chain and seed."""
-        for name in self.kept:
-            value = captured[name]
-            setattr(self, name, value.copy() if hasattr(value, "copy") else value)
-        self.tally, self.flow = replace(captured["tally"]), None
-        self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
+    def go_on_from(self, rest: Rest) -> None:
+        """Be at this rest, of the same chain and seed."""
+        self.rest, self.flow = rest, None
+        self.thresholds = self.contacts.thresholds(rest.coefficients, self.arithmetic)
 
     def renew(self) -> None:
         """Take every number at rest from its exact value, as this precision encloses it."""
-        exact = self.exact
+        rest, exact = self.rest, self.rest.exact
         assert exact is not None
         vector = self.arithmetic.vector
-        self.forces = vector([x.ball() for x in exact.forces])
-        self.displacements = vector([x.ball() for x in exact.displacements])
-        self.theta = exact.theta.ball()
+        rest.forces = vector([x.ball() for x in exact.forces])
+        rest.displacements = vector([x.ball() for x in exact.displacements])
+        rest.theta = exact.theta.ball()
         weight = self.field.times_cosine(self.chain.tan_alpha)
         tension, tensions = self.field.rational(Fraction(0)), []
         for force in exact.forces[:-1]:
             tension = tension + force - weight
             tensions.append(tension.ball())
-        self.tensions = vector(tensions)
+        rest.tensions = vector(tensions)

@@ -136,7 +136,7 @@ def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
         "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
         "bits_lost": lost,
         "bits_lost_per_event": lost / max(mechanics.tally.events, 1),
-        "exact_in_q_c": mechanics.exact is not None,
+        "exact_in_q_c": mechanics.rest.exact is not None,
     }
 
 
@@ -159,8 +159,7 @@ class CertifiedSimulation(FieldSimulation):
 
     def _drop_anchor(self, target: int | None) -> None:
         """Take the present state, which is known exactly, as the one to go back to."""
-        with self.mechanics.arithmetic.active():
-            self.anchor = self.mechanics.captured()
+        self.anchor = self.mechanics.rest.copy()
         self.anchor_target: list[Any] = [target, self.theta_target]
 
     @property
@@ -188,7 +187,7 @@ class CertifiedSimulation(FieldSimulation):
             self.ahead += 1
         with self.mechanics.arithmetic.active():
             self.reached = q, self.mechanics.state(), replace(self.tally)
-        if self.mechanics.exact is not None:
+        if self.mechanics.rest.exact is not None:
             self._drop_anchor(q)
         return None
 
@@ -204,8 +203,8 @@ class CertifiedSimulation(FieldSimulation):
         self.settles = bits >= self.solver.most_bits
         self._begin(min(self.leap * bits, self.solver.most_bits))
         with self.mechanics.arithmetic.active():
-            self.mechanics.take_over(self.anchor)
-            if self.mechanics.exact is not None:
+            self.mechanics.go_on_from(self.anchor.copy())
+            if self.mechanics.rest.exact is not None:
                 self.mechanics.renew()
         self.tally = self.mechanics.tally
         target, self.theta_target = self.anchor_target

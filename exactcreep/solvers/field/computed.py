@@ -136,7 +136,7 @@ def mechanics_report(mechanics: ChainIntegrator) -> dict[str, Any]:
     """Return precision and work counts."""
     report: dict[str, Any] = {
         "precision_bits": mechanics.arithmetic.bits,
-        "root_evaluations": mechanics.evaluations,
+        "root_evaluations": mechanics.rest.evaluations,
     }
     if mechanics.runaway:
         report["runaway_time"] = mechanics.time
@@ -247,12 +247,12 @@ class FieldSimulation(Simulation):
             "x_G": sum(state.displacements.tolist()) / self.start.chain.n,
             "x": state.displacements,
             "tension": state.tensions,
-            "slips": mechanics.slips,
+            "slips": mechanics.rest.slips,
         }
         for name, value in reached.items():
             if name in self.begun:
                 self.begun[name].append(copy(value))
-        mechanics.slips[:] = 0
+        mechanics.rest.slips[:] = 0
 
     def _log(self, event: Event, q: int) -> None:
         rows = self.begun
@@ -271,7 +271,7 @@ class FieldSimulation(Simulation):
                 mechanics.chain, arithmetic, known, mechanics.state().tensions
             )
         assert self.avalanche is not None
-        coefficient = mechanics.coefficients.__getitem__
+        coefficient = mechanics.rest.coefficients.__getitem__
         slips = self.avalanche.take(event, number, mechanics.known_moves(), coefficient)
         rows.get("slip_table", []).extend(slips)
 
@@ -293,16 +293,15 @@ class FieldSimulation(Simulation):
         return self.mechanics.flow is None and self.theta_target is not None
 
     def snapshot(self) -> dict[str, Any]:
-        with self.mechanics.arithmetic.active():
-            return {
-                "theta_target": self.theta_target,
-                "mechanics": self.mechanics.captured(),
-                "undecided": self.undecided,
-            }
+        return {
+            "theta_target": self.theta_target,
+            "rest": self.mechanics.rest.copy(),
+            "undecided": self.undecided,
+        }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         with self.mechanics.arithmetic.active():
-            self.mechanics.take_over(snapshot["mechanics"])
+            self.mechanics.go_on_from(snapshot["rest"].copy())
         self.theta_target, self.undecided = snapshot["theta_target"], snapshot["undecided"]
         self.tally = self.mechanics.tally
 

@@ -57,8 +57,8 @@ class KnownItinerary(ChainIntegrator):
 
     def load_of_start(self, slider: int, sign: int, way: int) -> Any:
         """Return ``l0 theta_c`` at which an end (from 0) starts with `sign` on a ramp."""
-        self.exact = None
-        return self.l0 * self.theta + way * self.lacking(slider, sign)
+        self.rest.exact = None
+        return self.l0 * self.rest.theta + way * self.lacking(slider, sign)
 
     def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         ends = list(self._starts.items())

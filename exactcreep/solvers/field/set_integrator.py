@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import accumulate
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import flint
 import numpy as np
@@ -29,6 +29,7 @@ from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
+from exactcreep.solvers.field.at_rest import Rest
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.reference import ChainIntegrator, event_of
 
@@ -52,6 +53,26 @@ class Kind(Enum):
     """Not decided at the precision limit: settled by the model's rules, and counted."""
 
 
+@dataclass
+class RestOfSet(Rest):
+    """The middle of a set of states at rest, and the set.
+
+    Attributes
+    ----------
+    set : StateSet or None
+        None: the balls hold every state.
+    since : int
+        Events since it was put together.
+    """
+
+    set: StateSet | None = None
+    since: int = 0
+
+    def copy(self) -> Self:
+        """Return the same rest, which changes no more with this one."""
+        return replace(super().copy(), set=self.set and self.set.copy())
+
+
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls of the middle of a set, with the set beside it; see the module.
 
@@ -64,8 +85,6 @@ class SetIntegrator(ChainIntegrator):
 
     Attributes
     ----------
-    set : StateSet or None
-        None: the balls hold every state.
     tangent : StateSet or None
         Rows that are taken along with it: how states part, each column one of a derivative.
     kinds : Counter of Kind
@@ -73,7 +92,7 @@ class SetIntegrator(ChainIntegrator):
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
-    kept = (*ChainIntegrator.kept, "set", "since")
+    rest: RestOfSet
 
     def __init__(
         self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, keep: bool = False
@@ -82,11 +101,10 @@ class SetIntegrator(ChainIntegrator):
         self.keep = keep
         self.start: Motion | None = None
         self.pieces: list[ModalPiece] = []
-        self.set: StateSet | None = None
+        self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
         self._slack: Any = None
         self.widest = 0.0  # how far forces, velocities and l0 theta lie from the middle's
-        self.since = 0  # events since the set was put together
         self.crossing: Crossing | None = None
         self.kinds: Counter[Kind] = Counter()
         self.shown: State | None = None  # the present rest, as long as nothing has moved
@@ -100,28 +118,28 @@ class SetIntegrator(ChainIntegrator):
     @property
     def slack(self) -> Any:
         """How far forces and l0 theta lie from the middle's, as a ball."""
-        if self.set is None:
+        if self.rest.set is None:
             return 0
         if self._slack is None:
-            (self._slack,) = self.set.balls([self.widest])
+            (self._slack,) = self.rest.set.balls([self.widest])
         return self._slack
 
     @property
     def far(self) -> float:
         """The same as a float."""
-        if self.set is None:
+        if self.rest.set is None:
             return 0.0
-        return math.ldexp(self.widest, max(self.set.exponent, -2000)) + UNDERFLOW
+        return math.ldexp(self.widest, max(self.rest.set.exponent, -2000)) + UNDERFLOW
 
     def _sign(self, x: Any, slack: Any = None) -> int:
         # what is compared moves by at most two forces, or a force and l0 theta
-        return super()._sign(x, slack if self.set is None else 2 * self.slack)
+        return super()._sign(x, slack if self.rest.set is None else 2 * self.slack)
 
     def _widened(self, numbers: NDArray[Any], of: str) -> NDArray[Any]:
         """Return numbers of the middle in balls that hold every state."""
-        if self.set is None:
+        if self.rest.set is None:
             return numbers.copy()
-        return self.set.widened(numbers, getattr(self.set, of)())
+        return self.rest.set.widened(numbers, getattr(self.rest.set, of)())
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities in balls that hold every state; one that is zero is so in all."""
@@ -141,9 +159,10 @@ class SetIntegrator(ChainIntegrator):
         """Let the balls hold every state."""
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        self.displacements = self._widened(self.displacements, "of_displacements")
-        self.theta = self.known_theta()
-        self.set, self.since, self._runs = None, self.renew_every, None
+        rest = self.rest
+        rest.displacements = self._widened(rest.displacements, "of_displacements")
+        rest.theta = self.known_theta()
+        rest.set, rest.since, self._runs = None, self.renew_every, None
 
     def _fast(self) -> dict[int, Any]:
         """Return the velocities of the sliders that are not exactly at rest."""
@@ -155,31 +174,32 @@ class SetIntegrator(ChainIntegrator):
 
     def _renew(self) -> None:
         """Put the set together again around a middle without errors."""
-        numbers = self.forces if self.flow is None else self.flow.forces
+        rest = self.rest
+        numbers = (self.flow or rest).forces
         noise = [x.rad() for x in numbers.tolist()]
         numbers[:] = [x.mid() for x in numbers.tolist()]
         speeds = {}
         for n, speed in self._fast().items():
             speeds[n] = speed.rad()
             self.flow.velocities[n] = speed.mid()  # type: ignore[union-attr]
-        theta = (self.l0 * self.theta).rad()
-        self.theta = self.theta.mid()
-        if self.set is None:
-            self.set = StateSet(noise, speeds, theta)
+        theta = (self.l0 * rest.theta).rad()
+        rest.theta = rest.theta.mid()
+        if rest.set is None:
+            rest.set = StateSet(noise, speeds, theta)
         else:
-            self.set.renew(noise, speeds, theta)
+            rest.set.renew(noise, speeds, theta)
         if self.flow is None:
-            self.tensions = self._tensions(self.forces)
-        self.since = 0
+            rest.tensions = self._tensions(rest.forces)
+        rest.since = 0
         self._look_around()
 
     def _look_around(self) -> None:
         """Note how far states lie from the middle."""
-        assert self.set is not None
-        self.widest, share = self.set.width()
+        assert self.rest.set is not None
+        self.widest, share = self.rest.set.width()
         self._slack = None
         if share > MOST_ERROR:
-            self.since = self.renew_every
+            self.rest.since = self.renew_every
         self.shown = self.shown_theta = None
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
@@ -187,7 +207,7 @@ class SetIntegrator(ChainIntegrator):
         return self.arithmetic.vector(accumulate(bare))
 
     def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
-        if self.exact is not None:
+        if self.rest.exact is not None:
             return super()._shape(flow)
         # the middle is taken anew now and then, by its forces
         return self._tensions(flow.forces), self._displaced(flow)
@@ -198,7 +218,7 @@ class SetIntegrator(ChainIntegrator):
         if self.shown is not None and self.flow is None:
             return self.shown
         middle = super().state()
-        if self.set is None:
+        if self.rest.set is None:
             return middle
         tensions = self._widened(middle.tensions, "of_tensions")
         displacements = self._widened(middle.displacements, "of_displacements")
@@ -208,11 +228,12 @@ class SetIntegrator(ChainIntegrator):
         return wide
 
     def known_theta(self) -> Any:
-        if self.set is None:
-            return self.theta
+        rest = self.rest
+        if rest.set is None:
+            return rest.theta
         if self.shown_theta is None:
-            (radius,) = self.set.balls([self.set.of_theta()])
-            self.shown_theta = self.theta + flint.arb(0, (radius / self.l0).upper())
+            (radius,) = rest.set.balls([rest.set.of_theta()])
+            self.shown_theta = rest.theta + flint.arb(0, (radius / self.l0).upper())
         return self.shown_theta
 
     def known_moves(self) -> NDArray[Any]:
@@ -220,7 +241,7 @@ class SetIntegrator(ChainIntegrator):
 
     def known_forces(self) -> NDArray[Any]:
         """Return the forces at rest, as well as they are known."""
-        return self._widened(self.forces, "of_forces")
+        return self._widened(self.rest.forces, "of_forces")
 
     def velocities(self) -> NDArray[Any]:
         return self._wide_velocities(super().velocities())
@@ -231,8 +252,8 @@ class SetIntegrator(ChainIntegrator):
         """Ramp theta, and the set along with its middle; see `ChainIntegrator.ramp`."""
         self.ends, self.shown, self.shown_theta = [], None, None
         moves = super().ramp(way, target)
-        if self.set is not None and self.chain.n > 1:
-            for rows in filter(None, (self.set, self.tangent)):
+        if self.rest.set is not None and self.chain.n > 1:
+            for rows in filter(None, (self.rest.set, self.tangent)):
                 if self.ends:
                     rows.at_start(self.ends)
                 elif not moves and target is not None:
@@ -254,22 +275,22 @@ class SetIntegrator(ChainIntegrator):
     def rearrangement(self) -> Iterator[Event | None]:
         for event in super().rearrangement():
             # whoever asks no more goes on, later, from what was put together
-            if event is None and self.since >= self.renew_every and not self.runaway:
+            if event is None and self.rest.since >= self.renew_every and not self.runaway:
                 self._renew()
             yield event
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `ChainIntegrator.first_event`."""
         known = None
-        if self.exact is None:
+        if self.rest.exact is None:
             known = self._lone_slip(flow)
             # at the precision limit, where nothing is asked again, balls hold every state
             if known is None and not (self.assume or self._may_run_away(flow)):
                 known = self._proved(flow)
         if known is not None:
-            self.kinds[Kind.TIE if self.mirrored else Kind.TRANSVERSE] += 1
+            self.kinds[Kind.TIE if self.rest.mirrored else Kind.TRANSVERSE] += 1
             return known
-        if self.set is not None:
+        if self.rest.set is not None:
             self._give_up(flow)
         undecided, moving = self.tally.undecided, np.flatnonzero(flow.signs).tolist()
         found = super().first_event(flow)
@@ -289,8 +310,8 @@ class SetIntegrator(ChainIntegrator):
 
         None if it is another motion, or the neighbour may start before it ends.
         """
-        n = self.chain.n
-        if len(self.crossed) != 1 or self.mirrored or n == 1 or np.count_nonzero(flow.signs) > 1:
+        n, mirrored = self.chain.n, self.rest.mirrored
+        if len(self.crossed) != 1 or mirrored or n == 1 or np.count_nonzero(flow.signs) > 1:
             return None
         (end,) = self.crossed
         if end not in (0, n - 1):
@@ -326,7 +347,7 @@ class SetIntegrator(ChainIntegrator):
             np.array([fast, bare, forces]),
             np.array(held),
             unsure + self.far + 2.0**-50 * max(held),
-            min(n // 2 if self.mirrored else n, window.stop) - window.start,
+            min(n // 2 if self.rest.mirrored else n, window.stop) - window.start,
         )
         if at < 0:
             return None
@@ -339,7 +360,7 @@ class SetIntegrator(ChainIntegrator):
                 found = self._enclosed(flow, acting, time, radius)
         except Undecided:  # the middle is not known well enough
             return None
-        if found is None or self.set is None:
+        if found is None or self.rest.set is None:
             return found
         late = radius + abs(float(found.time) - time)
         unsure += math.sqrt(len(moving)) * self.far * (3 + float(found.time))
@@ -365,13 +386,13 @@ class SetIntegrator(ChainIntegrator):
     ) -> FirstEvent | None:
         """Return the event, and where it finds the middle."""
         slider, side = acting
-        self.evaluations += 1
+        self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
         found = enclosed_event(self.runs, acting, room, time, radius)
         if found is None:
             return None
         stops, starts = ([slider], []) if side == 0 else ([], [acting])
-        event = event_of(found[0], stops, starts, self.chain.n if self.mirrored else None)
+        event = event_of(found[0], stops, starts, self.chain.n if self.rest.mirrored else None)
         return replace(event, shifts=tuple(found[1]))
 
     def _crossing(
@@ -402,7 +423,7 @@ class SetIntegrator(ChainIntegrator):
         velocities, accelerations = np.zeros((2, n))
         velocities[window], accelerations[window] = fast, pulls
         late = late * (1 + 1e-9) + 2.0**-50 * time
-        image = n - 1 - acting[0] if self.mirrored else -1
+        image = n - 1 - acting[0] if self.rest.mirrored else -1
         return Crossing(
             self.springs, flow.signs, velocities, accelerations, unsure, time, late, haste,
             *acting, image,
@@ -410,24 +431,24 @@ class SetIntegrator(ChainIntegrator):
 
     def advance(self, flow: Flow, found: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
-        begin, moves = self.time, not bool(found.time == 0)
+        rest, begin, moves = self.rest, self.time, not bool(found.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
         super().advance(flow, found)
         if moves and not found.alike:
-            self.since = self.since + 1 if self.exact is None else 0
-            if self.set is not None:
+            rest.since = rest.since + 1 if rest.exact is None else 0
+            if rest.set is not None:
                 assert self.crossing is not None
-                spread, late = self.set.follow(self.crossing)
+                spread, late = rest.set.follow(self.crossing)
                 if self.tangent is not None:
                     self.tangent.follow(self.crossing._replace(late=late), own=False)
-                (further,) = self.set.balls([spread])
+                (further,) = rest.set.balls([spread])
                 self.time = self.time + flint.arb(0, further)
                 self._look_around()
         if wide is not None and self.start is not None:
             self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
 
-    def take_over(self, captured: Mapping[str, Any]) -> None:
-        super().take_over(captured)
+    def go_on_from(self, rest: Rest) -> None:
+        super().go_on_from(rest)
         self.shown = self.shown_theta = None
-        if self.set is not None:
+        if self.rest.set is not None:
             self._look_around()

@@ -57,10 +57,11 @@ class TangentMechanics(SetIntegrator):
             The loads lie within that distance of the present one.
         """
         n, inner = self.chain.n, len(spread)
-        noise = [x.rad() for x in (*self.forces.tolist(), self.l0 * self.theta)]
-        for numbers in (self.forces, self.displacements):
+        rest = self.rest
+        noise = [x.rad() for x in (*rest.forces.tolist(), self.l0 * rest.theta)]
+        for numbers in (rest.forces, rest.displacements):
             numbers[:] = [x.mid() for x in numbers.tolist()]
-        self.theta, self.tensions = self.theta.mid(), self._tensions(self.forces)
+        rest.theta, rest.tensions = rest.theta.mid(), self._tensions(rest.forces)
         widest = flint.arb(float(abs(spread).sum()) + load)
         exponent = max(exponent_of(x) for x in (*noise, widest))
         spread, load = np.ldexp(spread, -exponent), math.ldexp(load, -exponent)
@@ -69,9 +70,9 @@ class TangentMechanics(SetIntegrator):
         rows[[0, n - 1], :inner] = -spread.sum(axis=0) / 2
         rows[0, inner], rows[n - 1, inner] = load, -load
         rows[:, inner + 1 :] = np.diag(scaled(noise, exponent))
-        self.set = StateSet.spanned(rows, exponent=exponent)
-        self.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
-        self.fresh = False  # the present state is at rest
+        rest.set = StateSet.spanned(rows, exponent=exponent)
+        rest.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
+        rest.fresh = False  # the present state is at rest
         self._look_around()
         self.differentiate()
 
@@ -113,8 +114,8 @@ class TangentMechanics(SetIntegrator):
             basis, self.product = _orthogonal(flint.arb_mat(self._rows(fast)), self.product)
         self.tangent = StateSet.spanned(basis, fast)
 
-    def rest(self, flow: Flow) -> None:
-        super().rest(flow)
+    def come_to_rest(self, flow: Flow) -> None:
+        super().come_to_rest(flow)
         self.rests += 1
         if self.rests == self.half:
             self.at_half = list(self.known_forces()[1:-1]), self.derivative()

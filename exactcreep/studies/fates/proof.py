@@ -204,7 +204,7 @@ class _Proof:
         with mechanics.arithmetic.active():
             x_g = enclosure(sum(mechanics.state().displacements.tolist()) / self.chain.n)
         self.travel.append(x_g)
-        self.shapes.append(np.array([float(x) for x in mechanics.forces[1:-1]]))
+        self.shapes.append(np.array([float(x) for x in mechanics.rest.forces[1:-1]]))
 
     def _cycle(self, cycle: int) -> list[HalfCycle]:
         return self.halves[2 * cycle - 2 : 2 * cycle]
@@ -219,7 +219,7 @@ class _Proof:
             for n, sign in zip(sliders, signs, strict=True):
                 self.slips[n - 1] += sign
         alike = min(self.slips) if self.chain.n == 2 else 0  # both ends alike change no tension
-        held = self.simulation.mechanics.coefficients.tolist()
+        held = self.simulation.mechanics.rest.coefficients.tolist()
         key = (tuple(k - alike for k in self.slips), tuple(held))
         before = self.known.setdefault(key, cycle)
         if not any(self._cycle(cycle)):  # theta has been everywhere it will ever be
@@ -238,7 +238,7 @@ class _Proof:
         return 2 * arithmetic.times_cosine(self.chain, self.chain.mu_s - self.chain.mu_d)
 
     def _contracted(self, cycle: int) -> Fate | None:
-        held = self.simulation.mechanics.coefficients.tolist()
+        held = self.simulation.mechanics.rest.coefficients.tolist()
         if self.chain.sigma_mu != 0 or len(set(held)) > 1:
             return None
         best = math.inf
@@ -307,7 +307,7 @@ class _Proof:
             mechanics = nearby.mechanics
             with arithmetic.active():
                 mechanics.begin(spread, load)
-                begin, where = mechanics.known_forces(), sum(mechanics.displacements.tolist())
+                begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
                 radii = [x.rad() for x in present.known_forces()]
                 mechanics.half = word.half
             stretch = advance(nearby, self.drive, count, self.limits)

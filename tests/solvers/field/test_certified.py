@@ -54,7 +54,7 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     # balls are evaluated about twice per event, and search for none
     events = simulation.tally.events
     assert events > 100
-    assert 0 < simulation.mechanics.evaluations < 2.5 * events
+    assert 0 < simulation.mechanics.rest.evaluations < 2.5 * events
 
 
 def late(signs, slider, side, time, radius):
@@ -126,7 +126,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
     plain = FieldSimulation(relaxed(chain), (), balls_of(4 * events))
     plain.follow(drive, 1, drive.half_cycles)
     assert plain.tally.events == events
-    widest = max(x.rad() for x in plain.mechanics.displacements)
+    widest = max(x.rad() for x in plain.mechanics.rest.displacements)
     mantissa, exponent = widest.man_exp()
     lost = 4 * events + int(exponent) + math.log2(int(mantissa))
     assert lost / events > 1.0
@@ -140,7 +140,7 @@ def test_lone_slips_stay_exact_for_ever():
     assert report["root_evaluations"] == 0
     assert report["bits_lost"] < 16
     excess = simulation.mechanics.field.times_cosine(chain.mu_s - chain.mu_d)
-    for x in simulation.mechanics.exact.displacements:  # a whole number of slips of 2D
+    for x in simulation.mechanics.rest.exact.displacements:  # a whole number of slips of 2D
         a, b = x.rationals()
         assert a == 0
         assert (b / excess.rationals()[1] / 2).denominator == 1
