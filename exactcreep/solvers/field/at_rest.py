@@ -118,16 +118,26 @@ class ChainAtRest:
     arithmetic : Arithmetic
     assume : bool
         Whether balls settle what they cannot decide by the model's rules, and count it.
+    amplifies : bool
+        Whether it is followed what rounding grows to in a rearrangement; of no use to balls.
 
     Notes
     -----
     All calls are made inside ``arithmetic.active()``.
     """
 
-    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
+    def __init__(
+        self,
+        start: Start,
+        arithmetic: Arithmetic,
+        *,
+        assume: bool = False,
+        amplifies: bool = False,
+    ) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
+        self.amplifies = amplifies
         self.contacts = Contacts(self.chain, self.seed)
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
@@ -328,7 +338,7 @@ class ChainAtRest:
         self.event_number = 0
         self.rest.tally.rearrangements += 1
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
-        if self.arithmetic.roundoff and self.chain.n > 1:
+        if self.amplifies and self.chain.n > 1:
             largest = float(max(abs(self.rest.forces)) + self.friction)
             self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
             if crossing:  # theta takes them to their threshold, whatever they are off by

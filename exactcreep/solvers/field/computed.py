@@ -90,7 +90,7 @@ class FieldSolver(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = ChainIntegrator(start, arithmetic)
+            mechanics = ChainIntegrator(start, arithmetic, amplifies=True)
             result = completed(mechanics, direction, self.name, limits)
             rounding = mechanics.amplified.largest if mechanics.amplified is not None else 0.0
             return Rounded(**vars(result), rounding=rounding, promised=self.promised)
@@ -158,7 +158,7 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
-        self.begun = self._rows()  # rows on the way to the next target
+        self.begun = self._rows()  # rows, and avalanches, on the way to the next target
         self.avalanche: Avalanche | None = None
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
@@ -182,7 +182,7 @@ class FieldSimulation(Simulation):
             if stop is None:
                 done += 1
                 doubts.append(self.tally.undecided)
-                for name, values in self.begun.items():
+                for name, values in self._made().items():
                     rows[name] += values
                 self.begun = self._rows()
                 stop = early() if done < count else None
@@ -191,7 +191,7 @@ class FieldSimulation(Simulation):
                 ended = Ending(stop, NEVER_STOPS if runaway else limits.reason(stop))
                 break
         n = self.start.chain.n
-        logged = {name: values for name, values in self.begun.items() if name in LOGS and values}
+        logged = {name: values for name, values in self._made().items() if name in LOGS and values}
         return Stretch(
             done, record_arrays(rows, n), *ended, record_arrays(logged, n),
             np.array(doubts, dtype=np.int64),
@@ -200,6 +200,14 @@ class FieldSimulation(Simulation):
     def _rows(self) -> dict[str, list[Any]]:
         """Return an empty list for everything that is recorded; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
+
+    def _made(self) -> dict[str, list[Any]]:
+        """Return the rows on the way to the next target, with one ledger of all its avalanches."""
+        rows = dict(self.begun)
+        if "rearrangements" in rows:
+            with self.mechanics.arithmetic.active():
+                rows["rearrangements"] = rearrangement_rows(rows["rearrangements"])
+        return rows
 
     def _to_target(
         self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
@@ -278,9 +286,7 @@ class FieldSimulation(Simulation):
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
         if self.avalanche is not None and "rearrangements" in self.begun:
-            self.begun["rearrangements"] += rearrangement_rows(
-                [(self.avalanche, self.undecided - before)]
-            )
+            self.begun["rearrangements"].append((self.avalanche, self.undecided - before))
         self.avalanche = None
 
     def state(self) -> State:
