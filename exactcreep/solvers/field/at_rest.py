@@ -171,7 +171,7 @@ class ChainAtRest:
             state.coefficients.astype(np.float64),
             state.draws.astype(np.int64),
             slips=np.zeros(self.chain.n, dtype=np.int64),
-            mirrored=self._is_mirrored(state),
+            mirrored=mirrored(self.chain, state),
             exact=self._exactly(state) if self.arithmetic.encloses else None,
         )
 
@@ -197,10 +197,6 @@ class ChainAtRest:
         weight = self.field.times_cosine(self.chain.tan_alpha)
         pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
         return ExactState([rational(b - a) + weight for a, b in pairs], places, theta)
-
-    def _is_mirrored(self, state: State) -> bool:
-        """Whether the chain is, and therefore stays, the mirror image of itself."""
-        return mirrored(self.chain, state)
 
     def _sign(self, x: Any, slack: Any = None) -> int:
         """Return a sign; what cannot be decided is zero and counted, if that is allowed."""
