@@ -56,8 +56,8 @@ class AmplifiedErrors:
         moving = np.flatnonzero(signs)
         change = np.zeros_like(self.moved)
         for run in np.split(moving, np.flatnonzero(np.diff(moving) > 1) + 1):
-            known = modes(FLOAT64, len(run), Ends(run[0] == 0, run[-1] == len(signs) - 1))
-            w, shapes = known.frequencies[:, None], known.vectors
+            free = modes(FLOAT64, len(run), Ends(run[0] == 0, run[-1] == len(signs) - 1))
+            w, shapes = free.frequencies[:, None], free.vectors
             speed, pull = shapes.T @ self.velocities[run], shapes.T @ self.forces[run]
             sin, cos = np.sin(w * (time / 2)), np.cos(w * (time / 2))
             swung = np.divide(sin, w, out=np.full_like(sin, time / 2), where=w > 0)

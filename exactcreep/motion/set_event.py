@@ -247,13 +247,13 @@ def enclosed_event(
     for k in range(1, order + 1):
         powers.append(powers[-1] * root / k)
     across = flint.arb_mat(1, order + 1, powers)
-    found = []
+    shifts = []
     for run, rows in series:
         p = run.p
         both = flint.arb_mat([now + after for now, after in pairwise(rows)])
         moved = [x + rest for x in (across * both).entries()]
-        found.append((run.first, moved[:p], moved[p:]))
-    return at + root, found
+        shifts.append((run.first, moved[:p], moved[p:]))
+    return at + root, shifts
 
 
 def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
@@ -262,11 +262,11 @@ def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
     The interval Newton step that follows, with the slope in all of the radius, gains as many bits
     as ``-log2(radius)``.
     """
-    near, known = flint.arb(0), -math.log2(radius)
-    most = bits - known + 16
-    while known < most:
-        known *= 2
-        with balls_of(min(bits, math.ceil(known) + 64)).active():
+    near, sure = flint.arb(0), -math.log2(radius)  # bits
+    most = bits - sure + 16
+    while sure < most:
+        sure *= 2
+        with balls_of(min(bits, math.ceil(sure) + 64)).active():
             near = (near - poly(near) / rate(near)).mid()
     return near
 

@@ -145,13 +145,13 @@ class Recurrence:
         if self.chain.sigma_mu != 0:
             return None
         tensions = self.ends[:, _TENSIONS:]
-        earlier = tensions[-2 : -LONGEST_PERIOD - 2 : -1]
-        apart = np.abs(tensions[-1] - earlier).max(axis=1, initial=0.0)
+        before = tensions[-2 : -LONGEST_PERIOD - 2 : -1]
+        apart = np.abs(tensions[-1] - before).max(axis=1, initial=0.0)
         for period in (np.flatnonzero(apart <= self._close) + 1).tolist():
             off, since = float(apart[period - 1]), self.repeats_since(period)
             if len(self.known) > period:
                 pairs = zip(self.known[-1][1], self.known[-1 - period][1], strict=True)
-                off = max((one.apart(other) for one, other in pairs), default=0.0)
+                off = max((now.apart(earlier) for now, earlier in pairs), default=0.0)
             # what returns but nearly is believed if it does so for another period
             if not off or self.cycles - since >= 2 * period:
                 return Settled(period, since, off, self._velocity(period))

@@ -375,8 +375,8 @@ class ChainAtRest:
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)
         if self.rest.mirrored and n_sliders % 2 == 0 and middle[0] in beside:
-            for n, other in (middle, middle[::-1]):
-                beside[n].remove(other)
+            for n, image in (middle, middle[::-1]):
+                beside[n].remove(image)
                 stiffnesses[n] += 1
         if any(flow.signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
             return None

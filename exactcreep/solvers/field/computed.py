@@ -274,10 +274,9 @@ class FieldSimulation(Simulation):
             return
         if mechanics.event_number == 1:
             way = mechanics.way if mechanics.crossed else 0
-            known = {"half_cycle": q, "theta": theta, "direction": way}
-            self.avalanche = Avalanche(
-                mechanics.chain, arithmetic, known, mechanics.state().tensions
-            )
+            ramp = {"half_cycle": q, "theta": theta, "direction": way}
+            tensions = mechanics.state().tensions
+            self.avalanche = Avalanche(mechanics.chain, arithmetic, ramp, tensions)
         assert self.avalanche is not None
         coefficient = mechanics.rest.coefficients.__getitem__
         slips = self.avalanche.take(event, number, mechanics.known_moves(), coefficient)

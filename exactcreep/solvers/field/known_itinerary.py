@@ -82,9 +82,9 @@ class KnownItinerary(ChainIntegrator):
         guess, self._now = then - self._now, then
         return FirstEvent(self._root(function, guess), tuple(stops), tuple(starts))
 
-    def advance(self, flow: Flow, found: FirstEvent) -> None:
+    def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event; the trajectory is one of points."""
-        super().advance(flow, found)
+        super().advance(flow, event)
         for numbers in (flow.forces, flow.velocities, flow.moved):
             numbers[:] = [x.mid() for x in numbers.tolist()]
 

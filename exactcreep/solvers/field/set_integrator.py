@@ -281,29 +281,29 @@ class SetIntegrator(ChainIntegrator):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `ChainIntegrator.first_event`."""
-        known = None
+        of_all = None
         if self.rest.exact is None:
-            known = self._lone_slip(flow)
+            of_all = self._lone_slip(flow)
             # at the precision limit, where nothing is asked again, balls hold every state
-            if known is None and not (self.assume or self._may_run_away(flow)):
-                known = self._proved(flow)
-        if known is not None:
+            if of_all is None and not (self.assume or self._may_run_away(flow)):
+                of_all = self._proved(flow)
+        if of_all is not None:
             self.kinds[Kind.TIE if self.rest.mirrored else Kind.TRANSVERSE] += 1
-            return known
+            return of_all
         if self.rest.set is not None:
             self._give_up(flow)
         undecided, moving = self.tally.undecided, np.flatnonzero(flow.signs).tolist()
-        found = super().first_event(flow)
-        if found is not None:
+        event = super().first_event(flow)
+        if event is not None:
             kind = Kind.TRANSVERSE
             if self.tally.undecided > undecided:
                 kind = Kind.UNRESOLVED
-            elif len(found.stops) + len(found.starts) > 1:
+            elif len(event.stops) + len(event.starts) > 1:
                 kind = Kind.TIE
-            elif found.exact and self.touching(flow, moving):  # where the slip ends
+            elif event.exact and self.touching(flow, moving):  # where the slip ends
                 kind = Kind.GRAZING
             self.kinds[kind] += 1
-        return found
+        return event
 
     def _lone_slip(self, flow: Flow) -> FirstEvent | None:
         """Return the slip of an end alone from its threshold: the same in all states.
@@ -352,21 +352,21 @@ class SetIntegrator(ChainIntegrator):
         if at < 0:
             return None
         acting = (window.start + at, side)
-        found: FirstEvent | None
+        event: FirstEvent | None
         try:
             if len(moving) == 1 and n > 1:
-                found = self._lone(flow, moving[0], acting, time, radius)
+                event = self._lone(flow, moving[0], acting, time, radius)
             else:
-                found = self._enclosed(flow, acting, time, radius)
+                event = self._enclosed(flow, acting, time, radius)
         except Undecided:  # the middle is not known well enough
             return None
-        if found is None or self.rest.set is None:
-            return found
-        late = radius + abs(float(found.time) - time)
-        unsure += math.sqrt(len(moving)) * self.far * (3 + float(found.time))
-        self.crossing = self._crossing(flow, found, acting, late, bare, unsure, window)
+        if event is None or self.rest.set is None:
+            return event
+        late = radius + abs(float(event.time) - time)
+        unsure += math.sqrt(len(moving)) * self.far * (3 + float(event.time))
+        self.crossing = self._crossing(flow, event, acting, late, bare, unsure, window)
         # not where an event nearly grazes: the float64 bracket of its time is too wide there
-        return found if self.crossing.steep else None
+        return event if self.crossing.steep else None
 
     def _lone(
         self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
@@ -374,12 +374,12 @@ class SetIntegrator(ChainIntegrator):
         """Return the event of a slider that moves alone, by its energy."""
         crossed = self.crossed.get(n)
         excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
-        found = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
-        if [(m, 0) for m in found.stops] + list(found.starts) != [acting]:
+        event = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
+        if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("what is proved of all states is not true of one")
-        if not abs(found.time - time) <= radius:
+        if not abs(event.time - time) <= radius:
             raise AssertionError("the enclosure of an event does not hold a state of the set")
-        return found
+        return event
 
     def _enclosed(
         self, flow: Flow, acting: tuple[int, int], time: float, radius: float
@@ -388,17 +388,18 @@ class SetIntegrator(ChainIntegrator):
         slider, side = acting
         self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
-        found = enclosed_event(self.runs, acting, room, time, radius)
-        if found is None:
+        enclosed = enclosed_event(self.runs, acting, room, time, radius)
+        if enclosed is None:
             return None
+        instant, shifts = enclosed
         stops, starts = ([slider], []) if side == 0 else ([], [acting])
-        event = event_of(found[0], stops, starts, self.chain.n if self.rest.mirrored else None)
-        return replace(event, shifts=tuple(found[1]))
+        event = event_of(instant, stops, starts, self.chain.n if self.rest.mirrored else None)
+        return replace(event, shifts=tuple(shifts))
 
     def _crossing(
         self,
         flow: Flow,
-        found: FirstEvent,
+        event: FirstEvent,
         acting: tuple[int, int],
         late: float,
         bare: list[float],
@@ -406,9 +407,9 @@ class SetIntegrator(ChainIntegrator):
         window: slice,
     ) -> Crossing:
         """Return the motion of the middle to its event, in floats; `bare` are pulls at first."""
-        n, time, radii = self.chain.n, float(found.time), [0.0]
+        n, time, radii = self.chain.n, float(event.time), [0.0]
         ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one beyond either end
-        for first, shifts, speeds in found.shifts or ():
+        for first, shifts, speeds in event.shifts or ():
             k = first - window.start
             ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
             fast[k : k + len(speeds)] = [float(v) for v in speeds]
@@ -429,12 +430,12 @@ class SetIntegrator(ChainIntegrator):
             *acting, image,
         )  # fmt: skip
 
-    def advance(self, flow: Flow, found: FirstEvent) -> None:
+    def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
-        rest, begin, moves = self.rest, self.time, not bool(found.time == 0)
+        rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
-        super().advance(flow, found)
-        if moves and not found.alike:
+        super().advance(flow, event)
+        if moves and not event.alike:
             rest.since = rest.since + 1 if rest.exact is None else 0
             if rest.set is not None:
                 assert self.crossing is not None
