@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import subprocess
@@ -9,12 +10,14 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import hypothesis
 import pytest
 from matplotlib.figure import Figure
 
+from exactcreep import limits
 from exactcreep.cli import status
 from exactcreep.figures import style
 from tests.pictures import assert_shows_data
@@ -122,6 +125,25 @@ def ignores_ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+OutOfTime = Callable[[int], Iterator[int]]
+
+
+@pytest.fixture
+def out_of_time(monkeypatch: pytest.MonkeyPatch) -> OutOfTime:
+    """Return a function after which time is over once limits have looked at their clock so often.
+
+    It returns the counter of these looks.
+    """
+
+    def after(most: int) -> Iterator[int]:
+        looks = itertools.count()
+        clock = SimpleNamespace(perf_counter=lambda: 0.0 if next(looks) < most else 1e9)
+        monkeypatch.setattr(limits, "time", clock)
+        return looks
+
+    return after
 
 
 @pytest.fixture

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 import signal
 from fractions import Fraction
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +19,6 @@ from exactcreep import (
     Path,
     State,
     creep,
-    limits,
     rearrange,
 )
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
@@ -137,11 +134,9 @@ def test_a_rearrangement_stops_at_the_events_asked_for(solver):
         (10_000, Path(["0.9"]), "exact", {}, 10**5),
     ],
 )
-def test_the_seconds_asked_for_are_heard_soon(monkeypatch, n, drive, solver, options, most):
+def test_the_seconds_asked_for_are_heard_soon(out_of_time, n, drive, solver, options, most):
     """Soon: after so many events at most, once a clock says so that is looked at three times."""
-    looks = itertools.count()
-    clock = SimpleNamespace(perf_counter=lambda: 0.0 if next(looks) < 3 else 1e9)
-    monkeypatch.setattr(limits, "time", clock)
+    out_of_time(3)
     chain = paper_chain(n, 0 if solver == "sliding" else "1/100")
     result = creep(chain, drive, solver=solver, max_seconds=0.3, **options)
     assert result.outcome is Outcome.LIMIT

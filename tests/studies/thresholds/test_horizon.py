@@ -6,12 +6,10 @@ import itertools
 import json
 import math
 from fractions import Fraction
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from exactcreep import limits
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
@@ -19,6 +17,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.search import Edge
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
+from tests.conftest import OutOfTime
 from tests.paper import captions
 
 PAIR = captions(2, tan_alpha="5/12")  # cos = 12/13, sin = 5/13
@@ -187,10 +186,8 @@ def test_a_search_asks_before_each_run_for_the_time(horizon: dict[str, int]) -> 
     assert axes.get_xlim()[1] < 0.001
 
 
-def test_a_search_of_many_cycles_comes_back_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    looks = itertools.count()
-    clock = SimpleNamespace(perf_counter=lambda: 0.0 if next(looks) < 20 else 1e9)
-    monkeypatch.setattr(limits, "time", clock)
+def test_a_search_of_many_cycles_comes_back_in_time(out_of_time: OutOfTime) -> None:
+    looks = out_of_time(20)
     found = after(captions(8), 2000, max_seconds=1)
     assert found.reason == "max_seconds = 1 was reached"
     assert 20 < next(looks) < 30
