@@ -25,7 +25,6 @@ extensions = [
     "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx_copybutton",
     "sphinx_design",
     "matplotlib.sphinxext.plot_directive",
@@ -41,12 +40,12 @@ nb_execution_raise_on_error = True
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
 nb_render_markdown_format = "myst"  # formulas in what a notebook puts out
+nb_merge_streams = True  # what a cell prints stands in one box
 smartquotes = False  # --flags stay flags
 
 autodoc_typehints = "none"  # numpydoc says the types
 autodoc_member_order = "bysource"
 autodoc_default_options = {"no-value": True}
-autosummary_generate = False  # pages.write_api_pages writes them
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 numpydoc_show_class_members = False
@@ -56,6 +55,7 @@ plot_formats = [("png", 110)]
 plot_rcparams = dict(STYLE)
 plot_apply_rcparams = True  # drawings have the style of every other picture
 
+toc_object_entries_show_parents = "hide"
 html_theme = "pydata_sphinx_theme"
 html_title = "exactcreep"
 made_pages = shown.MADE / shown.PAGES
@@ -79,7 +79,10 @@ def _math(translator, node):
     block = node.tagname == "math_block"
     text = convert(pages.plain_latex(node.astext()), display="block" if block else "inline")
     text = re.sub(r"<mi>(\w{2,})</mi>", r'<mspace width="0.17em"/><mi>\1</mi><mspace width="0.17em"/>', text)
-    translator.body.append(f'<div class="formula">{text}</div>' if block else text)
+    # word joiners keep a bracket before a formula, and a full stop behind it, on its line
+    said = node.parent.children[: node.parent.index(node)]
+    opened = "&#8288;" if said and said[-1].astext().endswith("(") else ""
+    translator.body.append(f'<div class="formula">{text}</div>' if block else f"{opened}{text}&#8288;")
     raise SkipNode
 
 

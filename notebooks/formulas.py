@@ -11,20 +11,28 @@ SYMBOLS = {
     "sigma_theta": r"\sigma_\theta", "theta_c": r"\theta_\mathrm{c}", "alpha_c": r"\alpha_\mathrm{c}",
     "tau_dyn": r"\tau_\mathrm{dyn}", "tau_th": r"\tau_\mathrm{th}", "l_0": "l_0", "l0": "l_0", "x_G": "x_G",
     "F_n": "F_n", "Delta_f": r"\Delta_f", "Delta_theta_star": r"\Delta\theta^*", "c": r"\cos\alpha",
+    "A_star": "A^*", "alpha_star": r"\alpha^*_{N,i}", "theta_q": r"\theta_q", "theta_1": r"\theta_1", "theta_2": r"\theta_2", "phi_q": r"\varphi_q", "v_n": "v_n", "w_n": "w_n",
+    "omega": r"\omega",
     "s": r"\sin\alpha", "alpha": r"\alpha", "theta": r"\theta", "kappa": r"\kappa", "rho": r"\rho", "Phi": r"\Phi",
     "sigma": r"\sigma", "delta": r"\delta", "phi": r"\varphi", "pi": r"\pi", "r0": "r_0",
-    **{letter: letter for letter in "A D E J L M N P R S T V Y a d f g h i j k l m n r t v w x z".split()},
+    **{letter: letter for letter in "A D E J L M N P R S T V Y a d f g h i j k l m n p q r t v w x z".split()},
 }  # fmt: skip
 """How the names of the derivations are written."""
-FUNCTIONS = {"tan", "sin", "cos", "atan", "sqrt"}
-ALONE = {"D", "N", "i", "theta", "kappa", "sigma", "alpha"}
+FUNCTIONS = {"tan", "sin", "cos", "atan", "sqrt", "tension"}
+ALONE = {"D", "N", "i", "theta", "kappa", "sigma", "alpha", "rho", "Phi"}
 """Names of one word that are no word of English, and no unit."""
 _SIGNS = {"->": r" \to ", "=": " = ", "+": " + ", "-": " - "}
+_STARRED = {r"\balpha\*_\{N,i\}": "alpha_star", r"\bA\*(?![\w(.])": "A_star", r"\bT\(": "tension("}
+"""What is no name of Python, and the tension of a spring, which is a function of its number."""
 _TRAILING = re.compile(r"[,;:.]?$")
 
 
 def _latex(text):
     """Return an expression as LaTeX, or None if it is none."""
+    if re.fullmatch(r"\+[a-zA-Z]", text):
+        return text
+    for written, name in _STARRED.items():
+        text = re.sub(written, name, text)
     names = re.findall(r"[A-Za-z_]\w*", text)
     if not re.fullmatch(r"[\w.+\-*/()]+", text) or not all(
         name in SYMBOLS or name in FUNCTIONS for name in names
@@ -36,11 +44,11 @@ def _latex(text):
         return None  # a function of the text, such as I(h)
     symbols = {name: sp.Symbol(f"z_{name}" if name in "cs" else name) for name in SYMBOLS}  # last
     try:
-        value = parse_expr(text, local_dict=symbols)
+        value = parse_expr(text, local_dict=symbols | {"tension": sp.Function("T")})
     except (SyntaxError, TypeError, ValueError, TokenError):
         return None
     written = sp.latex(value, symbol_names={symbols[name]: tex for name, tex in SYMBOLS.items()})
-    written = re.sub(r"\{\\left\((\\?\w+) *\\right\)\}", r" \1", written)
+    written = re.sub(r"(?<!T)\{\\left\((\\?\w+) *\\right\)\}", r" \1", written)
     return re.sub(r"^- ", "-", written)
 
 
@@ -48,7 +56,7 @@ def _is_formula(text):
     """Tell whether a word is a formula by itself and no word or number."""
     if re.fullmatch(r"-?[\d.e-]+", text):
         return False
-    return text in ALONE or bool(re.search(r"[_*/(]|^-[a-zA-Z]", text)) or text in ("l0", "r0")
+    return text in ALONE or bool(re.search(r"[_*/(]|^[-+][a-zA-Z]", text)) or text in ("l0", "r0")
 
 
 def with_formulas(text):

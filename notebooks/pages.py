@@ -91,12 +91,20 @@ def public_names(room):
 def public(room):
     """Return a table of the public names of a room, each with a link to its own page."""
     names = public_names(room)
-    rows = "\n".join(f"   {name}" for name in names)
+    rows = [
+        (f"{{py:obj}}`{name.removeprefix('exactcreep.')} <{name}>`", _first_sentence(_value(name)))
+        for name in names
+    ]
     pages = "\n".join(f"api/{name}" for name in names)
-    return (
-        f"```{{eval-rst}}\n.. autosummary::\n   :nosignatures:\n\n{rows}\n```\n\n"
-        f"```{{toctree}}\n:hidden:\n\n{pages}\n```"
-    )
+    table = _table(["name", "what it is or does"], rows, "names")
+    return f"{table}\n```{{toctree}}\n:hidden:\n\n{pages}\n```"
+
+
+def _first_sentence(value):
+    """Return what the docstring of a public name begins with, as Markdown."""
+    said = " ".join((inspect.getdoc(value) or "").partition("\n\n")[0].split())
+    said = re.sub(r"`exactcreep\.(?:\w+\.)*(\w+)`", r"`\1`", said.replace("``", "`"))
+    return _prose(said)
 
 
 def write_api_pages():
@@ -214,6 +222,7 @@ def commands(_):
         text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
     text = re.sub(r"((?:^    exactcreep .*\n)+)", r"```sh\n\1```\n", text, flags=re.MULTILINE)
     text = re.sub(r"^    (?=exactcreep )", "", text, flags=re.MULTILINE)
+    text = re.sub(r"(?<=\w)\*\*(?=\w)", r"\\*\\*", text)  # a power
     about, _, rest = text.partition("\n## Table of Contents")
     return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
 
@@ -271,7 +280,7 @@ def ledger(_):
     for entry in entries():
         said = [f"${entry.formula}$" if entry.formula else _formula(entry.printed)]
         if entry.corrected:
-            said.append(f"correct: {_formula(entry.text('corrected'))}")
+            said.append(f"correct: {with_formulas(_formula(entry.text('corrected')))}")
         if entry.error:
             said.append(f"error: {with_formulas(entry.error)}")
         if entry.measured:
@@ -281,9 +290,21 @@ def ledger(_):
             f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**"
             f"{_standing(entry)}",
             "<br>".join(said),
-            f"[{subject}](#proof-{subject}): {with_formulas(entry.how.removeprefix(f'{subject}: '))}",
+            f"[{subject}](#proof-{subject}){_argument(entry)}",
         ])  # fmt: skip
     return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
+
+
+def _argument(entry):
+    """Return after a colon why an entry is so, else the line that it rests on and what that finds."""
+    lines = entry.decision().lines[-1:]
+    said = _prose(entry.how.partition(": ")[2].rstrip(" ,"))
+    if lines and not entry.text("why"):
+        found = lines[0].value if lines[0].form is None else lines[0].form
+        if isinstance(found, sp.Basic):
+            equals = "= " if lines[0].text.rstrip().endswith("=") else ""
+            said += f" ${equals}{sp.latex(found)}$"
+    return f": {said}" if said else ""
 
 
 def _standing(entry):
@@ -294,7 +315,8 @@ def _standing(entry):
 
 def _called(entry):
     """Return what a reader of the journal calls a statement: its number, else its name in words."""
-    return f"Eq. {entry.number}" if entry.number else entry.name.replace("_", " ")
+    named = next(iter(entry.law.values()), entry.name)
+    return f"Eq. {entry.number}" if entry.number else named.replace("_", " ").capitalize()
 
 
 def _holds(entry):
@@ -343,7 +365,7 @@ def corrected(verdicts):
         parts.append(f"### {_called(entry)}, {_numbered(entry.place)}")
         parts.append(f"**As printed:** {_numbered(_formula(entry.printed))}")
         if entry.corrected:
-            parts.append(f"**What follows:** {_numbered(_formula(entry.text('corrected')))}")
+            parts.append(f"**What follows:** {with_formulas(_numbered(_formula(entry.text('corrected'))))}")
         printed, exact = value(entry), value(entry, corrected=True)
         if None not in (printed, exact) and printed != exact:
             parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} as it follows.")
@@ -351,7 +373,7 @@ def corrected(verdicts):
             parts.append(_sentence(entry.error))
         if entry.measured:
             parts.append(f"**Measured:** {_prose(_numbered(entry.measured))}.")
-        parts.append(f"[Proof](#proof-{entry.chapter}): {_prose(entry.how.partition(': ')[2])}.")
+        parts.append(f"[Proof](#proof-{entry.chapter}){_argument(entry)}.")
     return "\n\n".join(parts)
 
 
@@ -362,7 +384,7 @@ def proofs(_):
         proof = proof_of(name)
         parts += [f"(proof-{name})=\n## {proof.title}", f"`derivations/{name}.py`"]
         if proof.assumptions:
-            parts.append("Assumed: " + "; ".join(proof.assumptions) + ".")
+            parts.append(f"Assumed: {_prose('; '.join(proof.assumptions))}.")
         for number, line in enumerate(proof.lines, 1):
             how = ": ".join(part for part in (line.standing, line.why) if part)
             parts.append(
@@ -399,7 +421,7 @@ def kept_premises():
 
 def _prose(text):
     """Return a sentence with its formulas as LaTeX, and nothing else that Markdown would read."""
-    parts = re.split(r"(\$.*?\$)", with_formulas(text))
+    parts = re.split(r"(\$.*?\$|`.*?`)", with_formulas(text))
     parts[::2] = [re.sub(r"([*_|<>\[\]])", r"\\\1", part) for part in parts[::2]]
     return "".join(parts)
 

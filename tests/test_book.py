@@ -130,11 +130,14 @@ def test_a_page_whose_example_fails_or_is_silent_is_not_built(code: str, shown: 
         ("a factor (D + m)/m, 1.4 here", r"a factor $\frac{D + m}{m}$, 1.4 here"),
         ("-m/(A_theta*l_0); for one r0", r"$-\frac{m}{A_\theta l_0}$; for one $r_0$"),
         ("by 2*(D + J), J what", r"by $2 D + 2 J$, J what"),
+        ("so s - T(i - 1) =", r"so $\sin\alpha - T{\left(i - 1 \right)}$ ="),
+        ("if tan(alpha*_{N,i}), A* =", r"if $\tan{\left(\alpha^*_{N,i} \right)}$, $A^*$ ="),
+        ("targets +A, -A, and theta_q", r"targets $+A$, $-A$, and $\theta_q$"),
         ("mu_s -> mu_d, tan(alpha) = 1", r"$\mu_\mathrm{s} \to \mu_\mathrm{d}$, $\tan \alpha = 1$"),
         ("7.6e-24 of I(h), `mu_s` (see above)", "7.6e-24 of I(h), `mu_s` (see above)"),
         ("a length of 0.03 m, $x_G$ - and so on", "a length of 0.03 m, $x_G$ - and so on"),
     ],
-    ids=["quotient", "subscripts", "bracket", "relation", "no formula", "units"],
+    ids=["quotient", "indices", "bracket", "tension", "stars", "signs", "arrow", "words", "units"],
 )  # fmt: skip
 def test_formulas_in_a_sentence_are_set_and_words_stay(
     text: str, set_in_type: str, monkeypatch: pytest.MonkeyPatch

@@ -1,5 +1,4 @@
 from exactcreep import Chain, survival
-from exactcreep.figures.fate import draw_survival
 
 chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
-draw_survival(survival(chain, "0.000969", starts=20, cycles=4000)).savefig("survival.png")
+survival(chain, "0.000969", starts=20, cycles=4000).plot().savefig("survival.png")
