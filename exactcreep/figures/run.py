@@ -492,7 +492,7 @@ def draw_portrait(seen: Portrait) -> Figure:
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
         f" solver {result.solver}, seed {result.seed}:"
-        f" {with_direction(result.outcome, result.direction)}"
+        f" {with_direction(result.outcome, result.direction).replace('_', ' ')}"
     )
     figure = new_figure(7.4, 8.2)
     figure.suptitle(title, fontsize=9)
@@ -573,7 +573,10 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     for coefficient, dashes, name in ((chain.mu_d, "-", "d"), (chain.mu_s, (0, (4, 2)), "s")):
         label = rf"limit for $\mu_\mathrm{{{name}}}$"
         both = np.transpose(tension_bounds(chain, coefficient))
-        axes.plot(springs, both, color="0.45", linewidth=0.9, linestyle=dashes, label=[label, ""])
+        over = springs
+        if chain.n == 2:  # a point is no line
+            over, both = np.array([0.8, 1.2]), np.repeat(both, 2, axis=0)
+        axes.plot(over, both, color="0.45", linewidth=0.9, linestyle=dashes, label=[label, ""])
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", linewidth=0.9,
               markersize=3 if chain.n <= 60 else 1.5, label=r"$T_n$")  # fmt: skip
     axes.set(xlabel="spring $n$", ylabel=r"tension ($m\,g$)")
@@ -615,6 +618,7 @@ class Plots:
     def __init__(self, result: Creep) -> None:
         self._result = result
 
+    @styled
     def __call__(self, ax: Axes | None = None, *, solid: Solid | None = None) -> Axes:
         """Draw x_G, and every slider of a short chain, over time; return the axes.
 
@@ -707,6 +711,7 @@ class Plots:
         return axes
 
 
+@styled
 def plot_rearrangement(motion: Rearrangement) -> tuple[Axes, Axes]:
     """Draw velocities in space and time, and the energies; return the axes."""
     n, times = motion.chain.n, np.linspace(0.0, float(motion.duration), _INSTANTS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -210,6 +211,8 @@ def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
     axes = run.plot(solid=roof)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
     assert_shows_data(axes.figure)
+    places = [text.get_window_extent() for text in axes.get_xticklabels() if text.get_text()]
+    assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(places))
     (line,) = axes.lines
     assert_array_equal(line.get_ydata(), 1000 * roof.metres(run.recorded["x_G"]))
     (beside,) = (each for each in axes.figure.axes if each is not axes)
@@ -249,6 +252,16 @@ def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
         portrait(other, 20)
     with pytest.raises(InputError, match=r"half_cycle = 41.*at most 40"):
         portrait(run, 41)
+
+
+def test_the_bounds_of_the_tension_of_a_single_spring_are_seen() -> None:
+    seen = portrait(creep(CHAIN, Cycles("0.002", 2)))
+    tensions = draw_portrait(seen).axes[-3]
+    (bounds, dashed) = tensions.lines[0], tensions.lines[2]
+    assert tensions.get_xlabel() == "spring $n$"
+    for line, mu in ((bounds, CHAIN.mu_d), (dashed, CHAIN.mu_s)):
+        assert line.get_ydata().tolist() == [tension_bounds(CHAIN, mu)[0][0]] * 2
+        assert np.ptp(line.get_xdata()) > 0.1
 
 
 @pytest.mark.parametrize("n", [1, 90])
