@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from exactcreep.model.numbers import with_error
+from exactcreep.model.numbers import in_full, with_error
 from exactcreep.model.outcome import Evidence, Outcome
 
 if TYPE_CHECKING:
@@ -87,9 +87,9 @@ def of_survival(lives: Survival) -> str:
     came += "".join(f", {count} {words}" for count, words in others)
     rate = lives.rate
     if rate.rate > 0:
-        longest = f"{1 / rate.low:.3g}" if rate.low > 0 else "any number"
-        between = f"{1 / rate.high:.3g} to {longest}, 95 %"
-        ends = f"Creep ends at 1 in {1 / rate.rate:.3g} cycles ({between})"
+        longest = in_full(1 / rate.low) if rate.low > 0 else "any number"
+        between = f"{in_full(1 / rate.high)} to {longest}, 95 %"
+        ends = f"Creep ends at 1 in {in_full(1 / rate.rate)} cycles ({between})"
     else:
         ends = "At which rate creep ends is not known"
         ends += f" ({rate.reason})" if rate.reason else ""

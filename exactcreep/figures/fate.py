@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
+from exactcreep.model.numbers import in_full
 from exactcreep.model.outcome import Outcome, with_direction
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate_result import Fate
@@ -86,7 +87,7 @@ def draw_survival(found: Survival) -> Figure:
         times = np.linspace(rate.cut, end, 200)
         begin = moving[np.searchsorted(steps, rate.cut, side="right") - 1]
         constant = begin * np.exp(-rate.rate * (times - rate.cut))
-        label = f"constant rate: one in {1 / rate.rate:.3g} cycles"
+        label = f"constant rate: one in {in_full(1 / rate.rate)} cycles"
         axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
     axes.set(xlim=(-0.02 * end, 1.02 * end), xlabel="cycle", ylim=(-0.02, 1.05))
     axes.set_ylabel("starts not locked or at rest yet")

@@ -269,7 +269,7 @@ _NAMES = {
 
 def _law_name(label: str) -> str:
     """Return what a legend calls a law of the paper."""
-    return f"paper: {_NAMES.get(label)}"
+    return f"paper, {label}: {_NAMES[label]}"
 
 
 def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) -> Any:
@@ -364,7 +364,8 @@ def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
     inset.plot(time, mean / 1000, color=INKS[6], linewidth=1)
     inset.plot(time, law * time / 1000, **PRINTED)
     inset.set(xlim=(0, time[-1]), ylim=(0, None))
-    inset.set_title(rf"long run: {row.measured:.1f} per change; law {law:.1f}", fontsize=7, pad=3)
+    about = f"long run: {row.measured:.1f} per change; {_LAW}: {law:.1f}"
+    inset.set_title(about, fontsize=7, pad=3)
     inset.set_ylabel(r"$\Delta\tilde{x}_G/10^3$", fontsize=8, labelpad=1)
     inset.tick_params(labelsize=7)
 

@@ -11,11 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, setting_text, styled
 from exactcreep.laws import edges
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
-from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.thresholds.beside_laws import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
@@ -54,9 +53,11 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
     """
     chain = found.chain
     asked = "half-life" if isinstance(found, HalfLife) else getattr(found, "what", found.criterion)
-    title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}: {asked}"
+    disorder = setting_text("sigma_mu", chain.sigma_mu)
+    title = f"N = {chain.n}, {disorder}: {asked} ({found.evidence.value})"
     sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None
-    figure = new_figure(6.0, 5.6 if sides else 4.0, f"{title} ({found.evidence.value})")
+    figure = new_figure(6.0, 5.6 if sides else 4.0)
+    figure.suptitle(title, fontsize=10)
     axes, *under = figure.subplots(1 + sides, 1, height_ratios=(1, 2.4)[: 1 + sides],
                                    squeeze=False)[:, 0]  # fmt: skip
     if isinstance(found, Intercept):

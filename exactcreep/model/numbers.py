@@ -164,6 +164,15 @@ def in_words(value: Any) -> str:
     return text.strip("'") if isinstance(value, Fraction) else text
 
 
+def in_full(value: float) -> str:
+    """Return a number to three digits, without a power of ten up to a million million.
+
+    >>> in_full(1812.4), in_full(0.5), in_full(3e15)
+    ('1810', '0.5', '3e+15')
+    """
+    return f"{float(f'{value:.3g}'):.12g}"
+
+
 def is_missing(value: Any) -> bool:
     """Return whether a value says nothing: None, or an empty text."""
     return value is None or (isinstance(value, str) and value == "")

@@ -94,7 +94,7 @@ def lives(rate: Rate, *outcomes: Outcome, reason: str = "") -> Survival:
 def test_lives_are_said_as_one_in_so_many_cycles() -> None:
     locked = lives(Rate(1 / 745, 1 / 1220, 1 / 480), *[Outcome.CYCLING] * 3, Outcome.AT_REST)
     assert sentences.of_survival(locked) == (
-        "Creep ends at 1 in 745 cycles (480 to 1.22e+03, 95 %); 3 of 4 starts are locked, 1 at rest"
+        "Creep ends at 1 in 745 cycles (480 to 1220, 95 %); 3 of 4 starts are locked, 1 at rest"
     )
     unsure = lives(Rate(0.01, 0.0, 0.1), Outcome.CYCLING)
     assert "(10 to any number, 95 %); 1 of 1 starts are locked" in sentences.of_survival(unsure)

@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep
 from exactcreep.figures.style import VELOCITY, setting_text
-from exactcreep.figures.sweep import draw_sweep, plot_sweep, points_of, sticking
+from exactcreep.figures.sweep import _levels, draw_sweep, plot_sweep, points_of, sticking
 from exactcreep.laws import sliding_velocity, sliding_velocity_random, sticking_velocity
 from exactcreep.laws.sticking import beyond_sticking
 from exactcreep.model.numbers import InputError
@@ -189,3 +189,8 @@ def test_a_start_is_named_in_words() -> None:
     assert setting_text("start", '{"tensions": ["0.06"]}') == "tensions 0.06"
     assert setting_text("run.start", "relaxed") == "relaxed"
     assert len(setting_text("start", '{"tensions": [' + "0.06, " * 30 + "]}")) < 50
+
+
+def test_contours_of_a_narrow_range_are_round_and_few_enough_for_labels() -> None:
+    assert _levels(10.1, 10.9) == pytest.approx([10.2, 10.35, 10.5, 10.65, 10.8])
+    assert _levels(0.3, 60) == [1, 2, 5, 10, 20, 50]
