@@ -12,11 +12,12 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
 from exactcreep.compiling import njit
 from exactcreep.solvers.exact import layout, margins, taylor
-from exactcreep.solvers.exact.pack import series_of
+from exactcreep.solvers.exact.pack import Origin, placed, series_of
 
 GRAZING = Chain(3, 1000, "0.5", "0.5100", "0", tan_alpha="0.473")
 """The speed of slider 3 has a minimum of a few 1e-17 while slider 2 moves; then both stop."""
 TENSIONS = [-0.0038935232465282786, 0.015485941569594042]
+STEEP = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.4")
 SHIFTS = [0.0, *(-(10.0**-k) for k in range(18, 12, -1))]
 ELSEWHERE = [
     (4, "0.5100", "0.387", [-0.09797908730571969, -0.1437237953022194, -0.03244114934483819], 1),
@@ -162,3 +163,25 @@ def test_a_margin_is_the_sum_of_its_series_and_its_fourth_derivative_within_all_
         beyond = t**6 * (even * 1.1 / math.factorial(6) + odd * 1.4 * t / math.factorial(7))
         assert (series[layout.BENT] >= bound * (1 - 1e-14)).all()
         assert (series[layout.BENT] <= (bound + beyond) * (1 + 1e-14)).all()
+
+
+def test_of_a_speed_that_dips_and_then_vanishes_the_first_zero_is_found_without_a_doubt() -> None:
+    rng, series = np.random.default_rng(8), series_of(2)
+    work = placed(STEEP, Origin.of(STEEP, State.relaxed(STEEP)), 0, 0)
+    i, now = layout.PAD + 1, work.now[0]
+    work.cell[layout.SIDE, i] = 1.0
+    orders = np.arange(layout.ORDERS)
+    factorials = np.array([float(math.factorial(k)) for k in orders])
+    for _ in range(300):
+        lowest, zero = rng.uniform(0.1, 0.6), rng.uniform(0.7, 1.1)
+        dip = np.polynomial.Polynomial([lowest**2 + 10 ** rng.uniform(-6, -1), -2 * lowest, 1.0])
+        speed = dip * [zero, -1.0] * [1.0, 0.0, *rng.uniform(-0.2, 0.2, 3)]
+        t = 1.0
+        series[: layout.ORDERS] = 0.0
+        series[: speed.degree() + 1, 3] = speed.coef * factorials[: speed.degree() + 1]
+        series[layout.AT_END, 3], series[layout.SLOPE_AT_END, 3] = speed(t), speed.deriv()(t)
+        fourth = np.polynomial.Polynomial(np.abs(speed.deriv(4).coef))
+        series[layout.BENT, 3] = fourth(t)
+        first = taylor._first_crossing(work.cell, series, now, i, 0, 3, layout.ORDERS, False, t)
+        assert first == (pytest.approx(zero, rel=1e-13) if zero <= t else math.inf)
+        assert now["counts"]["undecided"] == 0
