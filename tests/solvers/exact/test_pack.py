@@ -66,3 +66,14 @@ def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
     work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
     arrays = (work.cell, work.tally, work.deviate, work.clock, work.series)
     assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
+
+
+@pytest.mark.parametrize("n", [2, 3, 80, 81, 1000])
+def test_what_is_compiled_before_a_run_is_what_its_chain_runs_through(n: int) -> None:
+    first = exact.Exact().compiles(n)[0]
+    rooms = []
+    for length in (n, first):
+        chain = paper_chain(length)
+        work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
+        rooms.append((work.clock is None, work.series is None))
+    assert rooms[0] == rooms[1]

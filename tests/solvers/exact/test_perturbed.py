@@ -194,6 +194,15 @@ def test_a_tie_that_the_rules_have_settled_is_undecided_whatever_copies_do() -> 
         assert result.error == np.inf if k == 17 else result.error < 1e-14
 
 
+def test_words_move_every_slider_either_way() -> None:
+    words, signs = [perturbed._WORD], []
+    for _ in range(20):
+        words.append(perturbed._turned.py_func(words[-1]))
+        signs.append([perturbed._sign.py_func(words[-1], k) for k in range(64)])
+    assert {*np.ravel(signs).tolist()} == {-1.0, 1.0}
+    assert (np.abs(np.mean(signs, axis=0)) < 1).all()
+
+
 MIRRORED = Chain(4, 1, "1/2", "3/5", tan_alpha=0)
 STEEP = Chain(3, 1, "1/2", "3/5", tan_alpha="7/10")
 STILL = Chain(3, 1, "1/2", "3/5", tan_alpha="1/4")
