@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import accumulate
@@ -135,24 +135,23 @@ class SetIntegrator(ChainIntegrator):
         # what is compared moves by at most two forces, or a force and l0 theta
         return super()._sign(x, slack if self.rest.set is None else 2 * self.slack)
 
-    def _widened(self, numbers: NDArray[Any], of: str) -> NDArray[Any]:
-        """Return numbers of the middle in balls that hold every state."""
-        if self.rest.set is None:
-            return numbers.copy()
-        return self.rest.set.widened(numbers, getattr(self.rest.set, of)())
+    def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
+        """Return numbers of the middle in balls that hold every state, of radii that `of` tells."""
+        states = self.rest.set
+        return numbers.copy() if states is None else states.widened(numbers, of(states))
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities in balls that hold every state; one that is zero is so in all."""
-        wide = self._widened(velocities, "of_speeds")
+        wide = self._widened(velocities, StateSet.of_speeds)
         still = [bool(x == 0) for x in velocities.tolist()]
         wide[still] = velocities[still]
         return wide
 
     def _wide(self, flow: Flow) -> Flow:
         """Return the flow in balls that hold every state."""
-        out = Flow(self.arithmetic, self._widened(flow.forces, "of_forces"), self.friction)
+        out = Flow(self.arithmetic, self._widened(flow.forces, StateSet.of_forces), self.friction)
         out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
-        out.moved, out.touched = self._widened(flow.moved, "of_displacements"), flow.touched
+        out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
         return out
 
     def _give_up(self, flow: Flow) -> None:
@@ -160,7 +159,7 @@ class SetIntegrator(ChainIntegrator):
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
         rest = self.rest
-        rest.displacements = self._widened(rest.displacements, "of_displacements")
+        rest.displacements = self._widened(rest.displacements, StateSet.of_displacements)
         rest.theta = self.known_theta()
         rest.set, rest.since, self._runs = None, self.renew_every, None
 
@@ -220,8 +219,8 @@ class SetIntegrator(ChainIntegrator):
         middle = super().state()
         if self.rest.set is None:
             return middle
-        tensions = self._widened(middle.tensions, "of_tensions")
-        displacements = self._widened(middle.displacements, "of_displacements")
+        tensions = self._widened(middle.tensions, StateSet.of_tensions)
+        displacements = self._widened(middle.displacements, StateSet.of_displacements)
         wide = State(tensions, displacements, middle.coefficients, middle.draws, self.known_theta())
         if self.flow is None:
             self.shown = wide
@@ -237,11 +236,11 @@ class SetIntegrator(ChainIntegrator):
         return self.shown_theta
 
     def known_moves(self) -> NDArray[Any]:
-        return self._widened(super().known_moves(), "of_displacements")
+        return self._widened(super().known_moves(), StateSet.of_displacements)
 
     def known_forces(self) -> NDArray[Any]:
         """Return the forces at rest, as well as they are known."""
-        return self._widened(self.rest.forces, "of_forces")
+        return self._widened(self.rest.forces, StateSet.of_forces)
 
     def velocities(self) -> NDArray[Any]:
         return self._wide_velocities(super().velocities())

@@ -10,14 +10,14 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
+from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.model.enclosure import enclosure, enclosures
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.solvers.field import set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.computed import FieldSimulation
+from exactcreep.solvers.field.computed import FieldSimulation, Mpmath
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import captions, event_rows, lone_slip, paper_chain
@@ -215,6 +215,13 @@ def test_calls_one_after_the_other_lose_digits_until_they_are_undecided_and_a_ru
         assert abs(narrow.middle - wide.middle) <= narrow.radius + wide.radius
         assert narrow.radius < 1e-20
     assert max(wide.radius for wide in claimed) > 1e-20
+
+
+@pytest.mark.parametrize("solver", [Certified, Mpmath])
+def test_a_hundred_thousand_digits_may_be_asked_for_and_no_more(solver):
+    assert solver(digits=100_000).digits == 100_000
+    with pytest.raises(InputError, match=r"digits.*100001"):
+        solver(digits=100_001)
 
 
 def test_nothing_is_left_of_the_precision_outside():
