@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
 from exactcreep import __version__, interrupts
 from exactcreep.commands import files, studies
@@ -108,7 +108,9 @@ def status(words: Sequence[str]) -> int:
             raise
         from exactcreep.model.numbers import InputError
 
-        if isinstance(error, (CycloptsError, InputError)):
+        if isinstance(error, UnusedCliTokensError):
+            complain(f"{arguments[0]} takes no further {' '.join(error.unused_tokens or ())!r}")
+        elif isinstance(error, (CycloptsError, InputError)):
             complain(str(error))
         elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
             complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")

@@ -239,6 +239,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         ("tradeoff chain-size", "tradeoff is no more: `exactcreep compare SCENE` answers its"),
         ("explore --port 70000", "port = "),
+        ("scenes chain-jumps twice", "scenes takes no further 'chain-jumps twice'"),
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(
