@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import inspect
 import re
-import shutil
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -136,6 +134,9 @@ def help_of(function: Callable[..., Any]) -> str:
 
 def _continued(line: str) -> str:
     """Return a line as a shell takes it in pieces: none is broken by a narrow terminal."""
+    import shutil
+    import textwrap
+
     room = shutil.get_terminal_size().columns - 6  # of the indent, and of a blank and a backslash
     kept = re.sub(r"(--\S+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)  # an option and its value
     parts = textwrap.wrap(
