@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import Undecided, balls_of
-from exactcreep.motion.state_set import StateSet, orthogonal
+from exactcreep.motion.state_set import Crossing, StateSet, orthogonal
 
 
 def column(numbers):
@@ -81,3 +81,15 @@ def test_balls_are_as_wide_as_the_set_and_hardly_wider(size):
             middles = balls_of(1200).zeros(len(given))
             for ball, radius in zip(states.widened(middles, width), given, strict=True):
                 assert radius <= ball.rad() <= radius * (1 + flint.arb(1e-6))
+
+
+def test_the_force_on_a_resting_slider_changes_as_fast_as_its_two_neighbours_alone_move():
+    speeds = np.array([2.0**-k for k in range(6)])
+    for slider, expected in [(0, 0.5), (2, 0.5 + 0.125), (5, 0.0625)]:
+        velocities = speeds.copy()
+        velocities[slider] = 0.0
+        start = Crossing(
+            np.full(6, 2), np.ones(6, int), velocities, np.zeros(6),
+            0.0, 1.0, 0.0, 1.0, slider, 1, -1,
+        )  # fmt: skip
+        assert start.slope == expected
