@@ -40,7 +40,7 @@ _LABELS = {
     "exponential": "constant rate",
 }
 """What the keys of summaries are called where their own words do not tell."""
-_SENTENCES = {"exponential": "with it, lives at least so far from geometric have probability {}"}
+_SENTENCES = {"exponential": "lives so far from geometric have probability {}"}
 """What says the value of a key where a number alone does not tell."""
 
 
