@@ -36,7 +36,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.writing import check_output, file_name, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
-VERSION = 9
+VERSION = 10
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n" % VERSION
 _LONGEST_LINE = 40  # bytes, of the first

@@ -19,7 +19,7 @@ class RecurrenceObserver(Recurrence, Observer):
     """Feeds the recurrence of a run with what it records."""
 
     needs = ("tension", "slips")
-    state = ("ends", "known", "forgotten", "noted", "slipped")
+    state = ("ends", "known", "forgotten", "noted", "slipped", "alike_since", "not_slipped")
 
     def __init__(self, experiment: Experiment) -> None:
         chain, state, drive = experiment.chain, experiment.initial, experiment.drive
@@ -29,6 +29,8 @@ class RecurrenceObserver(Recurrence, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp)
         self.slipped = 0  # since the end of the last cycle
+        # sliders (from 0) that keep a coefficient of the start until they slip
+        self.not_slipped = np.flatnonzero(state.coefficients != nearest_float(chain.mu_s))
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         recorded, begin = stretch.recorded, first % 2
@@ -37,4 +39,12 @@ class RecurrenceObserver(Recurrence, Observer):
         total = np.cumsum(slips)
         whole = np.diff(total[begin::2], prepend=0)
         self.slipped = int(total[-1] - whole.sum())
+        first_slips = [
+            (slider, first + int(halves[0]))
+            for slider in self.not_slipped.tolist()
+            if (halves := np.flatnonzero(recorded["slips"][:, slider])).size
+        ]
+        self.not_slipped = np.setdiff1d(self.not_slipped, [slider for slider, _ in first_slips])
+        cycles = [(half_cycle + 1) // 2 for _, half_cycle in first_slips]
+        self.alike_since = max([self.alike_since, *cycles])
         self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)

@@ -1,8 +1,9 @@
 """Find out whether a chain has come back: compare tensions at the ends of cycles with earlier ones.
 
 Without disorder the tensions at the end of a cycle decide all that follows: once they return, the
-chain goes round on a limit cycle for ever. With disorder no contact gets back its threshold; what
-can be known is that nothing has moved during a cycle, so that nothing ever will again.
+chain goes round on a limit cycle for ever, unless a slider lost a coefficient of the start on the
+way. With disorder no contact gets back its threshold; what can be known is that nothing has moved
+during a cycle, so that nothing ever will again.
 """
 
 from __future__ import annotations
@@ -68,6 +69,11 @@ class Recurrence:
     x_G : float
     tensions : ndarray of float64, shape (n - 1,)
         At the start, as they are at the temperature of the ends of cycles.
+
+    Attributes
+    ----------
+    alike_since : int
+        The cycle at whose end static coefficients were first as they are now.
     """
 
     def __init__(self, chain: Chain, x_G: float, tensions: NDArray[np.float64]) -> None:
@@ -75,6 +81,7 @@ class Recurrence:
         self.ends = np.array([[x_G, 0.0, *tensions]])
         self.forgotten = 0
         self.noted = (0, 0)  # a period, and since which cycle it held
+        self.alike_since = 0
         self.known: list[Any] = []  # x_G and tensions of the last cycles, exactly
         self.most = max(min(_REMEMBERED, _MOST_KEPT // chain.n), 2)
         self._close = nearness(chain)
@@ -120,6 +127,9 @@ class Recurrence:
         If that was before the cycles that are remembered and another period was noted then, the
         first of these.
         """
+        return max(self._moves_since(period), self.alike_since)
+
+    def _moves_since(self, period: int) -> int:
         steps = np.diff(self.ends[:, _X_G])
         if steps.size < period:
             return self.cycles
@@ -145,7 +155,8 @@ class Recurrence:
         if self.chain.sigma_mu != 0:
             return None
         tensions = self.ends[:, _TENSIONS:]
-        before = tensions[-2 : -LONGEST_PERIOD - 2 : -1]
+        longest = min(LONGEST_PERIOD, self.cycles - self.alike_since)
+        before = tensions[-2 : -longest - 2 : -1]
         apart = np.abs(tensions[-1] - before).max(axis=1, initial=0.0)
         for period in (np.flatnonzero(apart <= self._close) + 1).tolist():
             off, since = float(apart[period - 1]), self.repeats_since(period)
@@ -164,6 +175,7 @@ class Recurrence:
         """
         slips = np.diff(self.ends[:, _SLIPS])
         alike = slips.size - 1 - _last(slips != slips[-1:])
+        alike = min(alike, self.cycles - self.alike_since)
         if self.chain.sigma_mu != 0 or alike < _APPROACH or self._moved(alike).all():
             return None
         changes = np.diff(self.ends[-(alike // 2) :, _TENSIONS:], axis=0)

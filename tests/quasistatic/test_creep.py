@@ -71,6 +71,32 @@ def test_a_single_cycle_cannot_tell_creep_from_a_transient() -> None:
     assert "transient" in one.reason
 
 
+def with_coefficients(state: State, *coefficients: float) -> State:
+    ones = np.ones(len(coefficients), dtype=np.int64)
+    return replace(state, coefficients=np.array(coefficients), draws=ones)
+
+
+@pytest.mark.parametrize("solver", ["exact", "certified"])
+def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(solver: str) -> None:
+    cycle = Cycles("0.0003", 1)  # creep for contacts of 0.55 at the start, rest for those of 0.6
+    start = with_coefficients(State.relaxed(TWO_SURE), 0.55, 0.55)
+    for _ in range(2):
+        start = with_coefficients(creep(TWO_SURE, cycle, start=start).state, 0.55, 0.55)
+    first = creep(TWO_SURE, cycle, start=start, solver=solver)
+    assert first.state.tensions.astype(float).tolist() == start.tensions.tolist()
+    assert (first.outcome, first.evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
+    later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
+    assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
+
+
+def test_a_slider_nailed_by_its_coefficient_may_be_part_of_a_limit_cycle() -> None:
+    chain = paper_chain(3, "0")
+    start = with_coefficients(State.relaxed(chain), 0.6, 9.0, 0.6)
+    nailed = creep(chain, Cycles("0.003", 30), start=start)
+    assert (nailed.outcome, nailed.velocity, nailed.reason) == (Outcome.CYCLING, 0, "")
+    assert nailed.since < 5
+
+
 @pytest.mark.parametrize("solver", ["exact", "verlet"])
 def test_what_is_recorded_changes_no_bit(solver: str) -> None:
     all_of_it, nothing = (
