@@ -55,7 +55,7 @@ def test_results_are_equal_by_value_whatever_their_time(other: dict[str, Any]) -
 def test_a_result_is_drawn_as_its_command_draws_it_or_has_no_plot() -> None:
     chain, amplitude = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4"), "1/1000"
     figure = fate(chain, amplitude).plot()
-    assert [axes.get_ylabel() for axes in figure.axes][-1] == "tension  ($m g$)"
+    assert [axes.get_ylabel() for axes in figure.axes][-1] == r"tension ($m\,g$)"
     assert "draw_survival" in str(survival(chain, amplitude, starts=2, cycles=2).plot)
     for bare in (Measured(), plan(chain, Cycles(amplitude, 2))):
         with pytest.raises(AttributeError, match=f"{type(bare).__name__} has no picture"):
