@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import exact_value, floats
@@ -29,8 +30,10 @@ class RecurrenceObserver(Recurrence, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp)
         self.slipped = 0  # since the end of the last cycle
-        # sliders (from 0) that keep a coefficient of the start until they slip
-        self.not_slipped = np.flatnonzero(state.coefficients != nearest_float(chain.mu_s))
+        # sliders (from 0) that keep a coefficient of the start until they slip; with disorder
+        # coefficients never return, and are not asked for
+        unlike = state.coefficients != nearest_float(chain.mu_s)
+        self.not_slipped = np.flatnonzero(unlike & (chain.sigma_mu == 0))
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         recorded, begin = stretch.recorded, first % 2
@@ -39,12 +42,16 @@ class RecurrenceObserver(Recurrence, Observer):
         total = np.cumsum(slips)
         whole = np.diff(total[begin::2], prepend=0)
         self.slipped = int(total[-1] - whole.sum())
-        first_slips = [
-            (slider, first + int(halves[0]))
-            for slider in self.not_slipped.tolist()
-            if (halves := np.flatnonzero(recorded["slips"][:, slider])).size
-        ]
-        self.not_slipped = np.setdiff1d(self.not_slipped, [slider for slider, _ in first_slips])
-        cycles = [(half_cycle + 1) // 2 for _, half_cycle in first_slips]
-        self.alike_since = max([self.alike_since, *cycles])
+        self._lose_coefficients(recorded["slips"][:, self.not_slipped] != 0, first)
         self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)
+
+    def _lose_coefficients(self, slipped: NDArray[np.bool_], first: int) -> None:
+        """Note the cycle in which sliders last lost a coefficient of the start.
+
+        `slipped` says of the half-cycles from `first` on, by rows, which of `not_slipped` did.
+        """
+        lose = slipped.any(axis=0)
+        if lose.any():
+            half_cycle = first + int(slipped[:, lose].argmax(axis=0).max())
+            self.alike_since = max(self.alike_since, (half_cycle + 1) // 2)
+            self.not_slipped = self.not_slipped[~lose]
