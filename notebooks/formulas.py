@@ -18,6 +18,11 @@ SYMBOLS = {
     **{letter: letter for letter in "A D E J L M N P R S T V Y a d f g h i j k l m n p q r t v w x z".split()},
 }  # fmt: skip
 """How the names of the derivations are written."""
+NAMES = {
+    "jump": r"\Delta\theta", "eps": r"\varepsilon", "Delta_theta_plus": r"\Delta\theta^{+}",
+    "Delta_theta_minus": r"\Delta\theta^{-}", "Delta_theta_star": r"\Delta\theta^{*}",
+}  # fmt: skip
+"""Names of the derivations' own values that would not be legible as they stand."""
 FUNCTIONS = {"tan", "sin", "cos", "atan", "sqrt", "tension"}
 ALONE = {"D", "N", "i", "theta", "kappa", "sigma", "alpha", "rho", "Phi"}
 """Names of one word that are no word of English, and no unit."""
@@ -25,6 +30,18 @@ _SIGNS = {"->": r" \to ", "=": " = ", "+": " + ", "-": " - "}
 _STARRED = {r"\balpha\*_\{N,i\}": "alpha_star", r"\bA\*(?![\w(.])": "A_star", r"\bT\(": "tension("}
 """What is no name of Python, and the tension of a spring, which is a function of its number."""
 _TRAILING = re.compile(r"[,;:.]?$")
+
+
+def latex(value):
+    """Return a value of the derivations as LaTeX, names of several letters in upright type."""
+    symbols = getattr(value, "free_symbols", ())
+    return sp.latex(value, symbol_names={each: tex for each in symbols if (tex := _named(each.name))})
+
+
+def _named(name):
+    """Return the LaTeX of a name that SymPy would write as a product of letters, or None."""
+    word = NAMES.get(name)
+    return word or (rf"\mathrm{{{name}}}" if re.fullmatch("[a-z]{2,}", name) and sp.latex(sp.Symbol(name)) == name else None)
 
 
 def _latex(text):

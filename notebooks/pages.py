@@ -25,7 +25,7 @@ from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import TABLES
-from formulas import with_formulas
+from formulas import latex, with_formulas
 
 BOOK = Path(__file__).parent
 DERIVATIONS = BOOK.parent / "derivations"
@@ -251,7 +251,7 @@ def plain_latex(text):
 def _formula(text):
     """Return the text of the paper with its formulas as formulas: all of it, or marked parts."""
     text = " ".join((text or "").split()).replace("Eq.~(", "Eq. (")
-    text = re.sub(r"\\ref\{(.*?)\}", r"\1", text)
+    text = re.sub(r"\\ref\{(.*?)\}", r"\1", re.sub(r"\s*\\cite\{.*?\}", "", text))
     if "«" in text:
         return re.sub("«(.*?)»", r"$\1$", text)
     return text if "$" in text or not re.search(r"\\|^10\^", text) else f"${text}$"
@@ -303,7 +303,7 @@ def _argument(entry):
         found = lines[0].value if lines[0].form is None else lines[0].form
         if isinstance(found, sp.Basic):
             equals = "= " if lines[0].text.rstrip().endswith("=") else ""
-            said += f" ${equals}{sp.latex(found)}$"
+            said += f" ${equals}{latex(found)}$"
     return f": {said}" if said else ""
 
 
@@ -391,8 +391,10 @@ def proofs(_):
                 f"**{number}.** {_prose(line.text)}" + (f" *({_prose(how)})*" if how else "")
             )
             shown = line.value if line.form is None else line.form
-            if isinstance(shown, sp.Basic | sp.MatrixBase):
-                parts.append(f"$$\n{sp.latex(shown)}\n$$")
+            number = isinstance(shown, int) and not isinstance(shown, bool)
+            needed = number and (shown or line.text.endswith((" is", " than", "by", "=", ",")))
+            if needed or isinstance(shown, sp.Basic | sp.MatrixBase):
+                parts.append(f"$$\n{latex(shown)}\n$$")
     return "\n\n".join(parts)
 
 

@@ -31,7 +31,7 @@ document.addEventListener("DOMContentLoaded", () => {
     table.classList.add(ofNumbers ? "numbers" : "stacked");
     for (const cells of rows) {
       cells.forEach((cell, k) => {
-        const filled = cell.textContent.trim() || cell.children.length;
+        const filled = cell.textContent.trim() || cell.querySelector("img, svg, math, input");
         if (filled && head && head.cells[k]) cell.dataset.column = head.cells[k].textContent.trim();
         if (!filled) cell.classList.add("empty");
       });

@@ -23,7 +23,7 @@ def points(n, groups=("small", "thirty", "fifty", "hundred", "further")):
     """Return x, the velocity in units of N (tan/mu_d) D, and its error, of a chain without disorder."""
     rows = [row for row in table("transition.csv") if int(row["n"]) == n and row["group"] in groups]
     kept = [[float(row[name]) / unit for name, unit in columns(n)] for row in rows]
-    return np.array(kept).reshape(-1, 3).T
+    return np.array(sorted(kept)).reshape(-1, 3).T  # by x: lines join neighbours
 
 
 def columns(n):

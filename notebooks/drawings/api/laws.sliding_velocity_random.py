@@ -9,6 +9,6 @@ chain = {"n": 6, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.2499, "sigma_theta": si
 plt.plot(1e3 * sigmas, laws.sliding_velocity_random(**chain), label=r"exact for $\mu_s\to\mu_d$")
 plt.plot(1e3 * sigmas, laws.creep_velocity_random(**chain), "--", label="Eq. 24")
 plt.xlabel(r"$10^3\,\sigma_\theta$")
-plt.ylabel("velocity per target")
+plt.ylabel(r"velocity per target ($g\,\tau_\mathrm{dyn}^2$)")
 plt.legend()
 plt.savefig("sliding_velocity_random.png")

@@ -9,6 +9,6 @@ chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25, "amplitude": amplitudes}
 plt.plot(1e3 * amplitudes, laws.staircase_two_sliders(mu_s=0.6, **chain), label="two relaxed sliders, exact")
 plt.plot(1e3 * amplitudes, laws.sliding_velocity(n=2, **chain), "--", label="mean over all starts")
 plt.xlabel(r"$10^3\,A_\theta$")
-plt.ylabel("velocity per half-cycle")
+plt.ylabel(r"velocity per half-cycle ($g\,\tau_\mathrm{dyn}^2$)")
 plt.legend()
 plt.savefig("staircase_two_sliders.png")

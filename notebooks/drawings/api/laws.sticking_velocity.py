@@ -9,6 +9,6 @@ chain = {"n": 6, "l0": 1000, "mu_d": 0.5, "amplitude": 0.01, "tan_alpha": slopes
 plt.plot(slopes, laws.sticking_velocity(mu_s=0.6, sigma_mu=0.01, **chain), label="sliders that stick and slip, measured")
 plt.plot(slopes, laws.creep_velocity(**chain), "--", label="Eq. 23")
 plt.xlabel(r"$\tan\alpha$")
-plt.ylabel("velocity per half-cycle")
+plt.ylabel(r"velocity per half-cycle ($g\,\tau_\mathrm{dyn}^2$)")
 plt.legend()
 plt.savefig("sticking_velocity.png")
