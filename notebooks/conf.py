@@ -80,7 +80,8 @@ def _math(translator, node):
     text = convert(pages.plain_latex(node.astext()), display="block" if block else "inline")
     text = re.sub(r"<mi>(\w{2,})</mi>", r'<mspace width="0.17em"/><mi>\1</mi><mspace width="0.17em"/>', text)
     # a bar is no bracket to a browser: the first of two would grow, the second stand apart
-    text = text.replace("<mo>&#x0007C;</mo>", '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;</mo>')
+    bar = '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;</mo>'
+    text = re.sub('<mo(?: stretchy="false")?>&#x0007C;</mo>', bar, text)
     # word joiners keep a bracket before a formula, and a full stop behind it, on its line
     said = node.parent.children[: node.parent.index(node)]
     opened = "&#8288;" if said and said[-1].astext().endswith("(") else ""

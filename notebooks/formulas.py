@@ -39,9 +39,10 @@ def latex(value):
 
 
 def _named(name):
-    """Return the LaTeX of a name that SymPy would write as a product of letters, or None."""
-    word = NAMES.get(name)
-    return word or (rf"\mathrm{{{name}}}" if re.fullmatch("[a-z]{2,}", name) and sp.latex(sp.Symbol(name)) == name else None)
+    """Return the LaTeX of a name that looks like a product of letters, or None for any other."""
+    if re.fullmatch("[a-z]{2,}", name) and name not in NAMES and sp.latex(sp.Symbol(name)) == name:
+        return rf"\,\mathrm{{{name}}}"
+    return NAMES.get(name)
 
 
 def _latex(text):
