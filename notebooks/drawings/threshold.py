@@ -19,4 +19,4 @@ for size, name, ink in (
 ):
     axes.axvline(1e3 * size, color=ink, ls=DASHED if ink == "C1" else DOTTED, label=name)
 axes.set(xlabel=r"$10^3\,A_\theta$", ylabel=VELOCITY)
-axes.legend(loc="upper left", framealpha=1)
+figure.legend(loc="outside lower center", ncols=2)

@@ -42,7 +42,8 @@ def velocity():
             face = {} if n in LONG else {"mfc": "none"}
             kept = np.ones(len(x), bool) if axes is linear else y > 2 * error
             axes.errorbar(
-                x[kept], y[kept], error[kept], fmt=mark, ms=5, lw=1, ls=":",
+                x[kept], y[kept], error[kept], fmt=mark, ms=5, lw=1,
+                ls="none" if n == 100 else ":",  # few points, far apart
                 color=COLORS[n], label=f"N = {n}", **face,
             )  # fmt: skip
     name = "$y = v\\,/\\,(N D \\tan\\alpha/\\mu_\\mathrm{d})$"
