@@ -938,7 +938,8 @@ def physical(
 
     Examples
     --------
-    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
+    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day, creeps so many
+    mm/day:
 
     >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
     ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
@@ -982,7 +983,12 @@ def _middle(
     return middle, (ends[0] / middle, Fraction(1), ends[1] / middle)
 
 
+_ROUNDING = 1e-9  # of a ratio: less is no difference
+
+
 def _percent(ratio: float) -> str:
+    if abs(ratio - 1) < _ROUNDING:
+        return "0 %"
     return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
 
 

@@ -195,8 +195,8 @@ class PivotWindow(NamedTuple):
 
     Parameters
     ----------
-    lower, lower_alone, upper_alone, upper : number
-        Slopes, from the least on.
+    lower, lower_alone, upper_alone, upper : number or None
+        Slopes, from the least on; None as said above.
 
     Examples
     --------
@@ -476,6 +476,8 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 22 as printed; `onset_amplitude` is the corrected one.
 
     Examples
@@ -516,6 +518,9 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 
     Notes
     -----
+    ``m = mu_d c - s``, ``a = mu_s c - s`` and ``D = (mu_s - mu_d) c`` with ``c = cos(alpha)`` and
+    ``s = sin(alpha)``.
+
     Source: Eq. 22 corrected, ``derivations/thresholds.py``; relaxed chains of three to ten sliders
     begin at 1.1 to 1.4 times that, two at ``a/l0``.
 
@@ -599,6 +604,8 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 23; `sliding_velocity` is its exact form, `sticking_velocity` what was measured
     where mu_s exceeds mu_d.
 
@@ -642,6 +649,8 @@ def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 24; `sliding_velocity_random` is the exact law.
 
     Examples
@@ -681,6 +690,8 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
 
     Notes
     -----
+    ``a = mu_s c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 15, which has mu_s for mu_d; `staircase_two_sliders` is the exact law.
 
     Examples
@@ -718,6 +729,8 @@ def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
 
     Notes
     -----
+    ``a = mu_s c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 17, which has mu_s for mu_d; `sliding_velocity_random` is the exact law.
 
     Examples
@@ -757,6 +770,8 @@ def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: Eq. 25.
 
     Examples

@@ -48,6 +48,8 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
 
     Notes
     -----
+    ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: beyond the paper, ``derivations/shakedown.py``.
 
     Examples
@@ -95,6 +97,8 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 
     Notes
     -----
+    ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: beyond the paper, ``derivations/shakedown.py``.
 
     Examples

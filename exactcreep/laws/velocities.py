@@ -44,6 +44,8 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
 
     Examples
@@ -90,6 +92,8 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     Notes
     -----
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
+
     Source: the law behind Eqs. 17 and 24, ``derivations/gaussian.py``.
 
     Examples

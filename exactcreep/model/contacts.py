@@ -39,7 +39,9 @@ class EventKind(Enum):
     """
 
     START = "start"
+    """The sliders begin to slip."""
     STOP = "stop"
+    """The sliders come to rest, or turn round."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,7 @@ class Event:
     time : number
         Since the start of the rearrangement, unit tau_dyn.
     kind : EventKind
+        A start or a stop.
     sliders, signs : tuple of int
         Ascending, from 1; direction of motion after a start, before a stop: +1 downhill, -1 uphill.
 

@@ -54,8 +54,8 @@ class Drive(Shown):
 
         Examples
         --------
-        >>> Cycles("0.001", 5).half_cycles
-        10
+        >>> Cycles("0.001", 5).half_cycles, GaussianSteps("0.001", 5).half_cycles
+        (10, 5)
         """
         raise NotImplementedError
 

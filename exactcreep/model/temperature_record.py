@@ -102,6 +102,7 @@ class TemperatureRecord(Listed):
     scale : number
         What the numbers are multiplied by: 0.1 for tenths of a degree.
     unit : {"C", "K"}
+        Of the temperatures and of `T0`.
     delimiter, decimal : str
         One character between columns, and ``.`` or ``,`` before the decimals.
     date_format : str

@@ -203,8 +203,9 @@ def creep(
     Raises
     ------
     InputError
-        If an argument is out of range, or an option is not the solver's. Raises
-        `Interrupted`: a KeyboardInterrupt that holds the partial result.
+        If an argument is out of range, or an option is not the solver's.
+    Interrupted
+        At Ctrl-C: a KeyboardInterrupt that holds the partial result.
 
     Examples
     --------

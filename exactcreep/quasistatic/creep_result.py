@@ -38,7 +38,8 @@ _FORESEEN = 10**6  # cycles
 class Creep(Result):
     """What a chain did along a drive, and how well that is known.
 
-    Two are equal if their datasets are identical, whatever the time they took.
+    Two are equal if their datasets are identical, whatever the time they took. `plot()` and
+    `summary()` it has as every result.
 
     Attributes
     ----------

@@ -80,6 +80,7 @@ class Rearrangement(Result):
     Attributes
     ----------
     chain : Chain
+        What was rearranged.
     initial, state : State
         At rest at theta_c, and at the end.
     events : tuple of Event
@@ -155,7 +156,10 @@ class Rearrangement(Result):
 
         Examples
         --------
+        >>> from exactcreep import Chain, Rearrangement, State
+        >>> from exactcreep.limits import Stop
         >>> from exactcreep.solvers.exact.solver import ExactSimulation
+        >>> from exactcreep.solvers.interface import Ending
         >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
         >>> moved = ExactSimulation(chain, State.relaxed(chain), 0)
         >>> Rearrangement.of(moved, "exact", Ending(Stop.DONE), events=()).outcome.value

@@ -88,10 +88,10 @@ def sweep(
     Raises
     ------
     InputError
-        If a member is out of range, `out` holds cells and `resume` is not given, or what another
+        If a member is out of range, `out` holds cells and ``resume`` is not given, or what another
         scene or program has made, or another process uses it, a cell that was saved is damaged, a
         worker has another version, the executor is lost, or cells failed. With `out` the others
-        are computed first, and `resume` computes what is missing.
+        are computed first, and ``resume`` computes what is missing.
     KeyboardInterrupt
         After Ctrl-C; what has finished is saved.
 

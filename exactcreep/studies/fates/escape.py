@@ -1,6 +1,6 @@
 """The rate at which creep escapes from its chaos once the early arrests are over.
 
-In transient chaos (Lai and Tel) what outlives an early phase is arrested at a constant rate. Lives
+In transient chaos (Lai and Tél) what outlives an early phase is arrested at a constant rate. Lives
 are whole cycles: those of each phase are geometric. How well the late rate is known follows from
 the likelihood of two such phases, whatever the share and the rate of the early one may be.
 """

@@ -2,7 +2,7 @@
 
 Chaotic creep cannot be proved to last; how long it does can be measured. Nearly identical starts
 creep for very different times: some are arrested, locked or at rest, within a few cycles, the
-others at a constant rate, as in transient chaos (Lai and Tel). The lifetime of a start is the last
+others at a constant rate, as in transient chaos (Lai and Tél). The lifetime of a start is the last
 cycle in which x_G advanced; one that is not arrested when the horizon is reached is censored.
 """
 
@@ -204,7 +204,7 @@ class Survival(Result):
         Guarantee: none; `exactcreep.studies.fates.escape.escape_rate` says how often intervals of
         samples with known rates held these.
 
-        Source: transient chaos, Lai and Tel.
+        Source: transient chaos, Lai and Tél, Transient Chaos (2011).
 
         Examples
         --------

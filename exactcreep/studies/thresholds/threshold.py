@@ -207,11 +207,11 @@ def threshold(
     progress: Hearer = None,
     max_seconds: Number | None = None,
 ) -> Threshold:
-    """Return the amplitude of temperature cycles above which a chain creeps for ever.
+    """Return the least amplitude of temperature cycles at which a chain creeps for ever.
 
-    Or, with `after`, above which it advances in cycle `after`: exact and reproducible, but no more
-    than it says, as the chain may lock a little later. Long chains creep chaotically: see
-    `half_life`; chains with disorder: see `intercept`.
+    Windows of rest may lie above it. Or, with `after`, at which it advances in cycle `after`: exact
+    and reproducible, but no more than it says, as the chain may lock a little later. Long chains
+    creep chaotically: see `half_life`; chains with disorder: see `intercept`.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def threshold(
         Without disorder; without `after` of at most five sliders.
     after : int, optional
         Full cycles +A, -A, in the last of which x_G has to advance down the incline by more than
-        1e-6. Default: the chain creeps for ever, down or up; see `fate`.
+        1e-6 g tau_dyn**2. Default: the chain creeps for ever, down or up; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
@@ -259,6 +259,8 @@ def threshold(
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
     claim is made between its points. With ``mu_s = mu_d`` it is N m/(2 l0), exactly. Creep for ever
     may go down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
+
+    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
 
     Examples
     --------
