@@ -37,6 +37,7 @@ _LABELS = {
     "upper": "above the edge",
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
+    "rate": "arrests per cycle",
     "exponential": "constant rate",
 }
 """What the keys of summaries are called where their own words do not tell."""

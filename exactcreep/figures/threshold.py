@@ -54,6 +54,8 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
     chain = found.chain
     asked = "half-life" if isinstance(found, HalfLife) else getattr(found, "what", found.criterion)
     disorder = setting_text("sigma_mu", chain.sigma_mu)
+    if isinstance(found, Threshold) and len(found.windows or ()) > 1:
+        asked += ", its first edge"  # the scan alone has seen the others
     title = f"N = {chain.n}, {disorder}: {asked} ({found.evidence.value})"
     sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None
     figure = new_figure(6.0, 5.6 if sides else 4.0)
@@ -162,6 +164,8 @@ def _shares(axes: Axes, found: HalfLife) -> None:
 def _windows(axes: Axes, found: Threshold) -> None:
     ends = [(float(edge.middle), edge.begins) for edge in found.windows or ()]
     label = found.what
+    if len(ends) > 1:  # all but the first edge are as the scan has seen them
+        label += " (float64 scan)"
     for begin in [end for end, begins in ends if begins]:
         later = (end for end, begins in ends if not begins and end > begin)
         stop = min(later, default=_OPEN * begin)
