@@ -181,8 +181,8 @@ def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
         ({"enclosure": ["1/3", "1000000000001/3000000000000"]},
          ["enclosure  0.333333333333333, 0.333333333333667"]),
         ({"rate": {"rate": 0.5, "exponential": 0.25}, "exponential": 0.25},
-         ["rate           rate 0.5",
-          "constant rate  lives so far from geometric have probability 0.25"]),
+         ["arrests per cycle  rate 0.5",
+          "constant rate      lives so far from geometric have probability 0.25"]),
     ],
 )  # fmt: skip
 def test_a_summary_has_a_line_for_what_is_known_and_cuts_long_lists(
