@@ -8,6 +8,7 @@ import ast
 import enum
 import inspect
 import json
+import os
 import re
 from dataclasses import fields
 from hashlib import sha256
@@ -218,7 +219,8 @@ def scenes(_):
 
 def commands(_):
     """Return every command with its arguments and options, as ``--help`` has them."""
-    with patch("sys.argv", ["exactcreep"]):  # usage lines repeat how the program was started
+    wide = patch.dict(os.environ, COLUMNS="400")  # an example is one line: boxes wrap by themselves
+    with wide, patch("sys.argv", ["exactcreep"]):  # usage repeats how the program was started
         text = program(COMMANDS).generate_docs().removeprefix("# exactcreep")
     text = re.sub(r"((?:^    exactcreep .*\n)+)", r"```sh\n\1```\n", text, flags=re.MULTILINE)
     text = re.sub(r"^    (?=exactcreep )", "", text, flags=re.MULTILINE)
@@ -391,8 +393,8 @@ def proofs(_):
                 f"**{number}.** {_prose(line.text)}" + (f" *({_prose(how)})*" if how else "")
             )
             shown = line.value if line.form is None else line.form
-            number = isinstance(shown, int) and not isinstance(shown, bool)
-            needed = number and (shown or line.text.endswith((" is", " than", "by", "=", ",")))
+            whole = isinstance(shown, int) and not isinstance(shown, bool)
+            needed = whole and (shown or line.text.endswith((" is", " than", "by", "=", ",")))
             if needed or isinstance(shown, sp.Basic | sp.MatrixBase):
                 parts.append(f"$$\n{latex(shown)}\n$$")
     return "\n\n".join(parts)
