@@ -147,7 +147,7 @@ def advice(data: xr.Dataset) -> str:
     if safe.size:
         said.append(
             f"for trajectories take {' or '.join(safe.index)}: all {int(data.events.sum())} events"
-            f" of {data.truth} agree, positions to {safe.error.max():.1g} g tau_dyn^2"
+            f" of {data.truth} agree, positions to {safe.error.max():.2g} g tau_dyn^2"
         )
     if len(wrong := verlet[verlet.parted > 0]):
         finest = wrong.dt.idxmin()
