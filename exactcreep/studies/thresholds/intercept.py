@@ -55,8 +55,6 @@ class Intercept(Measured):
         Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique.
     reason : str
         Why the evidence is undecided; "" if it is not.
-    evidence : Evidence
-        `COMPUTED` in float64, or `UNDECIDED`.
 
     Examples
     --------
