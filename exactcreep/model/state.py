@@ -322,8 +322,7 @@ def mirrored(chain: Chain, state: State) -> bool:
     """Return whether the chain is, and therefore stays, the mirror image of itself."""
     if chain.tan_alpha or chain.sigma_mu or chain.n < 2:
         return False
-    alike = ((row == row[::-1]).all() for row in (state.tensions, state.coefficients))
-    return all(bool(same_row) for same_row in alike)
+    return all(bool((row == row[::-1]).all()) for row in (state.tensions, state.coefficients))
 
 
 def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
