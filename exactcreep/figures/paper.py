@@ -40,6 +40,7 @@ from exactcreep.figures.sweep import (
     draw_points,
     mean_law,
     points_of,
+    predicted,
     sticking,
 )
 from exactcreep.laws import (
@@ -473,7 +474,8 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
                 axes.plot(slopes, values, **style, label=label)
                 label = ""
         slopes = np.linspace(0, float(parameters["mu_d"]), 160).tolist()
-        law_and_deviation = [sticking(parameters | {"tan_alpha": slope}) for slope in slopes]
+        law_and_deviation = [sticking(predicted(parameters | {"tan_alpha": slope}))
+                             for slope in slopes]  # fmt: skip
         values, deviations = np.transpose(law_and_deviation)
         axes.fill_between(slopes, values - deviations, values + deviations, color=INKS[1],
                           alpha=0.45, linewidth=0, label=STICKING if n == 6 else "")  # fmt: skip

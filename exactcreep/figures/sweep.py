@@ -31,17 +31,7 @@ from exactcreep.figures.style import (
     styled,
     symbol_of,
 )
-from exactcreep.laws import (
-    STICKING_DEVIATION,
-    beyond_sticking,
-    law_values,
-    sliding_velocity,
-    sliding_velocity_random,
-    staircase_two_sliders,
-    sticking_gain,
-    sticking_velocity,
-    sticking_velocity_random,
-)
+from exactcreep.laws import Prediction, law_values, prediction_of, sliding_velocity_random
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.sliding import Sliding
@@ -131,7 +121,7 @@ class Point:
         printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
         if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
             printed = ()
-        held, off = sticking(self.parameters)
+        held, off = sticking(predicted(self.parameters))
         return replace(self, printed=printed, exact=exact, sticking=held, sticking_deviation=off)
 
 
@@ -382,8 +372,9 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
     fine_x, fine_y = _between(x), _between(y)
     shared = points[0].parameters
     grid = [[shared | {across: a, up: b} for a in fine_x] for b in fine_y]
-    law = np.array([[_law(parameters) for parameters in row] for row in grid])
-    measured_law = np.array([[sticking(parameters)[0] for parameters in row] for row in grid])
+    found = [[predicted(parameters) for parameters in row] for row in grid]
+    law = np.array([[_sliding(one) for one in row] for row in found])
+    measured_law = np.array([[sticking(one)[0] for one in row] for row in found])
     words: list[str] = []
     labelled: set[float] = set()
     law[np.isfinite(measured_law)] = math.nan
@@ -439,13 +430,16 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
         draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
-        law = [_law(family[0].parameters | {over: value}) for value in fine]
-        axes.plot(fine, law, **EXACT | {"color": ink})
-        steps = [_staircase(family[0].parameters | {over: value}, family[0]) for value in fine]
+        relaxed = family[0].varied.get("start", "relaxed") == "relaxed"
+        shared = family[0].parameters
+        found = [predicted(shared | {over: value}, relaxed=relaxed) for value in fine]
+        axes.plot(fine, [_sliding(one) for one in found], **EXACT | {"color": ink})
+        steps = [math.nan if one is None or one.staircase is None else one.staircase
+                 for one in found]  # fmt: skip
         if np.isfinite(steps).any():
             axes.plot(fine, steps, color=ink, linewidth=1.0)
             stairs = True
-        measured = [sticking(family[0].parameters | {over: value}) for value in fine]
+        measured = [sticking(one) for one in found]
         if np.isfinite(measured).any():
             value, deviation = np.transpose(measured)
             axes.plot(fine, value, color=ink, linewidth=1.0)
@@ -473,41 +467,24 @@ def _between(values: Iterable[Any]) -> list[Any]:
     return sorted({*known, *np.linspace(min(known), max(known), _FINE).tolist()})
 
 
-def _law(given: Mapping[str, Any]) -> float:
-    """Return the law of the sliding limit, nan where there is none."""
-    if not {"n", "tan_alpha", "mu_d"} <= set(given):  # a solid's contacts vary
-        return math.nan
-    if given["n"] >= 2 and 0 <= given["tan_alpha"] < given["mu_d"]:
-        laws = {"amplitude": sliding_velocity, "sigma_theta": sliding_velocity_random}
-        for size, law in laws.items():
-            if given.get(size):
-                return mean_law(law, given)
-    return math.nan
-
-
-def _staircase(given: Mapping[str, Any], point: Point) -> float:
-    """Return the exact law of two sliders without disorder that start relaxed, nan of others."""
-    about = {key: value for key, value in given.items() if key in _SHARED}
-    relaxed = point.varied.get("start", "relaxed") == "relaxed"
-    two = about.get("n") == 2 and about.get("sigma_mu") == 0 and about.get("amplitude", 0) > 0
-    if not (two and relaxed and 0 < about.get("tan_alpha", 0) < about.get("mu_d", 0)):
-        return math.nan
-    return mean_law(staircase_two_sliders, about)
-
-
-def sticking(given: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the law of sliders that stick and slip and its deviation, nan beyond its range.
-
-    It is none of the sliding limit.
-    """
-    sizes = [size for size in ("amplitude", "sigma_theta") if given.get(size)]
-    if not sizes or not {"n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha"} <= set(given):
-        return math.nan, math.nan
+def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction | None:
+    """Return what laws say of a point, None where there is no law; `sliding` does not stick."""
+    about = {key: given[key] for key in _SHARED if key in given}
+    if len(about) < len(_SHARED) - 1:  # a solid's contacts vary
+        return None
     if given.get("solver") == Sliding.name:
+        about |= {"mu_s": about["mu_d"], "sigma_mu": 0}
+        relaxed = False
+    return prediction_of(about, relaxed=relaxed)
+
+
+def _sliding(found: Prediction | None) -> float:
+    """Return the law of the sliding limit, between its two values; nan where there is none."""
+    return math.nan if found is None else sum(found.sliding) / len(found.sliding)
+
+
+def sticking(found: Prediction | None) -> tuple[float, float]:
+    """Return the law of sliders that stick and slip and its deviation; nan beyond its range."""
+    if found is None or found.sticking is None:
         return math.nan, math.nan
-    about = {key: value for key, value in given.items() if key in _SHARED}
-    if not 0 <= about["tan_alpha"] < about["mu_d"] or beyond_sticking(about):
-        return math.nan, math.nan
-    law = sticking_velocity if sizes[0] == "amplitude" else sticking_velocity_random
-    (value,) = law_values(law, about)
-    return value, STICKING_DEVIATION * sticking_gain(about)
+    return found.sticking, found.deviation

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 
 from exactcreep.laws import paper
-from exactcreep.laws.number_types import Number
-from exactcreep.laws.paper import law_values, onset_amplitude, pivot_window
+from exactcreep.laws.number_types import Number, cosine
+from exactcreep.laws.paper import law_values, onset_amplitude
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
     FEWEST_CLEAN,
@@ -108,76 +107,100 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"
     ('sliders that stick and slip, measured', '61.3 +- 0.4')
     """
-    if isinstance(drive, Cycles):
-        label, size = "Eq. 23", {"amplitude": drive.amplitude}
-        printed, exact, measured = paper.creep_velocity, sliding_velocity, sticking_velocity
-    elif isinstance(drive, GaussianSteps):
-        label, size = "Eq. 24", {"sigma_theta": drive.sigma_theta}
-        printed, exact = paper.creep_velocity_random, sliding_velocity_random
-        measured = sticking_velocity_random
-    else:
+    if not isinstance(drive, Cycles | GaussianSteps):
         return None
-    resting = chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d
-    if chain.may_run_away and not resting:
+    return prediction_of(chain.parameters() | drive.parameters(), relaxed=start is None)
+
+
+def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) -> Prediction | None:
+    """Return `prediction` of a chain and its drive that are given by their numbers.
+
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu`, `tan_alpha`, and `amplitude` or `sigma_theta`; others
+        are ignored.
+    relaxed : bool
+        Whether the chain starts relaxed.
+
+    Returns
+    -------
+    Prediction or None
+        None from mu_d on.
+
+    Examples
+    --------
+    >>> chain = {"n": 10, "l0": 1000, "mu_d": 0.5, "mu_s": 0.5, "sigma_mu": 0, "tan_alpha": 0.25}
+    >>> found = prediction_of(chain | {"amplitude": 0.002})
+    >>> found.law, round(found.values[0], 3)
+    ('sliding limit, exact', 3.937)
+    """
+    n, slope = int(parameters["n"]), parameters["tan_alpha"]
+    mu_d, mu_s, sigma_mu = (parameters[name] for name in ("mu_d", "mu_s", "sigma_mu"))
+    cycles = "amplitude" in parameters
+    label, size = ("Eq. 23", "amplitude") if cycles else ("Eq. 24", "sigma_theta")
+    printed, exact, measured = _LAWS[size]
+    resting = n == 1 and abs(slope) <= mu_d
+    if abs(slope) >= mu_d and not resting:
         return None
-    if resting or not all(size.values()):
+    if resting or not parameters[size]:
         return Prediction(label, (), (0.0,), law="rest", values=(0.0,), deviation=0.0)
-    sign = -1 if chain.tan_alpha < 0 else 1
-    downhill = chain.mirrored() if sign < 0 else chain
-    described = downhill.parameters() | size
+    sign = -1 if slope < 0 else 1
+    downhill = dict(parameters) | {"tan_alpha": abs(slope)}
+    clean = sigma_mu == 0
 
     def values(law: Callable[..., Number]) -> tuple[float, ...]:  # without a negative zero
-        return tuple(sign * value + 0.0 for value in law_values(law, described))
+        return tuple(sign * value + 0.0 for value in law_values(law, downhill))
 
     as_printed, sliding = values(printed), tuple(sorted({*values(exact)}))
     sticking = staircase = None
-    if not beyond_sticking(described):
+    if not beyond_sticking(downhill):
         (sticking,) = values(measured)
-    relaxed = start is None and chain.sigma_mu == 0
-    if isinstance(drive, Cycles):
-        if relaxed and chain.n == 2 and chain.tan_alpha != 0:
+    if cycles:
+        if relaxed and clean and n == 2 and slope != 0:
             (staircase,) = values(staircase_two_sliders)
-        if why := _rest(downhill, drive.amplitude, relaxed=relaxed):
+        if sticking is None and (why := _rest(downhill, relaxed=relaxed and clean)):
             proved = 0.0 if why.endswith("proved") else math.nan
-            return Prediction(label, as_printed, sliding, staircase, sticking, why, (0.0,), proved)
+            return Prediction(label, as_printed, sliding, staircase, None, why, (0.0,), proved)
     held: tuple[float, ...]
     if staircase is not None:
         law, held, deviation = "staircase, exact", (staircase,), 0.0
     elif sticking is not None:
         law, held = "sliders that stick and slip, measured", (sticking,)
-        deviation = STICKING_DEVIATION * sticking_gain(described)
-    elif chain.slides:
+        deviation = STICKING_DEVIATION * sticking_gain(downhill)
+    elif clean and mu_s == mu_d:
         law, held, deviation = "sliding limit, exact", sliding, 0.0
     else:
         law, held, deviation = "sliding limit", sliding, math.nan
-        if chain.sigma_mu == 0 and chain.n > 2:
-            law, held = _clean(downhill, drive, sign * sticking_gain(described), held)
+        if clean and n > 2:
+            law, held = _clean(downhill, sign * sticking_gain(downhill), held)
         law += _UNKNOWN
     return Prediction(label, as_printed, sliding, staircase, sticking, law, held, deviation)
 
 
 def _clean(
-    chain: Chain, drive: Drive, gain: float, sliding: tuple[float, ...]
+    parameters: Mapping[str, Number], gain: float, sliding: tuple[float, ...]
 ) -> tuple[str, tuple[float, ...]]:
     """Return what holds without disorder, beyond the measured range, and the velocities."""
-    law, held = "sliding limit", sliding
-    possible = {(chain.n + 3 - 2 * i) * gain + 0.0 for i in _pivots_by_window(chain)}
+    law, held, n = "sliding limit", sliding, int(parameters["n"])
+    possible = {(n + 3 - 2 * i) * gain + 0.0 for i in _pivots_by_window(parameters)}
     if len(possible) > 1:
         law, held = "sliding limit of each possible pivot", tuple(sorted(possible))
-        if chain.n >= FEWEST_CLEAN:  # the pivot hops
+        if n >= FEWEST_CLEAN:  # the pivot hops
             law = "between the sliding limits of possible pivots"
-    if isinstance(drive, Cycles) and any(held):
-        (locked,) = law_values(locked_ends_amplitude, chain.parameters())
-        if drive.amplitude <= max(float(_at_rest(chain)), locked):
+    if "amplitude" in parameters and any(held):
+        (locked,) = law_values(locked_ends_amplitude, parameters)
+        if parameters["amplitude"] <= max(float(_at_rest(parameters)), locked):
             law, held = f"{law}, or locked", tuple(sorted({0.0, *held}))
     return law, held
 
 
-def _at_rest(chain: Chain) -> Number:
-    return at_rest_amplitude(chain.l0, chain.tan_alpha, [chain.mu_s] * chain.n)
+def _at_rest(parameters: Mapping[str, Number]) -> Number:
+    coefficients = [parameters["mu_s"]] * int(parameters["n"])
+    return at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], coefficients)
 
 
-def _rest(chain: Chain, amplitude: Fraction, *, relaxed: bool) -> str:
+def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
     """Return why a chain comes to rest for ever under cycles, or nothing.
 
     Amplitudes up to at_rest_amplitude allow a state at rest, but some chains creep there. Below the
@@ -185,22 +208,30 @@ def _rest(chain: Chain, amplitude: Fraction, *, relaxed: bool) -> str:
     from 3 to 12, four starts each), none moved in the last 200 of 3000 cycles. Between the two 44
     of 252 did.
     """
-    about = chain.parameters()
-    (least,) = law_values(no_lasting_creep_amplitude, about)
+    amplitude, slope, mu_s = (parameters[name] for name in ("amplitude", "tan_alpha", "mu_s"))
+    (least,) = law_values(no_lasting_creep_amplitude, parameters)
     if amplitude < least * (1 - 1e-12):
         return "rest: no creep lasts, proved"
-    if chain.slides or chain.sigma_mu > 0:
+    if parameters["sigma_mu"] > 0 or mu_s == parameters["mu_d"]:
         return ""
-    cosine = chain.cos_alpha
-    if relaxed and chain.l0 * amplitude < float(chain.mu_s - chain.tan_alpha) * cosine:
+    if relaxed and parameters["l0"] * amplitude < float(mu_s - slope) * float(cosine(slope)):
         return "rest: no end of the relaxed chain starts, proved"
-    (onset,) = law_values(onset_amplitude, about)
-    if chain.n > 2 and amplitude < min(float(_at_rest(chain)), onset):
+    (onset,) = law_values(onset_amplitude, parameters)
+    if parameters["n"] > 2 and amplitude < min(float(_at_rest(parameters)), onset):
         return "rest: a state at rest exists, and all chains tried lost their creep"
     return ""
 
 
-def _pivots_by_window(chain: Chain) -> list[int]:
-    """Return the indices of the plateaus whose pivots can rest at the slope."""
-    windows = {i: pivot_window(chain.n, i, chain.mu_d, chain.mu_s) for i in range(2, chain.n + 2)}
-    return [i for i, window in windows.items() if window.lower <= chain.tan_alpha <= window.upper]
+def _pivots_by_window(parameters: Mapping[str, Number]) -> range:
+    """Return the indices of the plateaus whose pivots can rest at the slope: `pivot_window`."""
+    n, slope, mu_d, mu_s = (parameters[name] for name in ("n", "tan_alpha", "mu_d", "mu_s"))
+    first, last = (n + 2 - (n * slope + off) / mu_d for off in (mu_s - mu_d, mu_d - mu_s))
+    return range(max(2, math.ceil(first / 2)), min(n + 1, math.floor(last / 2 + 1)) + 1)
+
+
+_LAWS = {
+    "amplitude": (paper.creep_velocity, sliding_velocity, sticking_velocity),
+    "sigma_theta": (
+        paper.creep_velocity_random, sliding_velocity_random, sticking_velocity_random,
+    ),
+}  # fmt: skip
