@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from typing import Any
 
 from exactcreep.interrupts import waiting
 from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
+from exactcreep.preparation import clock
 
 _CONTAINERS = (
     ("/sys/fs/cgroup/", "memory.max", "memory.current", "file"),
@@ -50,9 +50,9 @@ class Stop(Enum):
 class Limits:
     """What a computation may use, from the call that is given it.
 
-    `events` are start and stop events, `used` of them before the call. On the clock of
-    `time.perf_counter` it has to end `at`, and to hand over what it has at `pause`; `seconds` is
-    how long it may take in all.
+    `events` are start and stop events, `used` of them before the call. On `preparation.clock`,
+    which stands while the compiler works, it has to end `at`, and to hand over what it has at
+    `pause`; `seconds` is how long it may take in all.
     """
 
     events: int | None = None
@@ -73,13 +73,10 @@ class Limits:
         return cls(events, seconds=seconds, interrupted=waiting).begun()
 
     def begun(self) -> Limits:
-        return replace(self, at=time.perf_counter() + self.seconds)
+        return replace(self, at=clock() + self.seconds)
 
     def after(self, events: int) -> Limits:
         return replace(self, used=self.used + events)
-
-    def later(self, seconds: float) -> Limits:
-        return replace(self, at=self.at + seconds)
 
     @property
     def events_left(self) -> int:
@@ -88,11 +85,11 @@ class Limits:
     @property
     def seconds_left(self) -> float | None:
         """How long it may still take; None: any time."""
-        return None if self.at == math.inf else max(self.at - time.perf_counter(), 0.0)
+        return None if self.at == math.inf else max(self.at - clock(), 0.0)
 
     def passed(self) -> bool:
         """Return whether the time is over, or the user wants back what there is."""
-        return self.interrupted() or (self.at < math.inf and time.perf_counter() >= self.at)
+        return self.interrupted() or (self.at < math.inf and clock() >= self.at)
 
     def require(self) -> None:
         """Raise `OutOfTime` if the time is over."""
@@ -105,7 +102,7 @@ class Limits:
             return Stop.BUDGET
         if self.passed():
             return Stop.DEADLINE
-        return Stop.BUDGET if time.perf_counter() >= self.pause else None
+        return Stop.BUDGET if clock() >= self.pause else None
 
     def reason(self, stop: Stop) -> str:
         """Return the sentence for what ended because of these limits; "" if it did not."""

@@ -1,6 +1,6 @@
-"""The time that a process spends on what comes once: compiling its solvers, or loading them.
+"""The clock of all limits and times: it stands while solvers are compiled or loaded.
 
-It is no part of any estimate of how long work takes.
+That comes once in a process, or once on a machine. No limit counts it, no result, no estimate.
 """
 
 from __future__ import annotations
@@ -11,13 +11,18 @@ from contextlib import contextmanager
 
 _begun: list[float] = []
 """When the blocks that are running began, the outermost first."""
-_spent: list[float] = []
-"""How long each of those took that have ended, of nested ones the outermost."""
+_spent = [0.0]
+"""How long all those took together that have ended, of nested ones the outermost."""
 
 
 def seconds() -> float:
     """Return the wall time of all such blocks so far, in seconds, each moment counted once."""
-    return sum(_spent) + (time.perf_counter() - _begun[0] if _begun else 0.0)
+    return _spent[0] + (time.perf_counter() - _begun[0] if _begun else 0.0)
+
+
+def clock() -> float:
+    """Return the wall time without preparation, in seconds; its zero means nothing."""
+    return time.perf_counter() - seconds()
 
 
 def begin() -> None:
@@ -29,7 +34,7 @@ def end() -> None:
     """Note that what was begun last is ready."""
     began = _begun.pop()
     if not _begun:
-        _spent.append(time.perf_counter() - began)
+        _spent[0] += time.perf_counter() - began
 
 
 @contextmanager

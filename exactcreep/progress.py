@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from exactcreep import preparation
+from exactcreep.preparation import clock
 
 _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 
@@ -128,18 +127,17 @@ def reporter(progress: Hearer) -> Callable[..., None]:
 
     It takes a phase, what is done, its total, what these count, and attributes of `Progress`.
     """
-    now, begin, prepared = "", time.perf_counter(), preparation.seconds()
+    now, begin = "", clock()
 
     def report(
         phase: str, done: float, total: float = 1, counted: str = "", **further: Any
     ) -> None:
-        nonlocal now, begin, prepared
-        moment, before = time.perf_counter(), preparation.seconds()
+        nonlocal now, begin
+        moment = clock()
         if phase != now:
-            now, begin, prepared = phase, moment, before
+            now, begin = phase, moment
         if callable(progress):
-            worked = max(moment - begin - (before - prepared), 0.0)
-            about = {"seconds": worked, "counted": counted, **further}
+            about = {"seconds": moment - begin, "counted": counted, **further}
             progress(Progress(phase, done, total, **about))
 
     return report

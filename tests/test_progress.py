@@ -73,7 +73,7 @@ def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     moments = iter([100.0, 101.0, 103.0, 110.0, 110.5])
-    monkeypatch.setattr("exactcreep.progress.time.perf_counter", lambda: next(moments))
+    monkeypatch.setattr("exactcreep.progress.clock", lambda: next(moments))
     heard: list[Progress] = []
     report = reporter(heard.append)
     report("scan", 1, 2, "amplitudes")
@@ -90,7 +90,8 @@ def test_the_time_of_a_study_does_not_count_what_is_compiled_or_loaded(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     now = [0.0]
-    monkeypatch.setattr("exactcreep.progress.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr(preparation.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(preparation, "_spent", [0.0])
     heard: list[Progress] = []
     report = reporter(heard.append)
     report("starts", 0, 100, "starts")

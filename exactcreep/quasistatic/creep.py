@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import os
-import time
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
@@ -280,8 +279,8 @@ def run_members(
 ) -> list[Creep]:
     """Run experiments one after the other and return their results.
 
-    The seconds of `limits` are for all together, from when the first one is ready to begin; members
-    not yet begun when they are over have no result. The other limits are for each. A `checkpoint`
+    The seconds of `limits` are for all together; members not yet begun when they are over have no
+    result. The other limits are for each. A `checkpoint`
     that was read from a file goes on from there. Ctrl-C raises `Interrupted`.
     """
     results: list[Creep] = []
@@ -299,15 +298,14 @@ def run_members(
             resumed = checkpoint is not None and index in checkpoint.runs
             if index and not resumed and limits.passed():
                 break
-            begin = time.perf_counter()
             run = ObservedRun(experiment)
             if checkpoint is not None:
                 checkpoint.restore(index, run)
             if not run.ended:
-                compiling = _warm_up(experiment, limits, partial(watch, index, run, "compiling"))
-                limits = limits.later(compiling if index else time.perf_counter() - begin)
+                say = partial(watch, index, run, "compiling")
+                compiled(experiment.algorithm, experiment.chain, experiment.record, say)
                 pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
-                run.advance(limits, begin + compiling, partial(watch, index, run), pause)
+                run.advance(limits, partial(watch, index, run), pause)
             results.append(run.result())
             _warn(results[-1])
             if interrupted():
@@ -345,13 +343,3 @@ def accuracy_reached(report: Mapping[str, Any]) -> str:
     reached = "is not known" if known is None or math.isnan(known) else f"is {known:.2g}"
     far = f"within {wanted}" if report["accuracy_reached"] else f"not {wanted}: run more cycles"
     return f"the velocity's relative error at 95 % {reached}, {far}"
-
-
-def _warm_up(experiment: Experiment, limits: Limits, compiling: Any) -> float:
-    """Have the solver's code compiled, or loaded, and return how many seconds that took.
-
-    All that may be needed if the time is limited: compiling later would use it up.
-    """
-    solver = experiment.algorithm
-    lengths = solver.compiles(experiment.chain.n)[: 1 if limits.at == math.inf else None]
-    return compiled(solver, lengths, experiment.record, compiling)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,6 +12,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import Enclosure, as_float
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.preparation import clock
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -87,18 +87,13 @@ class ObservedRun:
         value = 0.0 if velocity is None else abs(as_float(velocity))
         return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
 
-    def advance(
-        self, limits: Limits, begin: float, watch: Callable[[], None], pause: float
-    ) -> None:
-        """Go on until the run ends or a limit is reached; `watch` after each pause, and at last.
-
-        `begin` is when this session began, on the clock of `time.perf_counter`.
-        """
+    def advance(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
+        """Go on until the run ends or a limit is reached; `watch` after each pause, and at last."""
         self.outcome, self.reason = None, ""
         simulation, drive, before = self.simulation, self.experiment.drive, self.seconds
         longest = max(_MOST_NUMBERS // self.experiment.chain.n, 1)  # targets at once
         reached_with = events = simulation.tally.events  # when the last target was reached
-        watched = time.perf_counter()
+        begin = watched = clock()
         while self.outcome is None and not self.ended:
             left = limits.after(events)
             if why := self._given_up(left, events - reached_with):
@@ -113,7 +108,7 @@ class ObservedRun:
             self.take(stretch)
             events = simulation.tally.events
             reached_with = events if stretch.completed else reached_with
-            now = time.perf_counter()
+            now = clock()
             self.seconds = before + now - begin
             if now >= watched + pause:
                 self._rest(left)
@@ -153,7 +148,7 @@ class ObservedRun:
     def _rest(self, limits: Limits) -> None:
         """Let a rearrangement under way end, if it does so soon: a snapshot is taken at rest."""
         if self.kept_up_to_date and self.outcome is None:
-            soon = replace(limits, pause=time.perf_counter() + PAUSE)
+            soon = replace(limits, pause=clock() + PAUSE)
             self.recorder.add(self.simulation.come_to_rest(soon))
 
     def _save(self) -> None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
@@ -26,6 +25,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
+from exactcreep.preparation import preparing
 from exactcreep.solvers.tables import RECORDS, joined
 
 MOST_EVENTS = 20_000
@@ -598,40 +598,34 @@ class Solver(ABC):
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Do what `simulation` says."""
 
-    def compiles(self, n: int) -> tuple[int, ...]:
-        """Return lengths of chains with which all is compiled that one of `n` sliders may need.
-
-        What the first of them leaves out is compiled when a chain needs it.
-        """
-        return (2,)
+    def compiles(self, n: int) -> int:
+        """Return a length of chains that need the same compiled code as one of `n` sliders."""
+        return 2
 
 
 def compiled(
     solver: Solver,
-    lengths: Sequence[int],
+    chain: Chain,
     record: tuple[str, ...] = (),
     say: Callable[[], None] | None = None,
-) -> float:
-    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
+) -> None:
+    """Have the code compiled, or loaded, with which a solver follows and records such a chain.
 
-    It depends on the number of sliders and what is recorded. `say` is called if the compiler works.
+    `say` is called if the compiler works. What else a chain may need is compiled on its way.
     """
-    missing = [n for n in lengths if (solver.name, n, record) not in _COMPILED]
-    if not missing:
-        return 0.0
-    begin = time.perf_counter()
-    with import_module("exactcreep.compiling").told(say):
-        for n in missing:
-            chain = replace(_TWO_SLIDERS, n=n)
-            compared = ("tension", "slips") if solver.perturbs else ()
-            names = tuple(dict.fromkeys((*record, *compared)))
-            simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, names)
-            drive = Cycles("1/10", 1)
-            stretch = simulation.follow(drive, 1, 2)
-            if (copies := simulation.copies()) is not None:
-                copies.follow(drive, 1, stretch, 2**62, math.inf)
-            _COMPILED.add((solver.name, n, record))
-    return time.perf_counter() - begin
+    kind = (solver.name, solver.compiles(chain.n), record)
+    if kind in _COMPILED:
+        return
+    with preparing(), import_module("exactcreep.compiling").told(say):
+        chain = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
+        compared = ("tension", "slips") if solver.perturbs else ()
+        names = tuple(dict.fromkeys((*record, *compared)))
+        simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, names)
+        drive = Cycles("1/10", 1)
+        stretch = simulation.follow(drive, 1, 2)
+        if (copies := simulation.copies()) is not None:
+            copies.follow(drive, 1, stretch, 2**62, math.inf)
+        _COMPILED.add(kind)
 
 
 def advance(

@@ -13,6 +13,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.preparation import preparing
 from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
 
 SOLVERS: dict[str, Callable[[], type[Solver]]] = {
@@ -32,7 +33,9 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
         near = difflib.get_close_matches(str(name).lower(), SOLVERS, 1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise InputError("solver", name, f"must be one of {', '.join(SOLVERS)}{hint}")
-    algorithm: Any = SOLVERS[name]()  # every solver is a dataclass, which its base class cannot say
+    algorithm: Any  # every solver is a dataclass, which its base class cannot say
+    with preparing():
+        algorithm = SOLVERS[name]()
     options_taken = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in options_taken):
         near = difflib.get_close_matches(option, options_taken, 1)

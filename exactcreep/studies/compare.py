@@ -8,7 +8,6 @@ seeds, a table and an advice of it.
 from __future__ import annotations
 
 import math
-import time
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -33,6 +32,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Outcome
+from exactcreep.preparation import clock
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
@@ -240,9 +240,9 @@ def _compared(
         broken, enough, targets = replace(member, drive=path), events, path.half_cycles
 
     def followed(method: Method, until: int, most: int | None, enough: float = math.inf) -> Any:
-        begin = time.perf_counter()
+        begin = clock()
         own = trajectory(method, broken, until, enough=enough, limits=Limits(most))
-        return own, time.perf_counter() - begin
+        return own, clock() - begin
 
     true = followed(truth, targets, beyond(MOST_EVENTS), enough)
     true_run: Trajectory = true[0]

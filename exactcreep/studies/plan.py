@@ -282,7 +282,7 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
     chain, drive = experiment.chain, experiment.drive
     about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start}
     own = {"solver": method.solver, "record": experiment.record, **method.options}
-    compiled(solver := method.algorithm(), solver.compiles(chain.n)[:1], experiment.record)
+    compiled(method.algorithm(), chain, experiment.record)
 
     def run(part: Drive, most: int, **how: Any) -> Creep:
         left = limits.seconds_left

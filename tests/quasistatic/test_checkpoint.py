@@ -218,7 +218,7 @@ def test_on_a_full_disk_a_run_waits_longer_after_each_failure(
     monkeypatch.setattr(checkpoints.time, "monotonic", lambda: clock[0])
     with kept.begun([experiment]):
         run = ObservedRun(experiment)
-        run.advance(NO_LIMITS, 0.0, lambda: None, math.inf)
+        run.advance(NO_LIMITS, lambda: None, math.inf)
         for clock[0] in range(1, 3600):
             kept.take(0, run)
         assert np.diff(packings[1:]).tolist() == [2, 4, 8, 16, 32, 64, 128, 256, 512, *[600] * 4]

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from exactcreep import Creep, Cycles, Evidence, InputError, Outcome, State, creep, resume
+from exactcreep import (
+    Creep,
+    Cycles,
+    Evidence,
+    InputError,
+    Outcome,
+    State,
+    creep,
+    preparation,
+    resume,
+)
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.quasistatic import creep as loop
@@ -168,19 +178,19 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict) -> None:
         assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
 
 
-def test_the_time_begins_when_the_first_run_is_ready(monkeypatch: pytest.MonkeyPatch) -> None:
-    moment, compilations = [0.0], [0.0, 1e6]
+def test_no_limit_and_no_time_counts_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    moment = [0.0]
 
-    def passes(*_: object) -> float:
-        moment[0] += 1e6
-        return compilations.pop(0)
+    def compiles(*_: object) -> None:
+        with preparation.preparing():
+            moment[0] += 1e6
 
-    # the private name stands for all that happens before the first half-cycle
-    monkeypatch.setattr(loop, "_warm_up", passes)
-    monkeypatch.setattr(loop.time, "perf_counter", lambda: moment[0])
+    monkeypatch.setattr(loop, "compiled", compiles)
+    monkeypatch.setattr(preparation.time, "perf_counter", lambda: moment[0])
+    monkeypatch.setattr(preparation, "_spent", [0.0])
     members = [Experiment(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
     results = loop.run_members(members, limits=Limits.of(max_seconds=1))
-    assert [result.half_cycles for result in results] == [20, 20]
+    assert [(result.half_cycles, result.seconds) for result in results] == [(20, 0.0)] * 2
 
 
 def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_path: Path) -> None:

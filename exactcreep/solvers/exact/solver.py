@@ -43,7 +43,6 @@ from exactcreep.solvers.interface import (
     Start,
     Stretch,
     Tally,
-    compiled,
     require_like,
 )
 
@@ -417,17 +416,13 @@ class Exact(Solver):
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
 
-    def compiles(self, n: int) -> tuple[int, ...]:
-        """Return lengths of chains with which all is compiled that one of `n` sliders may need."""
-        if n > layout.LONGEST_SHORT:
-            return (layout.LONGEST_SHORT + 1,)
-        return (3,) if n > 2 else (2, 3)
+    def compiles(self, n: int) -> int:
+        """Return a length of chains that need the same compiled code as one of `n` sliders."""
+        return min(max(n, 2), 3) if n <= layout.LONGEST_SHORT else layout.LONGEST_SHORT + 1
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by the compiled loop, in arrays of a rearrangement that is over."""
         chain = start.chain
-        if limits.at < math.inf:
-            limits = limits.later(compiled(self, self.compiles(chain.n)))
         try:
             used = _USED[chain.n].pop()
         except (KeyError, IndexError):

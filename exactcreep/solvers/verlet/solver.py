@@ -33,7 +33,6 @@ from exactcreep.solvers.interface import (
     Start,
     Stretch,
     Tally,
-    compiled,
     require_like,
 )
 from exactcreep.solvers.tables import EVENT_TABLE, LOGS, TargetRows, joined, logged_events
@@ -297,8 +296,6 @@ class Verlet(Solver):
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by steps in time; between its events `Replay` tells the motion."""
-        if limits.at < math.inf:
-            limits = limits.later(compiled(self, self.compiles(start.chain.n)))
         simulation = self.simulation_from(start, ("events",))
         fixed, arrays = simulation.fixed, simulation.arrays
         now = arrays.now[0]

@@ -13,7 +13,6 @@ that fall at least like 1/k^2 and have less to go than any slider at rest needs 
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,6 +28,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.preparation import clock
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
@@ -148,7 +148,7 @@ def numerical_fate(
 ) -> tuple[Fate, Stop]:
     """Follow a trajectory from `start` to its end; return its fate, and what ended it."""
     while True:
-        stop, reason = course.follow(replace(limits, pause=time.perf_counter() + _SAYING))
+        stop, reason = course.follow(replace(limits, pause=clock() + _SAYING))
         say("cycles", course.cycles, course.drive.cycles, "cycles")
         if stop is not Stop.BUDGET:
             break
