@@ -17,7 +17,6 @@ from .model.temperature_record import (
     TemperatureRecord as TemperatureRecord,
 )
 from .motion.solution import Motion as Motion, Solution as Solution
-from .progress import Progress as Progress
 from .quasistatic.creep import (
     AccuracyWarning as AccuracyWarning,
     Interrupted as Interrupted,
@@ -43,5 +42,6 @@ from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as hal
 from .studies.thresholds.questions import GivenUp as GivenUp
 from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
 from .studies.thresholds.threshold import Threshold as Threshold, threshold as threshold
+from .watch.progress import Progress as Progress
 
 __version__: str

@@ -13,13 +13,14 @@ from typing import Any
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
-from exactcreep import __version__, interrupts
+from exactcreep import __version__
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.record import record
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
+from exactcreep.watch import interrupts
 
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,

@@ -15,7 +15,7 @@ import numba
 from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-from exactcreep import preparation
+from exactcreep.watch import preparation
 
 
 class CacheWarning(UserWarning):

@@ -16,9 +16,9 @@ import hypothesis
 import pytest
 from matplotlib.figure import Figure
 
-from exactcreep import limits
 from exactcreep.cli import status
 from exactcreep.figures import style
+from exactcreep.watch import limits
 from tests.pictures import assert_shows_data
 from tests.processes import PATIENCE, environment
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import EventKind
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
@@ -23,6 +22,7 @@ from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.interface import Rearrangement
 from exactcreep.solvers.registry import rearrange
+from exactcreep.watch.limits import Limits
 from tests.data.make_whole_rearrangements import load
 from tests.oracle.obeys import judge
 from tests.paper import captions, paper_chain

@@ -10,16 +10,17 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Method, compiling, display, preparation
-from exactcreep.display import COMPILING, Display
+from exactcreep import Method, compiling
 from exactcreep.model.drive import Cycles
-from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic.creep import creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
 from exactcreep.studies.sweep import sweep
 from exactcreep.studies.thresholds.threshold import threshold
+from exactcreep.watch import display, preparation
+from exactcreep.watch.display import COMPILING, Display
+from exactcreep.watch.progress import Hearer, Progress, reporter
 from tests.paper import captions
 
 CHAIN = captions(2)
@@ -73,7 +74,7 @@ def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     moments = iter([100.0, 101.0, 103.0, 110.0, 110.5])
-    monkeypatch.setattr("exactcreep.progress.clock", lambda: next(moments))
+    monkeypatch.setattr("exactcreep.watch.progress.clock", lambda: next(moments))
     heard: list[Progress] = []
     report = reporter(heard.append)
     report("scan", 1, 2, "amplitudes")

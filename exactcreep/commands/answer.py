@@ -21,7 +21,7 @@ from cyclopts import Parameter
 
 import exactcreep
 from exactcreep.commands.values import File, Flag
-from exactcreep.display import Display
+from exactcreep.watch.display import Display
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
 """Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep import interrupts
 from exactcreep.commands.answer import (
     Answer,
     Output,
@@ -55,7 +54,8 @@ from exactcreep.commands.values import (
     taken,
     whole,
 )
-from exactcreep.display import Display
+from exactcreep.watch import interrupts
+from exactcreep.watch.display import Display
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -229,8 +229,8 @@ def animate(
     exactcreep animate thirty-sliders-cycles --out avalanche.html
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
-    from exactcreep.limits import Limits
     from exactcreep.quasistatic.writing import write_file
+    from exactcreep.watch.limits import Limits
 
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = chosen(wanted.members(), member).experiment

@@ -79,10 +79,10 @@ class Session(Output):
 
         The `note` of the checkpoint: the scene's name and title, and the settings of members.
         """
-        from exactcreep.limits import Limits
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
         from exactcreep.quasistatic.creep_result import save_members
+        from exactcreep.watch.limits import Limits
 
         limits = Limits.of(self.max_events, self.max_seconds)
         self.check(checkpoint=None if kept is None else Path(kept.path))

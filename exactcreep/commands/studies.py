@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep import interrupts
 from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
@@ -47,6 +46,7 @@ from exactcreep.commands.values import (
     taken,
     whole,
 )
+from exactcreep.watch import interrupts
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 
 from exactcreep.figures.run import Floats, draw_forces
 from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import Rearrangement, Simulation, advance
 from exactcreep.solvers.tables import logged_events
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
+from exactcreep.watch.progress import Hearer, reporter
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""

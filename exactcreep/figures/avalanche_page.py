@@ -21,12 +21,12 @@ from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, moments_of
 from exactcreep.figures.run import tension_bounds
-from exactcreep.limits import Limits
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.outcome import with_direction
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.watch.limits import Limits
 
 MOST_EVENTS = 40_000
 """Of a run that is drawn: more slips than these make are no picture."""

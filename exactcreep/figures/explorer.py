@@ -21,7 +21,6 @@ from exactcreep.figures.avalanche_page import page, run_quietly, run_to_draw
 from exactcreep.figures.style import STYLE, new_figure, styled
 from exactcreep.figures.sweep import Point, draw_families
 from exactcreep.laws import prediction, threshold_amplitude, threshold_width
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -29,6 +28,7 @@ from exactcreep.model.outcome import with_direction
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.fate import fate
+from exactcreep.watch.limits import Limits
 
 DRIVES = ("cycles", "Gaussian")
 """What heats and cools the chain: cycles +A, -A, or independent normal dilations."""

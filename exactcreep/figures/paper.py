@@ -56,11 +56,11 @@ from exactcreep.laws import (
     threshold_width,
     two_sliders_velocity_random,
 )
-from exactcreep.progress import Hearer
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
+from exactcreep.watch.progress import Hearer
 
 Data = Mapping[str, xr.Dataset]
 """The sweeps of a picture by the names of their scenes."""

@@ -20,9 +20,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.motion.modes import Flow, Run
+from exactcreep.watch.limits import NO_LIMITS, Limits
 
 MOST_EVALUATIONS = 20_000
 """Of one search; a motion that needs more is given up, and said to be."""

@@ -17,20 +17,20 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from exactcreep import interrupts
-from exactcreep.display import shows_progress
-from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import as_float
 from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, Progress
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import PAUSE, ObservedRun
 from exactcreep.solvers.interface import compiled
+from exactcreep.watch import interrupts
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import NO_LIMITS, Limits
+from exactcreep.watch.progress import Hearer, Progress
 
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
@@ -26,6 +25,7 @@ from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, nam
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
+from exactcreep.watch.limits import Stop
 
 if TYPE_CHECKING:
     import pandas as pd

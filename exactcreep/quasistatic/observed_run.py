@@ -8,11 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import Enclosure, as_float
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.preparation import clock
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -25,6 +23,8 @@ from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.interface import Stretch, longest_avalanche, require_like
 from exactcreep.solvers.tables import RECORDS
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
+from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two looks at a run
 _LEAST_BYTES = 500  # of memory for a slider

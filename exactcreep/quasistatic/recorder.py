@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import free_memory
 from exactcreep.model.enclosure import as_written, quantity
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.interface import Stretch, require
 from exactcreep.solvers.tables import COLUMNS, record_arrays
+from exactcreep.watch.limits import free_memory
 
 Columns = Mapping[str, NDArray[Any]]
 _WORTH_A_LOOK = 2**20  # bytes recorded between two looks at the free memory

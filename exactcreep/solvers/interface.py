@@ -13,7 +13,6 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
@@ -25,8 +24,9 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
-from exactcreep.preparation import preparing
 from exactcreep.solvers.tables import RECORDS, joined
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
+from exactcreep.watch.preparation import preparing
 
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
@@ -157,7 +157,7 @@ class Rearrangement(Result):
         Examples
         --------
         >>> from exactcreep import Chain, Rearrangement, State
-        >>> from exactcreep.limits import Stop
+        >>> from exactcreep.watch.limits import Stop
         >>> from exactcreep.solvers.exact.solver import ExactSimulation
         >>> from exactcreep.solvers.interface import Ending
         >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")

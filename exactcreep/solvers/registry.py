@@ -8,13 +8,13 @@ from dataclasses import fields
 from typing import Any
 
 from exactcreep import solvers
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.preparation import preparing
 from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
+from exactcreep.watch.limits import Limits
+from exactcreep.watch.preparation import preparing
 
 SOLVERS: dict[str, Callable[[], type[Solver]]] = {
     "exact": lambda: solvers.Exact,

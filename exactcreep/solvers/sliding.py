@@ -32,7 +32,6 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.laws import pivots, prediction
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
@@ -49,6 +48,7 @@ from exactcreep.solvers.interface import (
 )
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.tables import TargetRows
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
 _SHARE = 0.5

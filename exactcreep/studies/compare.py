@@ -18,8 +18,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from exactcreep.display import shows_progress
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.enclosure import enclosure
@@ -32,8 +30,6 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Outcome
-from exactcreep.preparation import clock
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -48,6 +44,10 @@ from exactcreep.studies.trajectory import (
     drive_with_rests,
     trajectory,
 )
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import Limits
+from exactcreep.watch.preparation import clock
+from exactcreep.watch.progress import Hearer, reporter
 
 TIME_STEPS = ("0.1", "0.03", "0.01")
 """Of Verlet, unless methods are named."""

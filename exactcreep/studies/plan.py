@@ -13,14 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exactcreep.laws import edges, pivots, prediction
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -29,6 +27,8 @@ from exactcreep.solvers.interface import advance, compiled
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.studies.compare import COMPILED, shortened
 from exactcreep.studies.trajectory import Method
+from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime
+from exactcreep.watch.progress import Hearer, reporter
 
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-from exactcreep import interrupts
 from exactcreep.model.numbers import InputError, Number, whole_number
+from exactcreep.watch import interrupts
 
 _GLANCE = 0.25  # seconds between two looks at signals, and at the display of progress
 _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished

@@ -25,10 +25,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from exactcreep import __version__, interrupts
-from exactcreep.display import shows_progress
+from exactcreep import __version__
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
@@ -38,6 +36,9 @@ from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
+from exactcreep.watch import interrupts
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.progress import Hearer, Progress, reporter
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Path
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
@@ -33,6 +32,7 @@ from exactcreep.studies.event_log import (
     numbered,
     rearrangements,
 )
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 MOST_EVENTS = 100_000
 """Certified events that may be compared: some minutes of the certified solver."""

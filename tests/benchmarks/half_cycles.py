@@ -22,10 +22,10 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, not as a module
 
 from exactcreep.laws.paper import threshold_amplitude
-from exactcreep.limits import Limits
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
+from exactcreep.watch.limits import Limits
 from tests.paper import paper_chain
 
 TURNS = 3

@@ -18,12 +18,12 @@ from typing import ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from exactcreep.limits import NO_LIMITS, Stop
 from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import Simulation, Solver, Stretch, Tally
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import record_arrays, rows_of
+from exactcreep.watch.limits import NO_LIMITS, Stop
 
 try:
     import heyoka

@@ -284,7 +284,7 @@ def test_an_environment_that_does_not_fit_costs_a_sentence(
 
 PRESSED = """
 import os, sys
-from exactcreep import display
+from exactcreep.watch import display
 from exactcreep.cli import main
 
 def show(self, progress, seen=[]):

@@ -21,7 +21,8 @@ from tests.processes import finished
 _PRESSED = """
 import json, os, signal, sys
 
-from exactcreep import cli, interrupts
+from exactcreep import cli
+from exactcreep.watch import interrupts
 
 cases, folder = json.loads(sys.argv[1]), sys.argv[2]
 os.chdir(folder)
@@ -57,7 +58,7 @@ def attempt(number, stage, line, name):
     from exactcreep.quasistatic.observed_run import ObservedRun
     from exactcreep.solvers.exact.settling import SettlingChain
     from exactcreep.studies.fates import proof
-    from exactcreep.display import Display
+    from exactcreep.watch.display import Display
 
     hooked(Display, "show", counted=False, first=stage == "task")
     hooked(ThreadPoolExecutor, "submit", first=False)

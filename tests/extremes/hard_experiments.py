@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from exactcreep import Chain, Creep, Cycles, Drive, Experiment, Path, State
-from exactcreep.limits import Stop
 from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.solvers.interface import Stretch, advance
+from exactcreep.watch.limits import Stop
 
 SEED = 1
 

@@ -16,12 +16,12 @@ import pytest
 
 from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as Targets
-from exactcreep.limits import NO_LIMITS
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
 from exactcreep.quasistatic.creep import resume, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import ObservedRun
+from exactcreep.watch.limits import NO_LIMITS
 from tests.paper import paper_chain
 from tests.processes import begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE

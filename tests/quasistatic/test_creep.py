@@ -22,11 +22,11 @@ from exactcreep import (
     resume,
 )
 from exactcreep import Path as ThetaPath
-from exactcreep.limits import Limits
 from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import paper_chain
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Outcome, creep, limits, resume
+from exactcreep import Cycles, Outcome, creep, resume
 from exactcreep.quasistatic import recorder as recorders
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.recorder import Recorder
+from exactcreep.watch import limits
 from tests.paper import paper_chain
 
 CHAIN = paper_chain(3)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from exactcreep.laws import pivots, prediction, sliding_velocity_random
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.outcome import Evidence, Outcome
@@ -18,6 +17,7 @@ from exactcreep.model.state import State
 from exactcreep.solvers import sliding
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.sliding import Sliding
+from exactcreep.watch.limits import Limits
 
 PYTHAGOREAN = [
     (Fraction(3, 4), Fraction(9, 10)),

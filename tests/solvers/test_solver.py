@@ -14,7 +14,6 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import rearrange
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
@@ -23,6 +22,7 @@ from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.interface import Simulation, Stretch, advance
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import RECORDS
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from tests.paper import captions, paper_chain
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})

@@ -26,12 +26,12 @@ from exactcreep import (
     creep,
 )  # fmt: skip
 from exactcreep import Path as ThetaPath
-from exactcreep.limits import Limits
 from exactcreep.model.contacts import Event
 from exactcreep.studies.compare import TIME_STEPS, ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.trajectory import Trajectory, agree, apart, drive_with_rests, trajectory
+from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import captions, paper_chain
 

@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 
 from exactcreep.model.numbers import InputError
-from exactcreep.progress import Progress
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
+from exactcreep.watch.progress import Progress
 from tests.processes import PATIENCE
 from tests.studies.test_sweep import written
 

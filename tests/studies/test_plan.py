@@ -12,10 +12,10 @@ from types import SimpleNamespace
 import pytest
 
 from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, plan
-from exactcreep.limits import Limits
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
 from exactcreep.studies.plan import Plan, _total, plan_scene
+from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from exactcreep import interrupts
 from exactcreep.studies.pool import Signals, pool_of
+from exactcreep.watch import interrupts
 
 
 def test_a_task_in_a_thread_hears_a_signal_while_the_study_waits_for_it(

@@ -23,11 +23,11 @@ from numpy.testing import assert_equal
 
 from exactcreep import PhysicsWarning, creep
 from exactcreep.model.numbers import InputError
-from exactcreep.progress import Progress
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies import sweep as sweeps
 from exactcreep.studies.sweep import finished_cell, sweep
+from exactcreep.watch.progress import Progress
 from tests.processes import PATIENCE, begun, finished
 
 TEXT = """

@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
@@ -34,6 +33,7 @@ from exactcreep.solvers.exact import loop
 from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE, Settled, nearness
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TRIES = 64  # earlier cycles with the same slips that are looked at
 _SLOTS = 2048  # of hashes

@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Cycles, Drive, Path
@@ -45,6 +44,7 @@ from exactcreep.solvers.interface import (
     Tally,
     require_like,
 )
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 MOST_WORK = 2**21
 """Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""

@@ -16,7 +16,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS
 from exactcreep.model.contacts import Contacts, start_direction
 from exactcreep.model.numbers import exact_number
 from exactcreep.model.state import State, mirrored
@@ -26,6 +25,7 @@ from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
 from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow, Run, forces_of
 from exactcreep.solvers.interface import Start, Tally
+from exactcreep.watch.limits import NO_LIMITS
 
 
 @dataclass

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence
@@ -35,6 +34,7 @@ from exactcreep.solvers.interface import (
     Tally,
 )
 from exactcreep.solvers.reference import ChainIntegrator
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 GUARD_BITS = 128
 """Beyond the digits that were asked for, to begin with."""

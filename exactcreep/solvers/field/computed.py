@@ -16,7 +16,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
@@ -38,6 +37,7 @@ from exactcreep.solvers.interface import (
 )
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
+from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)

@@ -17,7 +17,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.contacts import Contacts, Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -38,6 +37,7 @@ from exactcreep.solvers.interface import (
 from exactcreep.solvers.tables import EVENT_TABLE, LOGS, TargetRows, joined, logged_events
 from exactcreep.solvers.verlet import steps
 from exactcreep.solvers.verlet.steps import AT_REST_ROWS, COUNTS, Arrays, B, Constants, X, Y
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"

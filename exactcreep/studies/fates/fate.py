@@ -21,21 +21,21 @@ from typing import Any
 import numpy as np
 
 from exactcreep import solvers
-from exactcreep.display import shows_progress
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.preparation import clock
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
+from exactcreep.watch.preparation import clock
+from exactcreep.watch.progress import Hearer, reporter
 
 CHAOTIC = 6
 """Sliders from which on creep is chaotic."""

@@ -35,7 +35,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
-from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
@@ -51,6 +50,7 @@ from exactcreep.solvers.interface import Start, advance
 from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]

@@ -23,19 +23,19 @@ import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
 from exactcreep import solvers
-from exactcreep.display import shows_progress
-from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import Number, exact_number, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate, refuse_long, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import Limits, Stop
+from exactcreep.watch.progress import Hearer, reporter
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from exactcreep.display import shows_progress
-from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
-from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.studies.fates.survival import SIZE, Share, Survival, survival
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, require_sense
 from exactcreep.studies.thresholds.beside_laws import Measured
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import Limits, OutOfTime, Stop
+from exactcreep.watch.progress import Hearer, Progress, reporter
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
 _LOWER = 10  # halvings of the lower end of a scan, if half of the starts creep there

@@ -10,18 +10,18 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
-from exactcreep.display import shows_progress
 from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
-from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
-from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
 from exactcreep.studies.thresholds.beside_laws import Measured
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import Limits, Stop
+from exactcreep.watch.progress import Hearer, reporter
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS = 8

@@ -15,14 +15,12 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from exactcreep import solvers
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
-from exactcreep.progress import reporter
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies import fates
@@ -30,6 +28,8 @@ from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import SHORT, Bracket
+from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.watch.progress import reporter
 
 _MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up
 ADVANCE = Fraction(1, 10**6)

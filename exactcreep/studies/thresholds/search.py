@@ -20,7 +20,6 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from exactcreep import solvers
-from exactcreep.limits import OutOfTime
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
@@ -30,6 +29,7 @@ from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
 from exactcreep.studies.thresholds.questions import Log, Observation, Question, side_by_side, weaker
+from exactcreep.watch.limits import OutOfTime
 
 MOST_DIGITS = {"certified": 5_000, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""

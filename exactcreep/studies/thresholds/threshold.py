@@ -10,15 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.display import shows_progress
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, reporter
 from exactcreep.solvers.interface import advance
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.fates.fate_result import Fate
@@ -34,6 +31,9 @@ from exactcreep.studies.thresholds.search import (
     all_edges,
     first_edge,
 )
+from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import Limits
+from exactcreep.watch.progress import Hearer, reporter
 
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Cycles, State
-from exactcreep.limits import Limits
 from exactcreep.solvers.exact.solver import ExactSimulation
+from exactcreep.watch.limits import Limits
 from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
 

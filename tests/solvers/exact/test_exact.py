@@ -21,10 +21,10 @@ from exactcreep import (
     laws,
     rearrange,
 )
-from exactcreep.limits import Limits, Stop
 from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.interface import advance
+from exactcreep.watch.limits import Limits, Stop
 from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, State
-from exactcreep.limits import Limits
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import local_clocks as clocks
 from exactcreep.solvers.exact.solver import ExactSimulation
+from exactcreep.watch.limits import Limits
 from tests.paper import event_rows, paper_chain
 
 AMPLITUDES = {300: "0.05", 301: "0.05", 1000: "0.166"}

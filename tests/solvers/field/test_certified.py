@@ -12,7 +12,6 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
 from exactcreep import Path as ThetaPath
-from exactcreep.limits import Limits
 from exactcreep.model.enclosure import enclosure, enclosures
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.solvers.field import set_integrator
@@ -20,6 +19,7 @@ from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.computed import FieldSimulation, Mpmath
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS, joined
+from exactcreep.watch.limits import Limits
 from tests.paper import captions, event_rows, lone_slip, paper_chain
 
 

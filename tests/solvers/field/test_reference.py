@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, Path, State, rearrange
-from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.solvers.interface import Stretch
 from exactcreep.solvers.registry import solver_named
+from exactcreep.watch.limits import NO_LIMITS, Limits
 from tests.paper import captions, event_rows, lone_slip, paper_chain
 
 SOLVERS = [

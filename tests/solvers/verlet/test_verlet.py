@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from exactcreep import laws
-from exactcreep.limits import Stop
 from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import EventKind
@@ -16,6 +15,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import creep
 from exactcreep.solvers.verlet.solver import Verlet
+from exactcreep.watch.limits import Stop
 from tests.paper import captions, lone_slip, paper_chain
 
 RECORD = ("x_G", "x", "tension", "slips", "events")

@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from exactcreep.figures.threshold import draw_threshold
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.search import Edge
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
+from exactcreep.watch.limits import Limits
 from tests.conftest import OutOfTime
 from tests.paper import captions
 

@@ -21,11 +21,11 @@ from exactcreep import (
     survival,
     threshold,
 )
-from exactcreep.limits import Limits
 from exactcreep.studies.thresholds import amplitudes
 from exactcreep.studies.thresholds import threshold as search
 from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.questions import Lasting
+from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import captions
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from exactcreep.preparation import clock
+from exactcreep.watch.preparation import clock
 
 _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 

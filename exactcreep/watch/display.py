@@ -14,8 +14,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, ParamSpec, TypeVar
 
-from exactcreep import interrupts
-from exactcreep.progress import Hearer, Progress
+from exactcreep.watch import interrupts
+from exactcreep.watch.progress import Hearer, Progress
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -11,9 +11,9 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from exactcreep.interrupts import waiting
 from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
-from exactcreep.preparation import clock
+from exactcreep.watch.interrupts import waiting
+from exactcreep.watch.preparation import clock
 
 _CONTAINERS = (
     ("/sys/fs/cgroup/", "memory.max", "memory.current", "file"),
