@@ -19,7 +19,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping
-from inspect import signature
+from inspect import getdoc, signature
 from typing import NamedTuple
 
 from exactcreep.laws.number_types import (
@@ -117,6 +117,17 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
 
 _pivot = elementwise(pivot)
 _POSITIVE = ("n", "l0")
+_DESCRIBED = {
+    "n": "Number of sliders N.",
+    "i": "Index of the plateau: slider i - 1 rests while it dilates. If optional, see `pivot`.",
+    "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
+    "mu_d": "Sliding friction coefficient.",
+    "mu_s": "Static friction coefficient.",
+    "sigma_mu": "Standard deviation of the static coefficients.",
+    "tan_alpha": "Slope.",
+    "amplitude": "Of the cycles of dilation.",
+    "sigma_theta": "Standard deviation of the random dilations.",
+}
 
 
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
@@ -142,7 +153,20 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
             require(name not in values or values[name] > 0, f"{name} must be positive")
         return function(**values)
 
+    of_any.__doc__ = _described(function)
     return of_any
+
+
+def _described(function: Callable[..., Number]) -> str:
+    """Return the docstring of a law, with a section of parameters if it has none of its own."""
+    said, section = getdoc(function) or "", "Parameters\n----------\n"
+    if section in said:
+        return said
+    for name, parameter in signature(function).parameters.items():
+        kind = "int" if name in ("n", "i") else "number"
+        kind += "" if parameter.default is parameter.empty else ", optional"
+        section += f"{name} : {kind}\n    {_DESCRIBED[name]}\n"
+    return said.replace("Returns\n", f"{section}\nReturns\n", 1)
 
 
 def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> tuple[float, ...]:
@@ -216,17 +240,6 @@ def critical_angle(*, n, i, mu_d, mu_s):
 
     There slider i, resting while all others slide continuously, lets go downhill. Where sliders
     stick and slip, most of that is done below it, see `sticking_velocity`.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    i : int
-        Index of the plateau: slider i - 1 rests while the chain dilates.
-    mu_d : number
-        Sliding friction coefficient.
-    mu_s : number
-        Static friction coefficient.
 
     Returns
     -------
@@ -332,21 +345,6 @@ def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
 def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) l0 A``, the plateau's velocity for large amplitudes.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
-
     Returns
     -------
     number
@@ -373,21 +371,6 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 @law
 def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, the same under random dilations.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    sigma_theta : number
-        Standard deviation of the random dilations.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
 
     Returns
     -------
@@ -416,17 +399,6 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 def pivot_force(*, n, i, mu_d, tan_alpha):
     """Return ``(N+1-i) m``, the force on the pivot after a dilation.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    i : int
-        Index of the plateau: slider i - 1 rests while the chain dilates.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-
     Returns
     -------
     number
@@ -452,17 +424,6 @@ def pivot_force(*, n, i, mu_d, tan_alpha):
 @law
 def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``A* = N m/(2 l0)``, the amplitude at which a chain begins to creep.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
 
     Returns
     -------
@@ -492,19 +453,6 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 @law
 def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``(N m + D)/(2 l0)``: from there on a half-cycle sets all of a long chain in motion.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    mu_s : number
-        Static friction coefficient.
-    tan_alpha : number
-        Slope.
 
     Returns
     -------
@@ -539,17 +487,6 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 def threshold_width(*, n, l0, mu_d, tan_alpha):
     """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, where the line of Eq. 24 is zero.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-
     Returns
     -------
     number
@@ -576,21 +513,6 @@ def threshold_width(*, n, l0, mu_d, tan_alpha):
 @law
 def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) (l0 A - N m/2)``; it holds where it is not negative.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
 
     Returns
     -------
@@ -622,21 +544,6 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, two terms of the exact law.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    sigma_theta : number
-        Standard deviation of the random dilations.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
-
     Returns
     -------
     number
@@ -667,17 +574,6 @@ def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
     """Return ``l0 A - a`` as the paper prints it for two sliders.
 
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_s : number
-        Static friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-
     Returns
     -------
     number
@@ -706,17 +602,6 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
 def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a`` as the paper prints it for two sliders.
 
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_s : number
-        Static friction coefficient.
-    tan_alpha : number
-        Slope.
-    sigma_theta : number
-        Standard deviation of the random dilations.
-
     Returns
     -------
     number
@@ -744,19 +629,6 @@ def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
 @law
 def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
     """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, the limit of many contacts.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
 
     Returns
     -------

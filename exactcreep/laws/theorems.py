@@ -74,17 +74,6 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N, two or more.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-
     Returns
     -------
     number
@@ -117,19 +106,6 @@ def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 
     Up to it, and at it, there are locked cycles in which only sliders 1 and n slip; above it there
     are none (sigma_mu = 0). Other locked cycles may exist above it.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N, two or more.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    mu_s : number
-        Static friction coefficient.
-    tan_alpha : number
-        Slope.
 
     Returns
     -------

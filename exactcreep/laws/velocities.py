@@ -17,21 +17,6 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     For two sliders also the mean of the staircase over the phase of its start.
 
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
-
     Returns
     -------
     number
@@ -63,21 +48,6 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     I(h) is `gaussian_integral`. Exact for mu_s -> mu_d, or for two sliders and the mean over the
     phase.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    tan_alpha : number
-        Slope.
-    sigma_theta : number
-        Standard deviation of the random dilations.
-    i : int, optional
-        Index of the plateau; default: that of the sliding limit, see `pivot`.
 
     Returns
     -------
