@@ -37,6 +37,7 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
@@ -71,6 +72,42 @@ def _not_held_because(chain: Chain) -> str:
 def _resting(chain: Chain) -> list[int]:
     """Return the slider that no dilation moves, or the two between which the limit is open."""
     return [1] if chain.n == 1 else [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
+
+
+def _least(above: NDArray[Any], pivot: int, uphill: Any, downhill: Any) -> NDArray[Any]:
+    """Return D_n, with so many sliders `above` each spring; the C_n are its mirror image."""
+    least: NDArray[Any] = np.where(above < pivot, -above * uphill, -above[::-1] * downhill)
+    return least
+
+
+def relaxed_cycle(
+    chain: Chain, amplitude: Fraction, cycle: int
+) -> list[tuple[Quadratic, Quadratic]]:
+    """Return the advance of x_G in a cycle of the relaxed chain, and the way of its springs.
+
+    Exactly, for every slider that may be the pivot. All cycles from the second on are alike.
+
+    Raises
+    ------
+    ValueError
+        Unless ``|tan_alpha| < mu_d``.
+    """
+    field, above = CosineField(chain.tan_alpha), np.arange(1, chain.n).astype(object)
+    uphill = field.times_cosine(chain.mu_d + chain.tan_alpha)
+    downhill = field.times_cosine(chain.mu_d - chain.tan_alpha)
+    load, moved = field.rational(chain.l0 * amplitude), []
+    for pivot in _resting(chain):
+        least, sliding = _least(above, pivot, uphill, downhill), []
+        tension = 0 * least
+        for half in range(2 * min(cycle, 2)):
+            pulled = tension - (2 * load if half else load)
+            tension = np.maximum(pulled, least)
+            sliding.append(tension - pulled)
+            tension = -tension[::-1]  # a contraction dilates the mirror image
+        slid = sliding[-2] + sliding[-1]
+        along = np.where(above < pivot, -above, above[::-1]) * slid
+        moved.append((along.sum() / chain.n, slid.sum()))
+    return moved
 
 
 class _Ways(NamedTuple):
@@ -189,13 +226,9 @@ class SlidingSimulation(Simulation):
         downhill = chain.times_cosine(chain.mu_d - chain.tan_alpha)
         rest = _resting(chain)
         across = [n + 1 - i for i in rest][::-1]
-        above = np.arange(1, n)  # sliders above each spring
-        below = n - above
-        # dilations: springs 1..i-1 feel the bound from above, the others the one from below
-        low = np.where(above < rest[-1], -above * uphill, -below * downhill)
-        high = np.where(above < across[0], above * downhill, below * uphill)
+        least = _least(np.arange(1, n), rest[-1], uphill, downhill)
         self._ways = _Ways(
-            np.array([low, high]),
+            np.array([least, -least[::-1]]),
             np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)

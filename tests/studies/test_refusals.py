@@ -30,7 +30,7 @@ ASKED = {
         ("threshold --bracket 0.0001 1e306", "bracket = "),
         ("threshold --from 0.001 --to 0.002", "from"),
         ("threshold --bracket 0.0004 0.0005 --windows", "windows"),
-        ("threshold --mu-s 0.5 --cycles 20 --windows", "windows"),
+        ("threshold --mu-s 0.5 --tan-alpha 0.1", "tan_alpha = "),
         ("threshold --solver verlet", "solver"),
         ("threshold --solver mpmath", "solver"),
         ("threshold --tan-alpha 0", "tan_alpha"),

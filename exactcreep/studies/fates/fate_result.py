@@ -37,8 +37,9 @@ class Fate(Result):
     cycles : int
         Whole cycles that were followed.
     settled_after, period : int or None
-        Cycles after which the tensions at the ends of cycles repeat, and not before; where a proved
-        cycle has avalanches, the itinerary. None: not settled.
+        After so many cycles every period has this `itinerary` and this `advance`. None: not
+        settled. Tensions at the ends of periods are then the same; where a proved cycle has
+        avalanches, they approach those of the cycle, and the advance lies in its enclosure.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int

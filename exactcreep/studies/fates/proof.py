@@ -141,7 +141,9 @@ class _Proof:
     def between(self, fate: Fate) -> Bracket | None:
         """Return between which amplitudes all that has happened is the same; see `ProvedFate`."""
         settled = fate.settled_after is not None and "contraction" not in fate.report
-        if not settled or fate.evidence is not Evidence.PROVED:
+        # a start beyond the amplitude is ramped back first, and further the smaller the amplitude
+        within = abs(exact_value(self.start.theta)) <= fate.amplitude
+        if not settled or not within or fate.evidence is not Evidence.PROVED:
             return None
         mechanics = self.simulation.mechanics
         with mechanics.arithmetic.active():
@@ -264,11 +266,17 @@ class _Proof:
                 self.doubt = str(doubt)
                 self.again[period] = (_CLOSER * apart, cycle + max(period, cycle // 4))
                 return None
-            before = cycle - period
-            while before > 0 and self._cycle(before) == self._cycle(before + period):
-                before -= 1
+            before = cycle
+            while before >= period and self._repeats(before - period, last, moved):
+                before -= period
             return self._settled(before, period, moved, contraction=contraction)
         return None
+
+    def _repeats(self, begin: int, halves: list[HalfCycle], moved: Enclosure) -> bool:
+        """Return whether the period after cycle `begin` has these events, and such an advance."""
+        a, b = (self.travel[cycle] for cycle in (begin, begin + len(halves) // 2))
+        off = abs(b.middle - a.middle - moved.middle) + a.radius + b.radius
+        return self.halves[2 * begin :][: len(halves)] == halves and off <= moved.radius
 
     def _invariant(self, word: _Word) -> tuple[Enclosure, float]:
         """Return advance and contraction of a set that is never left, or raise `Undecided`."""
@@ -343,9 +351,7 @@ class _Proof:
 
     def _settled(self, before: int, period: int, moved: Enclosure, **proof: float) -> Fate:
         """Return what the chain does for ever from the end of cycle `before` on."""
-        late = 2 * ((len(self.halves) // 2 - before) % period)
-        last = self.halves[-2 * period :]
-        last = last[2 * period - late :] + last[: 2 * period - late]  # a period begins at `before`
+        last = self.halves[-2 * period :]  # it ends a whole number of periods after `before`
         itinerary = tuple((q, one) for q, half in enumerate(last, start=1) for one in half)
         outcome, reason = Outcome.CREEPING, ""
         if not itinerary:

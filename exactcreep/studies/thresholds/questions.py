@@ -23,6 +23,7 @@ from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.sliding import relaxed_cycle
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
@@ -167,6 +168,40 @@ class Question:
         values = [0, 0, 0, *stretch.recorded["x_G"].tolist()]
         begin, end = (enclosure(values[k]) for k in (-3, -1))
         return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
+
+
+@dataclass(eq=False)
+class WithoutSlips(Question):
+    """Does a chain that slides with theta advance in a cycle by more than `least`, exactly?
+
+    It is proved if every slider that may be the pivot gives the same answer; else their mean, the
+    answer of `sliding`, is taken.
+    """
+
+    least: Fraction = ADVANCE
+
+    def float_fails(self, low: Fraction, high: Fraction) -> bool:
+        return True  # it is not asked
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        return self.tried(amplitude, self.solver, {}).creeps
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
+        self.limits.require()
+        tangent, evidence = self.chain.tan_alpha, Evidence.PROVED
+        way = 1 if tangent > 0 else -1
+        asked = relaxed_cycle(self.chain, amplitude, self.cycles)
+        advances = [way * advance for advance, _ in asked]
+        creeps = bool(sum(advances) > len(advances) * self.least)
+        if any((advance > self.least) is not creeps for advance in advances):
+            evidence = Evidence.UNDECIDED
+        lasting = asked if self.cycles > 1 else relaxed_cycle(self.chain, amplitude, 2)
+        advance, slid = lasting[0]
+        outcome = Outcome.CREEPING if advance.sign() else Outcome.CYCLING
+        if not slid.sign():
+            outcome = Outcome.AT_REST
+        direction = direction_of(way * creeps, tangent)
+        return Observation(creeps, evidence, [], outcome, evidence, direction)
 
 
 def _difference(a: Enclosure, b: Enclosure) -> Enclosure:

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
-from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.interface import advance
-from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.fates.fate_result import Fate
-from exactcreep.studies.thresholds.amplitudes import Span, require_sense, text_of
+from exactcreep.studies.thresholds.amplitudes import Span, require_sense
 from exactcreep.studies.thresholds.beside_laws import BesideLaws, laws_beside
-from exactcreep.studies.thresholds.questions import MOST_CYCLES, Lasting, Question
+from exactcreep.studies.thresholds.questions import (
+    ADVANCE,
+    MOST_CYCLES,
+    Lasting,
+    Question,
+    WithoutSlips,
+)
 from exactcreep.studies.thresholds.search import (
     MOST_DIGITS,
-    SPARE,
     Difference,
     Edge,
     Unfinished,
@@ -62,7 +61,8 @@ class Threshold(BesideLaws):
     outcome_at_lower, outcome_evidence : Outcome or None, Evidence
         `AT_REST` (no event in a whole cycle), `CYCLING` (slips that return the chain to the same
         state), within `cycles` or 64 times as many in float64; else None. `PROVED` if the run is
-        and the cycle has lone slips alone; otherwise seen to return, to within rounding.
+        and the cycle has lone slips alone; otherwise seen to return, to within rounding. With
+        ``mu_s = mu_d`` what it does for ever: `CREEPING` is by at most 1e-6 in a cycle.
     deciding_event : Difference or None
         None if no event differs: the advance itself passes 1e-6 there.
     fates : pair of Fate or None
@@ -207,7 +207,7 @@ def threshold(
     progress: Hearer = None,
     max_seconds: Number | None = None,
 ) -> Threshold:
-    """Return the least amplitude of temperature cycles at which a chain creeps for ever.
+    """Return the least amplitude of temperature cycles at which a relaxed chain creeps for ever.
 
     Windows of rest may lie above it. Or, with `after`, at which it advances in cycle `after`: exact
     and reproducible, but no more than it says, as the chain may lock a little later. Long chains
@@ -257,10 +257,10 @@ def threshold(
     -----
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
-    claim is made between its points. With ``mu_s = mu_d`` it is N m/(2 l0), exactly. Creep for ever
+    claim is made between its points. With ``mu_s = mu_d`` the sliding limit decides, in rationals
+    and cos(alpha): creep for ever begins at N m/(2 l0), with ``m = mu_d cos(alpha) -
+    abs(sin(alpha))``, and odd chains never creep where ``N abs(tan_alpha) < mu_d``. Creep for ever
     may go down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
-
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
 
     Examples
     --------
@@ -283,8 +283,6 @@ def threshold(
     places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
     if windows and span.bracket is not None:
         raise InputError("windows", windows, "needs a scan, and a bracket skips it")
-    if windows and chain.n > 1 and chain.slides:
-        raise InputError("windows", windows, "has no meaning with mu_s = mu_d: there is one edge")
     edges: tuple[Edge, ...] = ()
     sensitive: tuple[float, ...] = ()
     report: dict[str, Any] = {}
@@ -292,12 +290,15 @@ def threshold(
     if chain.n == 1:
         rest, proved = Outcome.AT_REST, Evidence.PROVED
         edges = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
-    elif chain.slides:
-        solver = "sliding"
-        edge, report["exact"] = _sliding(chain, most, places)
-        edges = (edge,)
     else:
-        asked = Lasting if lasting else Question
+        asked: Any = Lasting if lasting else Question
+        if chain.slides:
+            if chain.n % 2 and most > 1 and chain.n * abs(chain.tan_alpha) <= chain.mu_d:
+                allowed = "must exceed mu_d/N in size: without slips the middle slider of an odd"
+                allowed += " chain nearer to the level is the pivot, and the chain does not creep"
+                raise InputError("tan_alpha", chain.tan_alpha, allowed)
+            asked = partial(WithoutSlips, least=Fraction(0) if lasting else ADVANCE)
+            solver, span = "sliding", span._replace(points=1)  # it advances the more the larger A
         question = asked(chain, most, State.relaxed(chain), limits, solver, say)
         try:
             if windows:
@@ -335,32 +336,10 @@ def threshold(
 def _compared(chain: Chain, after: int | None) -> str:
     if chain.n == 1:
         return "no law: one slider has no spring"
-    if chain.slides:
-        return "Eq. 22, which is exact without slips"
     if chain.n == 2:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
+    if chain.slides:
+        return "Eq. 22, which is exact without slips"
     return "no law: Eq. 22 is about long chains, and about the intercept of v(A)"
-
-
-def _sliding(chain: Chain, cycles: int, digits: int) -> tuple[Edge, bool]:
-    """Return the edge N m/(2 l0) of a chain that slides with theta, and whether it is a decimal."""
-    tangent = abs(chain.tan_alpha)
-    # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
-    square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
-    unit = Fraction(10) ** (magnitude(square) // 2 + 1 - digits - SPARE)
-    below = math.isqrt(math.floor(square / unit**2))
-    cycles = min(cycles, 20)  # it repeats from the second on
-    sliding = solver_named("sliding", {})
-    simulation = sliding.simulation(chain, State.relaxed(chain), 0, ("slips",))
-    followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
-    moves = bool(np.any(followed.recorded["slips"][-2:]))
-    edge = Edge(
-        text_of(below, unit),
-        text_of(below + 1, unit),
-        evidence=Evidence.PROVED,
-        direction="downhill",
-        outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
-    )
-    return edge, (below * unit) ** 2 == square

@@ -9,7 +9,7 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
+from exactcreep import Chain, Cycles, Evidence, Outcome, PhysicsWarning, State, creep, fate
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies import fates
@@ -31,7 +31,7 @@ def told(found: Fate) -> tuple[object, ...]:
         (1, "0.01", Outcome.AT_REST, 1, 0),
         (2, "0.0004", Outcome.CREEPING, 1, 1),
         (3, "0.00085", Outcome.CREEPING, 15, 11),
-        (4, "0.0009", Outcome.CREEPING, 5, 39),
+        (4, "0.0009", Outcome.CREEPING, 5, 63),
         (5, "0.000759", Outcome.CYCLING, 1, 25),
     ],
 )
@@ -42,6 +42,19 @@ def test_a_fate_is_proved_for_ever(
     assert told(found) == (outcome, Evidence.PROVED, period, settled)
     run = creep(found.chain, Cycles(amplitude, settled + period), record=("events",))
     assert halves_in(run.recorded, settled + period)[2 * settled :] == halves_of(found, settled)
+
+
+def test_from_its_settling_on_every_period_advances_by_what_is_proved() -> None:
+    chain = Chain(4, "1/1000", "1/2", "3/5", tan_alpha="7/24")
+    start = State.prepared(chain, ["3/125", "36/125", "24/125"])
+    found = fate(chain, "618.51", start=start, cycles=20)
+    assert told(found)[:3] == (Outcome.CREEPING, Evidence.PROVED, 1)
+    with pytest.warns(PhysicsWarning):
+        run = creep(chain, Cycles("618.51", found.cycles + 5), start=start, record=("x_G",))
+    off = np.diff(run.recorded["x_G"][1::2], prepend=0) - float(found.advance_enclosure.middle)
+    within = abs(off) < float(found.advance_enclosure.radius) + 1e-12
+    settled = found.settled_after
+    assert within.tolist() == [False] * settled + [True] * (len(off) - settled)
 
 
 def test_float64_creeps_where_four_sliders_lock() -> None:
@@ -146,9 +159,9 @@ def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further()
 
 
 def test_a_fate_without_avalanches_in_its_cycle_is_that_of_all_amplitudes_between_two() -> None:
-    def proved(n: int, amplitude: Fraction) -> fate_proof.ProvedFate:
-        chain = captions(n)
-        return fate_proof.proved_fate(chain, Cycles(amplitude, 100), State.relaxed(chain))
+    def proved(n: int, amplitude: Fraction, theta: str = "0") -> fate_proof.ProvedFate:
+        start = State.prepared(captions(n), theta=theta)
+        return fate_proof.proved_fate(captions(n), Cycles(amplitude, 100), start)
 
     low, high = proved(2, Fraction("0.0003")).between or (1, 0)
     square = Fraction(35 * 4, 100 * 1000) ** 2 / 17  # of (mu_s - tan) cos / l0
@@ -165,6 +178,9 @@ def test_a_fate_without_avalanches_in_its_cycle_is_that_of_all_amplitudes_betwee
     for amplitude, same in ((low + near, True), (high, True), (low - near, False)):
         assert (happened(proved(4, amplitude)) == happened(locked)) is same
     assert proved(4, Fraction("0.0007")).between is None  # its avalanches depend on the state
+    # the first ramp from beyond the amplitude goes the other way
+    beyond = [proved(2, Fraction("0.0003"), theta).between for theta in ("9e-4", "-9e-4")]
+    assert beyond == [None, None]
 
 
 class Integrated(NamedTuple):

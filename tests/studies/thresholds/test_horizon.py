@@ -110,18 +110,6 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
     assert found.report["deciding_runs"] < 20
 
 
-# --- without a search -------------------------------------------------------------------------
-
-
-def test_without_static_excess_the_paper_s_law_is_exact() -> None:
-    found = threshold(captions(3, mu_s="0.5", tan_alpha="5/12"), solver="exact", digits=12)
-    exact = 3 * Fraction(1, 13) / 2000  # m = 6/13 - 5/13
-    low, high = bounds(found)
-    assert low <= exact < high
-    assert high - low < exact / 10**13
-    assert "Eq. 22" in found.compare
-
-
 # --- searches that are not completed ----------------------------------------------------------
 
 

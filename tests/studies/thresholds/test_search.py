@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -17,7 +16,6 @@ from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import Lasting, Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
-from exactcreep.studies.thresholds.threshold import threshold
 from tests.paper import captions
 
 CHAIN = captions(2)
@@ -95,30 +93,6 @@ def test_a_bracket_without_an_edge_for_the_solver_is_refused(edge: Fraction, all
     with pytest.raises(InputError, match=allowed) as refused:
         searched(edge=edge, cut=edge)
     assert refused.value.field == "bracket"
-
-
-@pytest.mark.parametrize(
-    ("chain", "exact"),
-    [
-        (Chain(2, 1000, "0.775", "0.775", tan_alpha="3/4"), True),  # at .025 c/l0, and c = 4/5
-        (captions(3, mu_s="0.5", tan_alpha="5/12"), False),  # at 3/26/l0
-        (captions(12, mu_s="0.5"), False),
-    ],
-)
-def test_the_sliding_limit_says_what_is_below_its_edge_and_whether_that_is_a_decimal(
-    chain: Chain, exact: bool
-) -> None:
-    sliding = threshold(chain, digits=12)
-    lower, upper = Fraction(sliding.lower or "nan"), Fraction(sliding.upper or "nan")
-    square = (chain.n * (chain.mu_d - chain.tan_alpha) / (2 * chain.l0)) ** 2
-    square /= 1 + chain.tan_alpha**2
-    assert lower**2 <= square < upper**2
-    assert (lower**2 == square) is exact
-    assert sliding.report == {"exact": exact}
-    # the force on an end swings by 2 l0 A, and friction holds it from -mu_d c to mu_d c
-    ends_slip = float(chain.l0 * lower) > float(chain.mu_d) * chain.cos_alpha
-    assert ends_slip == (chain.n == 12)
-    assert sliding.outcome_at_lower is (Outcome.CYCLING if ends_slip else Outcome.AT_REST)
 
 
 @pytest.mark.parametrize("far", ["outcome", "place"])
