@@ -18,7 +18,6 @@ from exactcreep import (
     Outcome,
     State,
     creep,
-    preparation,
     resume,
 )
 from exactcreep import Path as ThetaPath
@@ -26,6 +25,7 @@ from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.watch import preparation
 from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import paper_chain

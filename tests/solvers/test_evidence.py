@@ -13,12 +13,12 @@ from exactcreep import (
     Outcome,
     State,
     creep,
-    preparation,
     rearrange,
 )
 from exactcreep.quasistatic.course import known_of
 from exactcreep.solvers.interface import Solver
 from exactcreep.solvers.registry import SOLVERS
+from exactcreep.watch import preparation
 from tests.paper import captions, paper_chain
 
 SIX, PAIR = paper_chain(6), paper_chain(2, "0")
