@@ -20,6 +20,7 @@ from exactcreep.commands.record import record
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
+from exactcreep.model.user_files import inputs_kept
 from exactcreep.watch import interrupts
 
 COMMANDS: dict[str, Callable[..., None] | None] = {
@@ -95,9 +96,10 @@ def status(words: Sequence[str]) -> int:
     code = 0 if arguments else 2
     try:
         try:
-            program(arguments[:1])(
-                arguments, exit_on_error=False, print_error=False, result_action="return_value"
-            )
+            with inputs_kept():
+                program(arguments[:1])(
+                    arguments, exit_on_error=False, print_error=False, result_action="return_value"
+                )
         except SystemExit as leaving:
             # a help whose reader has seen enough leaves with 1
             gone = isinstance(leaving.__context__, BrokenPipeError)
@@ -105,6 +107,7 @@ def status(words: Sequence[str]) -> int:
         with unread():
             sys.stdout.flush()
     except Exception as error:
+        interrupts.check()  # what a signal broke off may end in any error
         if debug:
             raise
         from exactcreep.model.numbers import InputError

@@ -25,7 +25,7 @@ from exactcreep.model.chain import ANGLES, Chain, in_degrees
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.state import State
-from exactcreep.model.user_files import content_of, text_of
+from exactcreep.model.user_files import content_of, keep, text_of
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.writing import file_name
 from exactcreep.solid import Solid, physical
@@ -390,6 +390,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise InputError("scene", name, f"must be a file or one of {', '.join(builtin)}{hint}")
     text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)
+    keep(path)
     return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)
 
 

@@ -440,7 +440,12 @@ class Output(Drawing):
     Parameters
     ----------
     out
-        Write the data to this NetCDF file.
+        Write the data to this NetCDF file, FILE.nc.
     """
 
     out: File | None = None
+
+    def check(self, **others: Path | None) -> None:
+        if self.out is not None and self.out.suffix != ".nc":
+            raise exactcreep.InputError("out", str(self.out), "must end in .nc: a NetCDF file")
+        super().check(**others)

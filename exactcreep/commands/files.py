@@ -22,6 +22,7 @@ from cyclopts import Parameter
 import exactcreep
 from exactcreep.commands.answer import (
     Answer,
+    Drawing,
     Output,
     Printed,
     counted,
@@ -246,7 +247,7 @@ def animate(
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
     target = out or Path(f"{wanted.name}-{number}.gif")
-    output = Output(out=target, force=force)
+    output = Drawing(out=target, force=force)
     output.check()
     avalanche = find_avalanche(experiment, number, limits)
 

@@ -228,10 +228,12 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
 
     kept = Checkpoint.read(checkpoint, session.every)
     settings: list[dict[str, Any]] = [{} for _ in kept.experiments]
-    if "settings" in kept.note:  # the command line wrote the file
-        settings = json.loads(kept.note["settings"], parse_float=Literal)
-    members = [Member(*each) for each in zip(settings, kept.experiments, strict=True)]
-    session.run(members, {"scene": checkpoint.stem} | dict(kept.note), kept)
+    with kept.refused():
+        if "settings" in kept.note:  # the command line wrote the file
+            settings = json.loads(kept.note["settings"], parse_float=Literal)
+        pairs = zip(settings, kept.experiments, strict=True)
+        members = [Member(dict(setting), experiment) for setting, experiment in pairs]
+    session.run(members, {"scene": checkpoint.stem} | kept.note, kept)
 
 
 # --- what is printed of a run ---------------------------------------------------------------------

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import math
 import os
-import tempfile
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
+from PIL import Image
 
 from exactcreep.figures.run import Floats, draw_forces
 from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
@@ -32,8 +32,7 @@ from exactcreep.watch.progress import Hearer, reporter
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
-_PICTURES_A_SECOND = 20
-_LINGER = 30  # pictures of the end
+_MILLISECONDS, _LINGER = 50, 1500  # of a picture, and of the last
 _FINENESS = 600  # points of a curve: about one per pixel
 _NAMED = 8  # sliders, at most, that a legend names
 _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
@@ -173,17 +172,6 @@ Move = Callable[[int], object]
 """Moves what is drawn to one of the instants."""
 
 
-class _Writer(PillowWriter):
-    """A writer of GIFs that shows the last picture for longer, drawn once."""
-
-    _frames: list[Any]  # what it has been given so far
-
-    def finish(self) -> None:
-        """Write the file."""
-        self._frames += self._frames[-1:] * _LINGER
-        super().finish()
-
-
 @styled
 def draw_avalanche(
     found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120, force: bool = True,
@@ -213,7 +201,7 @@ def draw_avalanche(
     below.vlines(events, *below.get_ylim(), color="0.9", linewidth=0.5, zorder=0)
     heading = figure.suptitle(" ", fontsize=9)
 
-    def move(k: int) -> list[Any]:
+    def move(k: int) -> None:
         for each in moves:
             each(k)
         heading.set_text(
@@ -222,20 +210,25 @@ def draw_avalanche(
             rf" $t = {times[k]:.2f}\,\tau_\mathrm{{dyn}}$,"
             rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
         )
-        return []
 
     move(0)
     figure.draw_without_rendering()
     say = reporter(progress)
     figure.set_layout_engine("none")  # the layout of the first picture serves for all
-    moving = FuncAnimation(figure, move, frames, init_func=list, cache_frame_data=False)
-    with tempfile.TemporaryDirectory() as folder:
-        drawn = Path(folder, "avalanche.gif")
-        moving.save(
-            drawn, writer=_Writer(fps=_PICTURES_A_SECOND), dpi=figure.dpi,
-            progress_callback=lambda done, total: say("drawing", done, total, "pictures"),
-        )  # fmt: skip
-        write_file(path, drawn.read_bytes(), "out", force=force)
+    canvas: Any = FigureCanvasAgg(figure)
+    made = io.BytesIO()
+
+    def picture(k: int) -> Image.Image:
+        say("drawing", k, frames, "pictures")
+        move(k)
+        canvas.draw()
+        return Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+    picture(0).save(
+        made, "GIF", save_all=True, append_images=map(picture, range(1, frames)), loop=0,
+        duration=[_MILLISECONDS] * (frames - 1) + [_LINGER],
+    )  # fmt: skip
+    write_file(path, made.getbuffer(), "out", force=force)
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> Move:

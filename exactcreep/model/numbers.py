@@ -69,7 +69,7 @@ class InputError(ValueError):
         except (ValueError, RecursionError):  # an endless integer, endless nesting
             text = f"a {type(value).__name__} too large to be shown"
         if len(text) > 80:
-            text = text[:60] + f"… ({len(text)} characters)"
+            text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
         super().__init__(f"{field} = {text}: {allowed}")
         self.field = field
         self.value = value

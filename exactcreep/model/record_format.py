@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 import itertools
 import re
@@ -16,7 +15,7 @@ import numpy as np
 
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import HOTTEST, LIKE_KELVIN, MOST_BYTES
-from exactcreep.model.user_files import content_of
+from exactcreep.model.user_files import content_of, unpacked
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -55,12 +54,8 @@ def guessed(path: Path) -> RecordFormat:
         If it cannot be read, or has no column of times, or none of temperatures; the sentence names
         the option that has to say it.
     """
-    content, doubts = content_of(path, "file", MOST_BYTES), dict[str, str]()
-    if path.name.lower().endswith(".gz"):
-        try:
-            content = gzip.decompress(content)
-        except (OSError, EOFError) as error:
-            raise InputError("file", str(path), f"must be packed by gzip: {error}") from None
+    doubts = dict[str, str]()
+    content = unpacked(content_of(path, "file", MOST_BYTES), "file", str(path), MOST_BYTES)
     text, encoding = _decoded(content)
     delimiter = _delimiter(text, path)
     pandas = import_module("pandas")

@@ -7,7 +7,6 @@ import io
 import itertools
 import os
 import warnings
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -29,7 +28,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.user_files import content_of
+from exactcreep.model.user_files import content_of, keep, unpacked
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -307,18 +306,19 @@ class TemperatureRecord(Listed):
     def _table(self) -> tuple[DataFrame, bytes]:
         """Return the columns of the file that are read, all as text, and its content."""
         pandas, content = import_module("pandas"), content_of(Path(self.file), "file", MOST_BYTES)
-        packed = "gzip" if self.file.lower().endswith(".gz") else None
+        data = unpacked(content, "file", self.file, MOST_BYTES)
+        keep(self.file)
         cut_off = pandas.errors.ParserWarning
         try:
             with warnings.catch_warnings(action="error", category=cut_off):
                 table = pandas.read_csv(
-                    io.BytesIO(content), sep=self.delimiter, dtype=str, encoding=self.encoding,
-                    index_col=False, skipinitialspace=True, nrows=MOST_ROWS + 1, compression=packed,
+                    io.BytesIO(data), sep=self.delimiter, dtype=str, encoding=self.encoding,
+                    index_col=False, skipinitialspace=True, nrows=MOST_ROWS + 1,
                 )  # fmt: skip
         except (LookupError, UnicodeError) as error:
             allowed = f"does not read it: {error}; many a file is latin-1"
             raise InputError("encoding", self.encoding, allowed) from None
-        except (ValueError, cut_off, OSError, EOFError, zlib.error) as error:
+        except (ValueError, cut_off, OSError) as error:
             allowed = f"must be a CSV file with delimiter = {self.delimiter!r}: {error}".strip()
             raise InputError("file", self.file, allowed) from None
         table.columns = table.columns.str.strip()

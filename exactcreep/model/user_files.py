@@ -1,31 +1,112 @@
-"""Read a file that the user names, whole, or refuse it in a sentence."""
+"""Read a file that somebody else wrote: of a bounded size, or refused in a sentence with its name.
+
+What a file claims is not believed: it is asked for its size before it is read, packed files are
+unpacked up to a size, and whatever fails while its content is made sense of is an `InputError`.
+"""
 
 from __future__ import annotations
 
+import gzip
+import io
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+from typing import BinaryIO
 
 from exactcreep.model.numbers import InputError
 
+_GZIP = b"\x1f\x8b"
+_LONGEST_REASON = 200
+_WORDS: dict[type[Exception], str] = {
+    RecursionError: "it is nested too deeply",
+    MemoryError: "it claims more than the memory holds",
+    KeyError: "it lacks {}",
+    ZeroDivisionError: "it holds a division by zero",
+    TypeError: "it is damaged, or another program has made it",
+    AttributeError: "it is damaged, or another program has made it",
+}
+"""What an error means that says too little itself."""
 
-def content_of(path: Path, field: str, most: int) -> bytes:
-    """Return the content of a regular file of at most so many bytes, or raise `InputError`."""
-    shown = os.fspath(path)
+_inputs: ContextVar[set[tuple[int, int]] | None] = ContextVar("inputs", default=None)
+"""Device and inode of the inputs of the running command; None where no command is running."""
+
+
+@contextmanager
+def refused(field: str, shown: str, why: str = "cannot be read") -> Iterator[None]:
+    """Make every error of a block that reads a file an `InputError` that names the file."""
     try:
-        if path.is_dir():
+        yield
+    except Exception as error:
+        said = _WORDS.get(type(error), "{}").format(error)
+        if isinstance(error, InputError) and error.value == shown:
+            if error.field == field:
+                raise
+            said = error.allowed
+        reason = " ".join(said.split()) or type(error).__name__
+        raise InputError(field, shown, f"{why}: {reason[:_LONGEST_REASON]}") from error
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], field: str, most: int) -> Iterator[BinaryIO]:
+    """Open a regular file of at most so many bytes, or raise `InputError`."""
+    shown, place = os.fspath(path), Path(path)
+    try:
+        if place.is_dir():
             raise InputError(field, shown, "is a directory, and must be a file")
-        if not path.exists():
+        if not place.exists():
             raise InputError(field, shown, "must be an existing file")
-        if not path.is_file():
+        if not place.is_file():
             raise InputError(field, shown, "must be a regular file")
-        with path.open("rb") as stream:
-            content = stream.read(most + 1)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
+        file = place.open("rb")
+    except (OSError, ValueError) as error:  # ValueError: no name of a file
+        reason = getattr(error, "strerror", None) or error
         raise InputError(field, shown, f"cannot be read: {reason}") from None
-    if len(content) > most:
-        raise InputError(field, shown, f"must have at most {most // 2**20} MiB")
-    return content
+    with file:
+        if os.fstat(file.fileno()).st_size > most:
+            raise InputError(field, shown, f"must have at most {most // 2**20} MiB")
+        yield file
+
+
+def content_of(path: str | os.PathLike[str], field: str, most: int) -> bytes:
+    """Return the content of a regular file of at most so many bytes, or raise `InputError`."""
+    with opened(path, field, most) as file, refused(field, os.fspath(path)):
+        return file.read(os.fstat(file.fileno()).st_size)
+
+
+@contextmanager
+def inputs_kept() -> Iterator[None]:
+    """Let no output of a block, which is a command, replace a file that it has read: see `keep`."""
+    before = _inputs.set(set())
+    try:
+        yield
+    finally:
+        _inputs.reset(before)
+
+
+def keep(path: str | os.PathLike[str]) -> None:
+    """Note that a file is an input of the running command."""
+    if (inputs := _inputs.get()) is not None:
+        about = os.stat(path)
+        inputs.add((about.st_dev, about.st_ino))
+
+
+def is_input(path: str | os.PathLike[str]) -> bool:
+    """Return whether the running command has read a file that exists as its input."""
+    about = os.stat(path)
+    return (about.st_dev, about.st_ino) in (_inputs.get() or ())
+
+
+def unpacked(content: bytes, field: str, shown: str, most: int) -> bytes:
+    """Return what gzip has packed, or content that it has not; at most so many bytes of it."""
+    if not content.startswith(_GZIP):
+        return content
+    with refused(field, shown, "must be packed by gzip"):
+        data = gzip.GzipFile(fileobj=io.BytesIO(content)).read(most + 1)
+    if len(data) > most:
+        raise InputError(field, shown, f"must have at most {most // 2**20} MiB when unpacked")
+    return data
 
 
 def text_of(content: bytes, field: str, shown: str) -> str:

@@ -19,9 +19,8 @@ import time
 import warnings
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
+from exactcreep.model.user_files import content_of, opened, refused
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.recorder import Recorder
@@ -37,9 +37,13 @@ from exactcreep.quasistatic.writing import check_output, file_name, locked, writ
 from exactcreep.solvers.registry import SOLVERS
 
 VERSION = 10
+MOST_BYTES = 2**31
+"""Size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n" % VERSION
 _LONGEST_LINE = 40  # bytes, of the first
+_MOST_PARTS, _PART = 10**6, 30  # lists and objects of a record; bytes for each that is more
+_NO_RUN = "is not a checkpoint of a run"
 _FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failure to write, and after many
 
 
@@ -81,13 +85,13 @@ class Checkpoint:
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
         """Return the checkpoint in a file, which goes on, or raise `InputError`."""
         checkpoint = cls(path, every, force=True)
-        _begin_of(_content(path, _LONGEST_LINE), checkpoint.path)  # no lock beside another file
+        _require_checkpoint(path)  # no lock beside another file
         with locked(path, "checkpoint"):
-            content = _content(path)
+            content = content_of(path, "checkpoint", MOST_BYTES)
             checkpoint._seen = _identity(path)
         (first, *others), checkpoint._size, checkpoint._digest = _records(content, checkpoint.path)
-        try:
-            checkpoint.note = first["note"]
+        with checkpoint.refused():
+            checkpoint.note = dict(first["note"])
             described = first["experiments"]
             checkpoint.experiments = [Experiment.from_description(each) for each in described]
             for record in others:
@@ -96,15 +100,15 @@ class Checkpoint:
                 for name, block in record["rows"].items():
                     rows[name].append(block)
                 checkpoint.runs[member] = record["run"], rows
-        except InputError:
-            raise
-        except (KeyError, TypeError) as error:  # it holds something else
-            raise _refusal(checkpoint.path, error) from None
         if lost := len(content) - checkpoint._size:
             said = f"{checkpoint.path} ends within a record, or is damaged: its last {lost} bytes"
             said += " are passed over, and the run goes on from the record before"
             warnings.warn(said, CheckpointWarning, stacklevel=3)
         return checkpoint
+
+    def refused(self) -> AbstractContextManager[None]:
+        """Make every error of a block an `InputError`: the file holds something else than a run."""
+        return refused("checkpoint", self.path, _NO_RUN)
 
     @contextmanager
     def begun(self, experiments: Sequence[Experiment]) -> Iterator[None]:
@@ -138,10 +142,9 @@ class Checkpoint:
         """Take a run to where it is in the file, if it has begun; or raise `InputError`."""
         run.kept_up_to_date = True
         if index in self.runs:
-            try:
+            with self.refused():
                 run.restore(*self.runs.pop(index))
-            except ValueError as error:
-                raise _refusal(self.path, error) from None
+                run.result()  # what cannot make a result is no run
             self._counts[index] = run.recorder.counts()
 
     def take(self, index: int, run: ObservedRun) -> None:
@@ -191,11 +194,6 @@ class Checkpoint:
                 raise InputError("checkpoint", self.path, f"{reason} it holds") from None
         self._size += len(record)
         self._digest = digest
-
-
-def _refusal(path: str, error: Exception) -> InputError:
-    reason = " ".join(str(error).split())[:200]
-    return InputError("checkpoint", path, f"is not a checkpoint of a run: {reason}")
 
 
 def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
@@ -259,19 +257,13 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    return from_bytes(_content(path), os.fspath(path))
+    return from_bytes(content_of(path, "checkpoint", MOST_BYTES), os.fspath(path))
 
 
-def _content(path: str | os.PathLike[str], most: int = -1) -> bytes:
-    name = file_name(path, "checkpoint")
-    if not Path(path).is_file():
-        raise InputError("checkpoint", name, "must be a file")
-    try:
-        with open(path, "rb") as file:
-            return file.read(most)
-    except OSError as error:
-        reason = f"cannot be read: {error.strerror or error}"
-        raise InputError("checkpoint", name, reason) from None
+def _require_checkpoint(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` unless a file begins as a checkpoint of this version does."""
+    with opened(file_name(path, "checkpoint"), "checkpoint", MOST_BYTES) as file:
+        _begin_of(file.read(_LONGEST_LINE), os.fspath(path))
 
 
 def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
@@ -302,10 +294,10 @@ def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
         sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()
         if sealed != sum_of_both.encode() or not record.endswith(b"\n"):
             break
-        try:
+        if tree.count(b"[") + tree.count(b"{") > _MOST_PARTS + len(tree) // _PART:
+            raise InputError("checkpoint", name, f"{_NO_RUN}: it consists of too many parts")
+        with refused("checkpoint", name, _NO_RUN):
             records.append(json.loads(tree, object_hook=_decoded))
-        except ValueError as error:
-            raise _refusal(name, error) from None
         digest, end = sum_of_both, end + len(record)
     if not records:
         allowed = f"is truncated or damaged: of its {len(data)} bytes none can be gone on from"

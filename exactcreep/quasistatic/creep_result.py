@@ -19,6 +19,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
+from exactcreep.model.user_files import keep
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names
@@ -583,6 +584,7 @@ def save_members(
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
     with import_module("exactcreep.quasistatic.netcdf").opened_groups(path, "result") as groups:
+        keep(path)
         return [Creep(**fields) for fields in _datasets().members_of(groups)]
 
 

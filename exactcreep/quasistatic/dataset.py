@@ -17,7 +17,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import Enclosure, as_float, as_written, exact_value, quantity
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.state import State
-from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
+from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_of_parameters
 from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
 from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
@@ -185,8 +185,8 @@ def _experiment(member: Group) -> Experiment:
     }
     numbers = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
     parameters: dict[str, Any] = {}
-    make = drive_of_kind(about["drive"])
-    taken = signature(make).parameters  # 0.3.0 had more options by which a record was read
+    # 0.3.0 had more options by which a record was read
+    taken = signature(drive_of_kind(about["drive"])).parameters
     for name in filter(taken.__contains__, about["drive_parameters"].split()):
         listed = f"drive_{name}"
         value = member[listed].tolist() if listed in member else about[name]
@@ -200,7 +200,7 @@ def _experiment(member: Group) -> Experiment:
         start = _state(member, "initial", near if Fraction(near) == theta else theta)
     return Experiment(
         Chain(int(about["n"]), **{name: ratio_of(str(about[name])) for name in numbers}),
-        make(**parameters),
+        drive_of_parameters(about["drive"], parameters),
         seed=int(about["seed"]),
         solver=str(about["solver"]),
         start=start,

@@ -27,6 +27,14 @@ DRIVES: dict[str, type[Drive]] = {
 _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
 
 
+def drive_of_parameters(kind: Any, parameters: Mapping[str, Any]) -> Drive:
+    """Return the drive whose `parameters` a file holds; no other file is read for it."""
+    make = drive_of_kind(kind)
+    if make is TemperatureRecord and not {"theta", "times", "sha256"} <= parameters.keys():
+        raise InputError("drive", kind, "must hold theta, times and sha256")
+    return make(**parameters)
+
+
 def drive_of_kind(kind: Any) -> type[Drive]:
     """Return the class of `DRIVES`, or raise `InputError`."""
     if not isinstance(kind, str) or kind not in DRIVES:
@@ -264,7 +272,7 @@ class Experiment:
         drive, start = dict(data["drive"]), data["start"]
         made = {
             "chain": Chain(**data["chain"]),
-            "drive": drive_of_kind(drive.pop("kind"))(**drive),
+            "drive": drive_of_parameters(drive.pop("kind"), drive),
             "start": None if start is None else State(**start),
         }
         return cls(**{**data, **made})

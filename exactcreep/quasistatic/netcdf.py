@@ -3,18 +3,22 @@
 HDF5 brings its process down when a disk is full, and can search a damaged file for ever. It
 therefore works in memory, and a file ends with the SHA-256 of itself (behind the end that HDF5
 knows of); one that does not is refused.
+
+Somebody else may have written a file, and its seal. An array is read only if it lies in the file
+itself, as it is: no link, no external storage, no other file behind it, no filter. All that is read
+of a file is at most about as large as the file.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5netcdf
 import h5py
@@ -23,11 +27,16 @@ import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import H5NetCDFStore
 
-from exactcreep.model.numbers import InputError
+from exactcreep.model.user_files import opened, refused
 from exactcreep.quasistatic.writing import file_name
 
+MOST_BYTES = 2**33
+"""Size of a file of results."""
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
+_BLOCK = 2**24  # bytes of which a digest is made at once
+_TEXTS = 2**29  # bytes of texts that are read at once
+_KINDS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.STRING)
 
 
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
@@ -42,6 +51,18 @@ def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
     return file.getbuffer()
 
 
+class _Room:
+    """The bytes that may still be read of a file: some more than it has."""
+
+    def __init__(self, size: int) -> None:
+        self.size, self.left = size, 4 * size
+
+    def take(self, name: str, count: int) -> None:
+        self.left -= count
+        if self.left < 0:
+            raise ValueError(f"{name} claims more than the file holds")
+
+
 class Group(Mapping[str, NDArray[Any]]):
     """A dataset in an open file: its attributes, and its arrays by name, read when asked for.
 
@@ -49,54 +70,100 @@ class Group(Mapping[str, NDArray[Any]]):
     time in which xarray opens one, and a result is made again without it.
     """
 
-    def __init__(self, group: h5py.Group) -> None:
-        self._group = group
+    def __init__(self, group: h5py.Group, room: _Room) -> None:
+        self._group, self._room, self._read = group, room, dict[str, NDArray[Any]]()
+        self._names = dict.fromkeys(group)
         self.attributes = {
-            name: value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
-            for name, value in group.attrs.items()
+            name: self._attribute(name)
+            for name in group.attrs
             if name != "_NCProperties"  # what wrote the file
         }
 
+    def _attribute(self, name: str) -> Any:
+        held = self._group.attrs.get_id(name)
+        if held.get_type().get_class() not in _KINDS or math.prod(held.shape) != 1:
+            raise ValueError(f"{name} must be a number or a text")
+        value = self._group.attrs[name]
+        self._room.take(name, len(value) if isinstance(value, (str, bytes)) else 8)
+        return value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
+
     def __getitem__(self, name: str) -> NDArray[Any]:
-        held = self._group[name]
-        if h5py.check_string_dtype(held.dtype) is not None:
-            return np.asarray(held.asstr()[()], str)
-        return np.asarray(held[()])
+        if name not in self._names:
+            raise KeyError(name)
+        if name not in self._read:
+            self._read[name] = self._array(name)
+        return self._read[name]
+
+    def _array(self, name: str) -> NDArray[Any]:
+        held = own_object(self._group, name)
+        if not isinstance(held, h5py.Dataset) or held.id.get_type().get_class() not in _KINDS:
+            raise ValueError(f"{name} must be an array of numbers or texts")
+        made = held.id.get_create_plist()
+        apart = made.get_layout() == h5py.h5d.VIRTUAL or made.get_external_count()
+        claimed = math.prod(held.shape) * held.id.get_type().get_size()
+        if apart or made.get_nfilters() or held.id.get_storage_size() < claimed:
+            raise ValueError(f"{name} does not lie in the file as it is")
+        self._room.take(name, claimed)
+        if h5py.check_string_dtype(held.dtype) is None:
+            return np.asarray(held[()])
+        texts = np.empty(held.shape, object)
+        for place in self._places(held.shape):
+            texts[place] = block = held.asstr()[place]
+            self._room.take(name, sum(map(len, np.ravel(block))))
+        longest = max(map(len, texts.ravel()), default=0)
+        self._room.take(name, longest * texts.size)  # every text takes as much as the longest
+        return np.asarray(texts, str)
+
+    def _places(self, shape: tuple[int, ...]) -> Iterator[Any]:
+        """Yield the places of texts that can be read at once: each may be as long as the file."""
+        each = self._room.size * math.prod(shape[1:])
+        if not shape or each > _TEXTS:
+            yield from np.ndindex(shape)
+            return
+        step = max(_TEXTS // max(each, 1), 1)
+        yield from (slice(k, k + step) for k in range(0, shape[0], step))
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._group)
+        return iter(self._names)
 
     def __len__(self) -> int:
-        return len(self._group)
+        return len(self._names)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._group
+        return name in self._names
+
+
+def own_object(group: h5py.Group, name: str) -> Any:
+    """Return what a group holds by a name, unless a link leads to it."""
+    if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+        raise ValueError(f"{name} is a link, and is not followed")
+    return group[name]
 
 
 @contextmanager
 def opened_groups(path: str | os.PathLike[str], field: str) -> Iterator[dict[str | None, Group]]:
     """Yield the groups of a NetCDF file, None the root; what fails meanwhile is an `InputError`."""
     name = file_name(path, field)
-    if not Path(path).is_file():
-        raise InputError(field, name, "must be a file")
-    try:
-        with h5py.File(io.BytesIO(_sealed(name)), "r") as file:
-            groups = {key: item for key, item in file.items() if isinstance(item, h5py.Group)}
-            yield {key: Group(item) for key, item in ({None: file} | groups).items()}
-    except InputError:
-        raise
-    except Exception as error:  # what a damaged file, or changed numbers, can raise has no end
-        reason = " ".join(str(error).split())[:200]
-        raise InputError(field, name, f"cannot be read: {reason}") from None
+    with opened(name, field, MOST_BYTES) as file, refused(field, name):
+        room = _Room(_sealed(file))
+        with h5py.File(file, "r") as root:
+            held = {key: own_object(root, key) for key in root}
+            groups = {key: item for key, item in held.items() if isinstance(item, h5py.Group)}
+            yield {key: Group(item, room) for key, item in ({None: root} | groups).items()}
 
 
-def _sealed(name: str) -> memoryview:
-    """Return what a file holds before its digest; raise `ValueError` unless it ends with one."""
-    data = memoryview(Path(name).read_bytes())
-    seal = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
+def _sealed(file: BinaryIO) -> int:
+    """Return how long a file is before its digest; raise `ValueError` unless it ends with one."""
+    size = file.seek(0, io.SEEK_END) - _SEAL_LENGTH
+    file.seek(max(size, 0))
+    seal = _SEAL.fullmatch(file.read())
     if seal is None:
         told = "it does not end with a checksum, as results since version 0.2.0 do: read it"
         raise ValueError(f"{told} with the version that wrote it, or run its experiment again")
-    if hashlib.sha256(data[:-_SEAL_LENGTH]).hexdigest().encode() != seal[1]:
+    digest = hashlib.sha256()
+    file.seek(0)
+    for at in range(0, size, _BLOCK):
+        digest.update(file.read(min(_BLOCK, size - at)))
+    if digest.hexdigest().encode() != seal[1]:
         raise ValueError("its checksum does not match")
-    return data[:-_SEAL_LENGTH]
+    return size

@@ -21,7 +21,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import RecurrenceObserver
 from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.interface import Stretch, longest_avalanche, require_like
+from exactcreep.solvers.interface import Stretch, longest_avalanche, require, require_like
 from exactcreep.solvers.tables import RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
@@ -234,6 +234,7 @@ class ObservedRun:
             observer.restore(kept[name])
         self.done, self.reason, self.seconds = kept["done"], kept["reason"], kept["seconds"]
         self.outcome = Outcome(kept["outcome"]) if kept["outcome"] else None
+        require(0 <= self.done <= self.total, f"it has reached {self.done} of {self.total} targets")
         self._save()
 
 

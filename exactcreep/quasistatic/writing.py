@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from exactcreep.model.numbers import InputError
+from exactcreep.model.user_files import is_input
 
 PICTURES = (".png", ".pdf", ".svg")
 _PATIENCE = 0.2  # seconds, in which another process that is at its end lets go of a file
@@ -58,6 +59,7 @@ def _regular_file(path: str | os.PathLike[str], field: str) -> Path:
         (Path(name).is_symlink() and not there, "must not be a link to a file that does not exist"),
         (not target.parent.is_dir(), "must lie in a directory that exists"),
         (not os.access(target.parent, os.W_OK), "must lie in a directory that can be written"),
+        (there and is_input(target), "is read by this command, and must not be replaced by it"),
     ):
         if wrong:
             raise InputError(field, name, allowed)
@@ -101,6 +103,28 @@ def _name(part: Path, target: Path, *, force: bool) -> None:
     os.replace(part, target)
 
 
+def _is_ours(file: BinaryIO) -> bool:
+    """Keep an open part to this process while its name leads to it; return whether it is kept."""
+    with suppress(OSError, ImportError):  # a file system, or a system, without locks
+        import_module("fcntl").flock(file.fileno(), 6)  # LOCK_EX | LOCK_NB
+        return os.path.samestat(os.stat(file.name), os.fstat(file.fileno()))
+    return False
+
+
+def _new_part(target: Path) -> BinaryIO:
+    """Return an open file beside another, in place of what a writer has left that was killed."""
+    part = target.with_name(f".{target.name}.part")
+    with suppress(OSError), open(part, "rb") as left:
+        if _is_ours(left):
+            part.unlink()
+    with suppress(FileExistsError):
+        file = open(part, "xb")  # noqa: SIM115
+        if _is_ours(file):
+            return file
+        file.close()
+    return open(target.with_name(f".{target.name}.{secrets.token_hex(4)}.part"), "xb")
+
+
 def write_file(
     path: str | os.PathLike[str], content: bytes | memoryview, field: str, *, force: bool = True
 ) -> None:
@@ -111,16 +135,19 @@ def write_file(
     the name `field`, if it cannot be written.
     """
     target = _regular_file(path, field)
-    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
-        try:
-            with open(part, "xb") as file:
+        with _new_part(target) as file:
+            part, alone = Path(file.name), not _is_ours(file)  # a name of its own
+            try:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-            _name(part, target, force=force)
-        finally:
-            part.unlink(missing_ok=True)
+                if os.name != "posix":  # where no open file gets another name
+                    file.close()
+                _name(part, target, force=force)
+            finally:
+                if alone or _is_ours(file):  # another process may have the name by now
+                    part.unlink(missing_ok=True)
         if os.name == "posix":  # the new name, too, must be on the disk
             folder = os.open(target.parent, os.O_RDONLY)
             try:

@@ -16,7 +16,7 @@ import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -27,13 +27,17 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.user_files import content_of, refused
 from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.checkpoint import MOST_BYTES
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.netcdf import netcdf
-from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
+from exactcreep.quasistatic.netcdf import netcdf, opened_groups
+from exactcreep.quasistatic.recorder import Recorder
+from exactcreep.quasistatic.summary import RUN, TYPES, Place, attribute_of, names
 from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
+from exactcreep.solvers.interface import require_like
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 from exactcreep.watch import interrupts
@@ -283,7 +287,7 @@ class CellFolder:
         self.tables = _tables(scene)
         of_another = f"holds a sweep of another scene than {scene.name}; name another directory"
         known = self.cells / "scene.json"
-        if known.exists() and known.read_text("utf-8") != self.tables:
+        if known.exists() and content_of(known, "out", MOST_BYTES) != self.tables.encode():
             raise InputError("out", os.fspath(path), of_another)
         if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
             allowed = "holds the cells of an earlier sweep; resume it, or name another"
@@ -296,12 +300,10 @@ class CellFolder:
         """Raise `InputError` if there is a ``sweep.nc`` that is no grid of this scene."""
         if not self.grid.exists():
             return
-        try:
-            with xr.open_dataset(self.grid, engine="h5netcdf") as held:
-                own = held.attrs.get("format") == FORMAT and held.attrs["tables"] == self.tables
-        except (OSError, ValueError, KeyError):
-            own = False
-        if not own:
+        about: Mapping[str, Any] = {}
+        with suppress(InputError), opened_groups(self.grid, "out") as groups:
+            about = groups[None].attributes
+        if (about.get("format"), about.get("tables")) != (FORMAT, self.tables):
             allowed = "holds a sweep.nc that is not of this scene; name another directory"
             raise InputError("out", os.fspath(self.path), allowed)
 
@@ -315,19 +317,27 @@ class CellFolder:
         path = self.cells / f"{name}.cell"
         if not path.exists():
             return None
-        try:
+        with refused("cell", os.fspath(path), "cannot be used; delete it to compute it again"):
             content = checkpoint.read(path)
-            if content.get("format") != _CELL_FORMAT or content.get("name") != name:
-                raise InputError("cell", name, "is not this cell")
-        except InputError as error:
-            allowed = f"{error.allowed}; delete the file to compute it again"
-            raise InputError("cell", os.fspath(path), allowed) from None
-        return dict(content["value"])
+            if (content["format"], content["name"]) != (_CELL_FORMAT, name):
+                raise ValueError("it is not this cell")
+            return _cell(experiment, content["value"])
 
     def save(self, experiment: Experiment, value: Cell) -> None:
         name = _digest(experiment)
         content = {"format": _CELL_FORMAT, "name": name, "value": value}
         write_file(self.cells / f"{name}.cell", checkpoint.to_bytes(content), "out")
+
+
+def _cell(experiment: Experiment, held: Mapping[str, Any]) -> Cell:
+    """Return what a file holds of a cell; raise an error if it holds something else."""
+    value, recorded = dict(held), dict(held["recorded"])
+    for name in _CELL:
+        entry = TYPES[name](value[name])
+        value[name] = getattr(entry, "value", entry)
+    require_like(np.zeros(0), recorded.pop("theta", np.zeros(0)), "theta")
+    Recorder(experiment).restore({name: [rows] for name, rows in recorded.items()})
+    return value | {"warnings": {str(name): int(n) for name, n in held["warnings"].items()}}
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:

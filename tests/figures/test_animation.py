@@ -104,7 +104,6 @@ def test_the_animation_has_the_frames_that_were_asked_for(
         return drawn[-1]
 
     monkeypatch.setattr(animation, "new_figure", kept)
-    monkeypatch.setattr(animation, "_LINGER", 1)
     avalanche = find_avalanche(experiment, 57)
     told: list[Progress] = []
     draw_avalanche(avalanche, tmp_path / "a.gif", frames=4, progress=told.append)

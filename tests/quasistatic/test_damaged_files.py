@@ -58,7 +58,7 @@ CLAIMS = {
     "l0": ("1e999999999", "not a ratio of integers: 1e999999999"),
     "velocity_exact": ("9" * 10**6, "not a ratio of integers: 999"),
     "cycles": (10**15, "at most 1000000000000"),
-    "warnings": ("[" * 10**6, "recursion"),
+    "warnings": ("[" * 10**6, "nested too deeply"),
 }
 
 

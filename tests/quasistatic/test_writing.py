@@ -174,6 +174,21 @@ def test_a_disk_that_fills_up_leaves_what_was_there(
     assert left(tmp_path) == ["a.nc"]
 
 
+def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
+    tmp_path: Path,
+) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    part = tmp_path / ".a.part"
+    part.write_bytes(OLD)
+    write_file(tmp_path / "a", NEW, "out")
+    assert left(tmp_path) == ["a"]
+    with part.open("xb") as living:
+        fcntl.flock(living, fcntl.LOCK_EX)
+        write_file(tmp_path / "a", OLD, "out")
+        assert left(tmp_path) == [".a.part", "a"]
+    assert (tmp_path / "a").read_bytes() == OLD
+
+
 _WRITERS = """
 import os, sys
 from multiprocessing import get_context

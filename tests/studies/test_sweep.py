@@ -154,7 +154,7 @@ def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_
     assert (seen[-1].done, seen[-1].seconds_left, len(computed)) == (16, 0, COUNT - 4)
     assert grown.identical(sweep(larger))
     files[0].write_bytes(files[0].read_bytes()[:-1])
-    with pytest.raises(InputError, match=r"truncated.*delete the file to compute it again"):
+    with pytest.raises(InputError, match=r"delete it to compute it again: is truncated"):
         sweep(SCENE, out=tmp_path, resume=True)
 
 

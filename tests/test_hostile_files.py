@@ -1,0 +1,256 @@
+"""Files that somebody made up to harm: one sentence with the file's name, and nothing else."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import time
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from exactcreep import Creep, Cycles, InputError, creep, load_scene, sweep
+from exactcreep.cli import status
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.creep import resume
+from tests.paper import paper_chain
+
+SECRET = "root:x:0:0"
+MOST_BYTES, MOST_SECONDS = 2**28, 5
+Change = Callable[[Any], object]
+SCENE = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 3, "run.record": ["x_G"]})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory with a result, a checkpoint, a sweep, and a file that is nobody's business."""
+    made = tmp_path_factory.mktemp("good")
+    run = {"chain": paper_chain(2), "drive": Cycles("0.01", 3)}
+    creep(**run, checkpoint=made / "run.ckpt").save(made / "run.nc")
+    (made / "secret").write_text(f"{SECRET}\n" * 8)
+    sweep(SCENE, out=made / "sweep", workers=1)
+    return made
+
+
+# --- results -------------------------------------------------------------------------------------
+
+
+def sealed(data: bytes) -> bytes:
+    return data + b"\nexactcreep sha256 %s\n" % hashlib.sha256(data).hexdigest().encode()
+
+
+def replaced(name: str, make: Change) -> Change:
+    def change(file: Any) -> None:
+        del file[name]
+        make(file)
+
+    return change
+
+
+def texts(file: Any) -> None:
+    """One long text and many short ones: as an array of equal lengths they take 40 GB."""
+    data = ["1" * 10**6, *["1"] * 10**4]
+    file.create_dataset("x_G_decimal", data=data, dtype=h5py.string_dtype())
+
+
+def without_its_readings(file: Any) -> None:
+    file.attrs.update(drive="record", drive_parameters="file kappa T0 temperature_column",
+                      file="secret", kappa="1", T0="0", temperature_column="root")  # fmt: skip
+
+
+SPACE = h5py.h5s.create_simple((300_000_000,))
+
+
+def unallocated(file: Any) -> None:
+    h5py.h5d.create(file.id, b"x_G", h5py.h5t.NATIVE_DOUBLE, SPACE)
+
+
+RESULTS: dict[str, Change] = {
+    "external storage": replaced("x_G", lambda file: file.create_dataset(
+        "x_G", (10,), "u1", external=[("secret", 0, 10)])),
+    "external link": replaced("x_G", lambda file: file.update(
+        x_G=h5py.ExternalLink("other.nc", "x_G"))),
+    "external group": lambda file: file.update(member_1=h5py.ExternalLink("other.nc", "/")),
+    "soft link": replaced("x_G", lambda file: file.update(x_G=h5py.SoftLink("/theta"))),
+    "virtual dataset": replaced("x_G", lambda file: file.create_virtual_dataset(
+        "x_G", h5py.VirtualLayout((6,), "f8"))),
+    "packed zeros": replaced("x_G", lambda file: file.create_dataset(
+        "x_G", (10**7,), "f8", data=np.zeros(10**7), compression="gzip")),
+    "a shape without data": replaced("x_G", unallocated),
+    "texts": texts,
+    "compound": replaced("x_G", lambda file: file.create_dataset("x_G", (6,), "f8,i4")),
+    "references": replaced("x_G", lambda file: file.create_dataset("x_G", (6,), h5py.ref_dtype)),
+    "a long attribute": lambda file: file.attrs.update(n=np.arange(3)),
+    "a record of another file": without_its_readings,
+    "nesting": lambda file: file.attrs.update(report="[" * 60_000),
+    "another type": lambda file: file.attrs.update(options="[]"),
+    "no outcome": lambda file: file.attrs.update(outcome="dancing"),
+    "a group for an array": replaced("x_G", lambda file: file.create_group("x_G")),
+}  # fmt: skip
+
+
+def said_of(read: Callable[[], object], path: Path) -> str:
+    """Return what is said of a file that is refused, in time and without much memory."""
+    tracemalloc.start()
+    begin = time.process_time()
+    try:
+        with pytest.raises(InputError) as told:
+            read()
+        assert time.process_time() - begin < MOST_SECONDS
+        assert tracemalloc.get_traced_memory()[1] < MOST_BYTES
+    finally:
+        tracemalloc.stop()
+    said = str(told.value)
+    assert path.name in said
+    assert "\n" not in said
+    assert SECRET not in said
+    return said
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
+    name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for path in ("secret", "run.nc"):
+        Path("other.nc" if path == "run.nc" else path).write_bytes((folder / path).read_bytes())
+    data = io.BytesIO((folder / "run.nc").read_bytes()[:-84])
+    with h5py.File(data, "r+") as file:
+        RESULTS[name](file)
+    path = tmp_path / "sent.nc"
+    path.write_bytes(sealed(data.getvalue()))
+    said_of(lambda: Creep.load(path), path)
+    assert status(["export", "sent.nc", "--to", "sent.csv"]) == 2
+    assert not Path("sent.csv").exists()
+
+
+# --- checkpoints and cells -----------------------------------------------------------------------
+
+
+def put(*keys: Any, value: Any) -> Change:
+    """Return what puts a value in its place in a list of records."""
+
+    def change(records: Any) -> None:
+        for key in keys[:-1]:
+            records = records[key]
+        records[keys[-1]] = value
+
+    return change
+
+
+DEEP: Any = []
+for _ in range(500):
+    DEEP = [DEEP]
+CHECKPOINTS: dict[str, Change] = {
+    "division by zero": put(0, "experiments", 0, "chain", "l0", value={"$fraction": ["1", "0"]}),
+    "no numbers": put(0, "experiments", 0, "chain", "n", value="many"),
+    "other arguments": put(0, "experiments", 0, "chain", "evil", value=1),
+    "a chain of lists": put(0, "experiments", 0, "chain", value=[1, 2]),
+    "a text of experiments": put(0, "experiments", value="text"),
+    "no note": put(0, "note", value=7),
+    "a list": put(0, value=[]),
+    "an array of objects": put(1, "rows", "x_G", value={"$array": ["|O", [1], "AAAAAAAAAAA="]}),
+    "an array of too much": put(1, "rows", "x_G", value={"$array": ["<f8", [10**9], ""]}),
+    "rows of a text": put(1, "rows", value="text"),
+    "a run of a text": put(1, "run", value="text"),
+    "a member of a list": put(1, "member", value=[0]),
+    "an observer of texts": put(1, "run", "velocity", "values", value="text"),
+    "an observer of numbers": put(1, "run", "recurrence", "ends", value=3),
+    "targets beyond the last": put(1, "run", "done", value=10**12),
+    "another outcome": put(1, "run", "outcome", value="dancing"),
+    "a record of another file": put(0, "experiments", 0, "drive", value={
+        "kind": "record", "file": "secret", "kappa": "1", "T0": "0", "temperature_column": SECRET}),
+}  # fmt: skip
+
+
+def lines_of(records: list[Any]) -> bytes:
+    data, digest = checkpoint._LINE, ""
+    for record in records:
+        text = json.dumps(record)
+        digest = hashlib.sha256(f"{digest}{text}".encode()).hexdigest()
+        data += f"{digest} {text}\n".encode()
+    return data
+
+
+def records_of(data: bytes) -> list[Any]:
+    return [json.loads(line.partition(b" ")[2]) for line in data.splitlines()[1:]]
+
+
+@pytest.mark.parametrize("name", CHECKPOINTS)
+def test_a_forged_checkpoint_is_refused(
+    name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    records = records_of((folder / "run.ckpt").read_bytes())
+    CHECKPOINTS[name](records)
+    path = tmp_path / "sent.ckpt"
+    path.write_bytes(lines_of(records))
+    said_of(lambda: resume(path), path)
+    assert status(["resume", str(path)]) == 2
+
+
+@pytest.mark.parametrize("text", ["[" * 10**6, '{"a":' * 10**6, "[" + "[]," * 10**7 + "[]]"])
+def test_a_checkpoint_of_nested_or_countless_parts_is_refused(text: str, tmp_path: Path) -> None:
+    path, digest = tmp_path / "sent.ckpt", hashlib.sha256(text.encode()).hexdigest()
+    path.write_bytes(checkpoint._LINE + f"{digest} {text}\n".encode())
+    said_of(lambda: resume(path), path)
+
+
+CELLS: dict[str, Change] = {
+    "no scene": lambda made: (made / "cells" / "scene.json").write_bytes(b"\xff\xfe{}"),
+    "another grid": lambda made: (made / "sweep.nc").write_bytes(sealed(b"CDF" * 40)),
+}
+VALUES = {"velocity": "fast", "outcome": "dancing", "warnings": [1], "recorded": {"x_G": "text"},
+          "events": None}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*CELLS, *VALUES])
+def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: Path) -> None:
+    made = tmp_path / "sweep"
+    (made / "cells").mkdir(parents=True)
+    for path in (folder / "sweep").rglob("*.*"):
+        (made / path.relative_to(folder / "sweep")).write_bytes(path.read_bytes())
+    (cell,) = made.rglob("*.cell")
+    if name in CELLS:
+        CELLS[name](made)
+    else:
+        records = records_of(cell.read_bytes())
+        records[0]["value"][name] = VALUES[name]
+        cell.write_bytes(lines_of(records))
+    said_of(lambda: sweep(SCENE, out=made, resume=True, workers=1), made if name in CELLS else cell)
+
+
+# --- outputs -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["run", "a.toml", "--checkpoint", "a.toml"],
+        ["run", "linked.toml", "--checkpoint", "a.toml"],
+        ["export", "run.csv", "--to", "run.csv"],
+        ["show", "run.png"],
+        ["run", "a.toml", "--out", "result.txt"],
+        ["compare", "a.toml", "--out", "compared.txt"],
+    ],
+)
+def test_no_output_replaces_an_input_or_has_a_name_of_another_kind(
+    words: list[str], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a.toml").write_text(
+        "chain = { n = 2, tan_alpha = 0.25, l0 = 1000, mu_d = 0.5, mu_s = 0.6 }\n"
+        'drive = { kind = "cycles", amplitude = 0.01, cycles = 3 }\n'
+    )
+    Path("linked.toml").symlink_to("a.toml")
+    for name in ("run.csv", "run.png"):
+        Path(name).write_bytes((folder / "run.nc").read_bytes())
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert status([*words, "--force"]) == 2
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
