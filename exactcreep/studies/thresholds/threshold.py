@@ -260,7 +260,7 @@ def threshold(
     claim is made between its points. With ``mu_s = mu_d`` the sliding limit decides, in rationals
     and cos(alpha): creep for ever begins at N m/(2 l0), with ``m = mu_d cos(alpha) -
     abs(sin(alpha))``, and odd chains never creep where ``N abs(tan_alpha) < mu_d``. Creep for ever
-    may go down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
+    may go down the incline, or up it as four sliders do near ``tan_alpha = 0``.
 
     Examples
     --------
