@@ -336,7 +336,7 @@ def threshold(
 def _compared(chain: Chain, after: int | None) -> str:
     if chain.n == 1:
         return "no law: one slider has no spring"
-    if chain.n == 2:
+    if chain.n == 2 and not chain.slides:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
