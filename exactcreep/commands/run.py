@@ -298,10 +298,8 @@ def _held(result: Creep) -> str:
 
 
 def _print_one(result: Creep, descent: Descent | None) -> None:
-    since = "" if result.since is None else f" since cycle {result.since}"
-    remark = f": {result.reason}" if result.reason else ""
     rows: list[tuple[str, Any]] = [
-        ("outcome", _behaviour(result) + since + remark),
+        ("outcome", result.sentence),
         (f"velocity per {result.drive.per}", _measured(result)),
         ("  of", result.velocity_of),
     ]
@@ -365,7 +363,9 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(result.seconds for result in results):.3g} s"
     )
-    say(f"evidence: {counted(result.evidence.value for result in results)}")
+    courses = counted(result.evidence.value for result in results)
+    outcomes = counted(result.outcome_evidence.value for result in results)
+    say(f"evidence: {courses}" + (f"; of outcomes {outcomes}" if outcomes != courses else ""))
     if sentences := [result.metastable for result in results if result.metastable]:
         say(f"{len(sentences)} members creep, but {sentences[0]}")
     if long := sum(result.long_rearrangements for result in results):

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from exactcreep.model.numbers import in_full, with_error
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence
 
 if TYPE_CHECKING:
     from exactcreep import Fate, HalfLife, Intercept, Survival, Threshold
@@ -59,22 +59,8 @@ def of_intercept(found: Intercept) -> str:
 
 
 def of_fate(fate: Fate) -> str:
-    """Say what the chain does for ever, from which cycle on, and how well that is known."""
-    since = "" if not fate.settled_after else f" from cycle {fate.settled_after} on"
-    if fate.outcome is Outcome.LIMIT:
-        return _because("It is not known what the chain does for ever", fate.reason)
-    if fate.outcome is Outcome.CREEPING:
-        every = "every cycle" if fate.period == 1 else f"every {fate.period} cycles"
-        what = f"creeps {fate.direction} for ever{since}, {abs(fate.advance or 0):.6g} in {every}"
-    else:
-        what = {
-            Outcome.AT_REST: f"rests for ever{since}",
-            Outcome.CYCLING: f"is locked for ever{since}: slips go back and forth",
-            Outcome.RUNAWAY: "runs away and never comes to rest",
-        }[fate.outcome]
-    if fate.marginal:
-        what = "is locked in the limit: its tensions approach a cycle in which it does not advance"
-    return _because(f"The chain {what} ({_KNOWN[fate.evidence]})", fate.reason)
+    """Say what the chain does for ever, after how many cycles, and how well that is known."""
+    return fate.sentence[:1].upper() + fate.sentence[1:]
 
 
 def of_survival(lives: Survival) -> str:

@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike
 from exactcreep.figures.animation import RunAvalanche, moments_of
 from exactcreep.figures.run import tension_bounds
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.outcome import with_direction
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -58,9 +57,8 @@ def sentence_of(run: Creep) -> str:
     error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
     velocity = f"mean velocity {run.velocity:.6g} per {run.drive.per}{error}"
     parts = [
-        f"{with_direction(run.outcome, run.direction)} ({run.evidence.value})",
+        run.sentence,
         velocity if math.isfinite(run.velocity) else "",
-        run.reason,
         *(f"{PHYSICS[name]} ({count} times)" for name, count in run.warnings.items()),
         f"{run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events",
     ]

@@ -24,7 +24,6 @@ from exactcreep.laws import prediction, threshold_amplitude, threshold_width
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.model.outcome import with_direction
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.fate import fate
@@ -235,13 +234,8 @@ def fate_sentence(run: Creep) -> str:
     each = max(run.event_count / max(run.half_cycles, 1), 1)  # events of a half-cycle
     most = min(max(int(_FATE_EVENTS / (2 * each)), 1), _FATE_CYCLES)
     found = fate(chain, drive.amplitude, cycles=most, solver="exact")
-    if found.settled_after is None:
-        return f"Fate: not settled after {found.cycles} cycles."
-    return (
-        f"Fate: {with_direction(found.outcome, found.direction)},"
-        f" settled after {found.settled_after} cycles with period {found.period}"
-        f" ({found.evidence.value}; `exactcreep fate` proves it)."
-    )
+    proves = "" if found.settled_after is None else "; `exactcreep fate` proves it"
+    return f"Fate: {found.finding}{proves}."
 
 
 # --- the velocity over the amplitude --------------------------------------------------------------

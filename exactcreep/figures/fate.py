@@ -10,7 +10,7 @@ from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import in_full
-from exactcreep.model.outcome import Outcome, with_direction
+from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
@@ -29,14 +29,7 @@ def draw_fate(found: Fate) -> Figure:
     if settled is not None and found.period is not None:
         shown = settled + max(2 * found.period, settled // 5, 5)
     shown = min(shown, _MOST_CYCLES)
-    cycles = f"{shown if settled is None else settled} cycle"
-    cycles += "s" * (cycles != "1 cycle")
-    how = f"not settled in {cycles}" if settled is None else f"settled after {cycles}"
-    behaviour = with_direction(found.outcome, found.direction).replace("_", " ")
-    title = (
-        f"N = {found.chain.n}, A = {float(found.amplitude):.9g}:"
-        f" {behaviour}, {how} ({found.evidence.value})"
-    )
+    title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}: {found.finding}"
     record = ("x_G", "tension")
     run = creep(found.chain, Cycles(found.amplitude, shown), start=found.start,
                 solver=found.solver, record=record)  # fmt: skip

@@ -43,7 +43,6 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.outcome import with_direction
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.motion.arithmetic import FLOAT64
@@ -118,8 +117,7 @@ def draw_run(
     top.margins(x=0.01)
     top.yaxis.set_major_formatter(_in_full)
     if not any(map(_moved, results)):
-        words = "\n".join(dict.fromkeys(with_direction(run.outcome, run.direction)
-                                        for run in results)).replace("_", " ")  # fmt: skip
+        words = "\n".join(dict.fromkeys(run.finding for run in results))
         bottom.text(0.5, 0.5, f"{words}\nbefore the end of a first half-cycle",
                     transform=bottom.transAxes, ha="center", va="center")  # fmt: skip
         top.set(xticks=[], yticks=[])
@@ -491,8 +489,7 @@ def draw_portrait(seen: Portrait) -> Figure:
         rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
-        f" solver {result.solver}, seed {result.seed}:"
-        f" {with_direction(result.outcome, result.direction).replace('_', ' ')}"
+        f" solver {result.solver}, seed {result.seed}\n{result.finding}"
     )
     figure = new_figure(7.4, 8.2)
     figure.suptitle(title, fontsize=9)

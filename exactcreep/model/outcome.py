@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Evidence(Enum):
-    """How well a result is known.
+    """How well a result is known, from the best to the least.
 
     Examples
     --------
@@ -25,13 +25,17 @@ class Evidence(Enum):
     rearrangement show, or of a run for some thousand events (all along with ``twin=True``)."""
     UNDECIDED = "undecided"
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
-    may have grown beyond what the solver promises. Of a run that is said of its course, from a
+    may have grown beyond what the solver promises. The course of a run is undecided from a
     half-cycle on; mean velocities are statistics, with an error of their own."""
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:
         """Return UNDECIDED if the model's rules settled some of the comparisons, else `best`."""
         return cls.UNDECIDED if undecided else best
+
+    def and_then(self, other: Evidence) -> Evidence:
+        """Return the weaker of the two: how well is known what needs both."""
+        return max(self, other, key=list(Evidence).index)
 
 
 class Outcome(Enum):
@@ -70,6 +74,11 @@ def direction_of(advance: Any, tan_alpha: Any) -> str:
     if tan_alpha == 0:
         return "+x" if advance > 0 else "-x"
     return "downhill" if (advance > 0) == (tan_alpha > 0) else "uphill"
+
+
+def said_after(count: int) -> str:
+    """Return after how many cycles a chain has settled, in words."""
+    return f", settled after {count} cycle{'s' * (count != 1)}"
 
 
 def with_direction(outcome: Outcome, direction: str) -> str:

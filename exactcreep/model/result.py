@@ -28,6 +28,38 @@ class Result(Shown):
     told: ClassVar[tuple[str, ...]] = ()
     """Attributes that the summary holds; default: all fields."""
 
+    worded: ClassVar[tuple[str, ...]] = ()
+    """Entries of the summary that `sentence` says, of which a table beside it says no more."""
+
+    @property
+    def finding(self) -> str:
+        """What was found and how well that is known, in the words of titles; "" if in none.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep, fate
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> creep(chain, Cycles("0.001", 50)).finding
+        'creeping downhill, settled after 1 cycle (computed)'
+        >>> fate(chain, "0.001").finding
+        'creeping downhill, settled after 1 cycle (proved)'
+        """
+        return ""
+
+    @property
+    def sentence(self) -> str:
+        """The finding and its `reason`, if there is one, as commands print them.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> creep(chain, Cycles("0.001", 50), max_events=9).sentence
+        'limit (undecided): max_events = 9 was reached'
+        """
+        reason = getattr(self, "reason", "")
+        return self.finding + (f": {reason}" if reason else "")
+
     def _numbers(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in self.told or _names(self)}
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from exactcreep.model.enclosure import Enclosure, as_float, enclosure, floats
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import Outcome
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.velocity import Mark, MeanVelocity
 from exactcreep.solvers.interface import Tally
@@ -22,13 +22,14 @@ _STILL = enclosure(0)
 class Behaviour:
     """What a chain does at the end of a run, and since which cycle.
 
-    `velocity` is that of its cycle, if it has settled; `doubtful` whether that is undecided.
+    `evidence` is how well that is known if the course is proved: `PROVED` if it lasts for ever,
+    `COMPUTED` if it was seen in this run only. `velocity` is that of its cycle, if it has settled.
     """
 
     outcome: Outcome
     since: int | None = None
     reason: str = ""
-    doubtful: bool = False
+    evidence: Evidence = Evidence.COMPUTED
     velocity: Enclosure | None = None
 
 
@@ -50,12 +51,12 @@ def behaviour(
     if settled is None and (approach := recurrence.approaching()):
         cycle, change = approach
         reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
-        return Behaviour(Outcome.CYCLING, cycle, reason, doubtful=True, velocity=_STILL)
+        return Behaviour(Outcome.CYCLING, cycle, reason, Evidence.UNDECIDED, _STILL)
     if settled is None:
         drift = _drifting(velocity, advanced, begin.done // 2, done)
         if all_burn_in and recurrence.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:
             reason = "the run lies within its burn-in: the advance may be that of a transient"
-            drift = replace(drift, reason=reason, doubtful=True)
+            drift = replace(drift, reason=reason, evidence=Evidence.UNDECIDED)
         return drift
     outcome = Outcome.CYCLING if settled.velocity is None else Outcome.CREEPING
     reason = f"{NEARLY}{settled.apart:.1e} m g, not exactly" if settled.apart else ""
@@ -63,8 +64,8 @@ def behaviour(
         outcome = Outcome.AT_REST
     if outcome is not Outcome.CREEPING and advanced and not reason:
         reason = f"the chain advanced in a transient only, up to cycle {settled.since}"
-    doubtful = settled.apart > 0
-    return Behaviour(outcome, settled.since, reason, doubtful, settled.velocity or _STILL)
+    evidence = Evidence.UNDECIDED if settled.apart else Evidence.PROVED
+    return Behaviour(outcome, settled.since, reason, evidence, settled.velocity or _STILL)
 
 
 def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: int) -> Behaviour:
@@ -78,13 +79,13 @@ def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: i
         if not math.isnan(known):
             bound = f"|velocity| is at most {value + 2 * least:.2g}"
         reason = f"no drift is seen beyond two standard errors: {bound}"
-        return Behaviour(Outcome.CYCLING, since, reason, doubtful=True)
+        return Behaviour(Outcome.CYCLING, since, reason, Evidence.UNDECIDED)
     if advanced:
         return Behaviour(Outcome.CREEPING, since)
     if since is None or chain.sigma_mu != 0:
         return Behaviour(Outcome.CYCLING, since)
     reason = "not every slider has advanced, and the tensions have not returned"
-    return Behaviour(Outcome.CYCLING, since, reason, doubtful=True)
+    return Behaviour(Outcome.CYCLING, since, reason, Evidence.UNDECIDED)
 
 
 def _advanced(velocity: MeanVelocity, begin: Mark, state: State, tally: Tally) -> bool:

@@ -185,13 +185,15 @@ def creep(
         - ``CREEPING``: every slider has moved, all of them the same way: between two ends of cycles
           with the same tensions (without disorder they go on like this; 1000 cycles are looked back
           to), else over all half-cycles after the burn-in, by two standard errors at least;
-        - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
+        - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The outcome is
           `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
           without disorder, where the tensions have not returned either.
 
-        They speak of the last part of the run, from cycle `since` on. Tensions that return, for two
-        periods, to within 2**-40 of the friction, but neither exactly nor within their enclosures,
-        leave the evidence `UNDECIDED`.
+        They speak of the last part of the run, after `since` cycles. What lasts for ever is as sure
+        as the course; what was seen in this run only, because the tensions have not returned, is at
+        most `COMPUTED` (`outcome_evidence`), even if every event is proved (`evidence`). Tensions
+        that return, for two periods, to within 2**-40 of the friction, but neither exactly nor
+        within their enclosures, leave the outcome `UNDECIDED`.
 
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.

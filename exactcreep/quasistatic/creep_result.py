@@ -16,7 +16,13 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.outcome import Evidence, Outcome, direction_of
+from exactcreep.model.outcome import (
+    Evidence,
+    Outcome,
+    direction_of,
+    said_after,
+    with_direction,
+)
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.model.user_files import keep
@@ -46,15 +52,22 @@ class Creep(Result):
     ----------
     experiment : Experiment
         Everything that determined the run; `chain`, `drive`, `solver` and `seed` are its own.
-    outcome, evidence : Outcome, Evidence
+    outcome : Outcome
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
+    evidence : Evidence
+        How well the course is known: `PROVED` are the events of these half-cycles, no more.
+    outcome_evidence : Evidence
+        How well the outcome is known: never better than the course. `PROVED` and, in float64,
+        `COMPUTED` if it lasts for ever: the tensions have returned after whole cycles, nothing
+        moves in one, or the chain runs away. At most `COMPUTED` if it was seen in this run only.
+        `UNDECIDED` for a limit, and where `reason` says what is in doubt.
     reason : str
         One sentence, if there is more to say.
     since : int or None
-        The cycle from which on the chain does what `outcome` says: x_G repeats its motion from
-        there, and the tensions, to within 2**-40 of the friction, as far back as they are known
-        (some thousand cycles). If it does not repeat, the cycle in which the burn-in ends. None for
-        other drives, a runaway or a limit.
+        Cycles after which the chain does what `outcome` says: x_G repeats its motion after them,
+        and the tensions, to within 2**-40 of the friction, as far back as they are known (some
+        thousand cycles). If it does not repeat, the cycles of the burn-in. None for other drives, a
+        runaway or a limit.
     velocity : float
         Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
@@ -74,8 +87,7 @@ class Creep(Result):
     undecided_from : int
         The first target from which on the run may be undecided: a comparison was, an avalanche was
         too long, or one of the copies that are a few roundings off may have parted by 1e-12; 0 if
-        there is none (only the outcome may be undecided then, and `reason` says why). Looked for at
-        every target at first, then less and less often.
+        there is none. Looked for at every target at first, then less and less often.
     trusted_half_cycles : int or None
         Up to which target the events are those of these copies, and four times the distance of
         their tensions is within 1e-9, at the least; None if that was not followed so far.
@@ -107,6 +119,7 @@ class Creep(Result):
     experiment: Experiment
     outcome: Outcome
     evidence: Evidence
+    outcome_evidence: Evidence
     reason: str
     velocity: float
     velocity_error: float
@@ -184,6 +197,41 @@ class Creep(Result):
         0
         """
         return self.experiment.seed
+
+    @property
+    def settled(self) -> bool:
+        """Whether cycles have brought the chain back to earlier tensions, or to rest, for ever.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> [creep(chain, Cycles("0.001", cycles)).settled for cycles in (1, 2)]
+        [False, True]
+        """
+        return self.since is not None and self.velocity_error == 0
+
+    @property
+    def finding(self) -> str:
+        """What the chain does, after how many cycles or in this run only, and how sure that is.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> creep(chain, Cycles("0.0009", 12), solver="certified").finding
+        'creeping downhill, seen in this run only, from half-cycle 3 on (computed)'
+        """
+        when = ""
+        if self.settled:
+            when = said_after(self.since or 0)
+        elif self.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
+            after = self.burn_in if self.since is None else 2 * self.since
+            after = after if after < self.half_cycles else 0
+            named = "half-cycle" if self.drive.cyclic else "target"
+            when = f", seen in this run only, from {named} {after + 1} on"
+        found = with_direction(self.outcome, self.direction).replace("_", " ")
+        return f"{found}{when} ({self.outcome_evidence.value})"
 
     @property
     def x_G(self) -> float:
@@ -275,14 +323,14 @@ class Creep(Result):
         >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
         >>> run = creep(chain, Cycles("0.001", 50))
         >>> run.velocity_of
-        'the cycle in which it has settled, since cycle 1'
+        'the cycle in which it has settled'
         """
         if self.outcome is Outcome.AT_REST:
             return "at rest, in which the run ends"
         if math.isinf(self.velocity):
             return "a chain that runs away"
-        if self.velocity_error == 0 and self.drive.cyclic:
-            return f"the cycle in which it has settled, since cycle {self.since}"
+        if self.settled:
+            return "the cycle in which it has settled"
         named = "half-cycles" if self.drive.cyclic else "targets"
         if self.half_cycles <= self.burn_in:
             return f"this run, which has no {named} after its burn-in"

@@ -14,8 +14,10 @@ import xarray as xr
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, as_float, as_written, exact_value, quantity
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_of_parameters
 from exactcreep.quasistatic.netcdf import Group
@@ -162,6 +164,12 @@ def _fields_of(member: Group) -> dict[str, Any]:
     for name in names(Place.FILE):
         if name in about:
             fields[attribute_of(name)] = reader_of(name)(about[name])
+    if "outcome_evidence" not in about:  # in files of 0.4.0
+        never, settled = fields["outcome"] is Outcome.RUNAWAY, fields["velocity_error"] == 0
+        lasts = never or (settled and about["drive"] == Cycles.kind)
+        known = Evidence.PROVED if lasts else Evidence.COMPUTED
+        known = Evidence.UNDECIDED if fields["outcome"] is Outcome.LIMIT else known
+        fields["outcome_evidence"] = fields["evidence"].and_then(known)
     return fields | {
         "experiment": _experiment(member),
         "velocity_enclosure": exact,

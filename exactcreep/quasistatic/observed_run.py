@@ -164,12 +164,15 @@ class ObservedRun:
         if self.outcome is None:
             ended = behaviour(self.velocity, self.recurrence, state, tally, done)
         else:
-            ended = Behaviour(self.outcome, reason=self.reason)
+            never = self.outcome is Outcome.RUNAWAY  # comes to rest: that was proved
+            known = Evidence.PROVED if never else Evidence.UNDECIDED
+            ended = Behaviour(self.outcome, reason=self.reason, evidence=known)
         burn_in, mean = self.velocity.mean(done)
         velocity, error, exact = self._velocity(ended, burn_in, mean)
         doubted = self.copy.doubted_from
         if not doubted and simulation.evidence is Evidence.UNDECIDED:
             doubted = done + 1
+        evidence = Evidence.of(doubted, simulation.evidence)
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
         report = simulation.report()
         if experiment.accuracy is not None:
@@ -179,7 +182,8 @@ class ObservedRun:
         return Creep(
             experiment=experiment,
             outcome=ended.outcome,
-            evidence=Evidence.of(doubted or ended.doubtful, simulation.evidence),
+            evidence=evidence,
+            outcome_evidence=evidence.and_then(ended.evidence),
             reason=ended.reason,
             velocity=velocity,
             velocity_error=error,

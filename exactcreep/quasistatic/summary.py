@@ -44,7 +44,12 @@ class RunRow(NamedTuple):
         _word("what the chain does, or why the computation stopped"),
         _LINE | _FILE | _CELL,
     ]
-    evidence: Annotated[Evidence, _word("how well that is known"), _LINE | _FILE | _CELL]
+    evidence: Annotated[
+        Evidence, _word("how well the events of its half-cycles are known"), _LINE | _FILE | _CELL
+    ]
+    outcome_evidence: Annotated[
+        Evidence, _word("how well the outcome is known"), _LINE | _FILE | _CELL
+    ]
     direction: Annotated[str, _word("which way it creeps or runs away"), _LINE | _CELL]
     velocity: Annotated[
         float, _real(_PER, "mean displacement of x_G per {per}"), _LINE | _FILE | _CELL

@@ -113,7 +113,7 @@ class MeanVelocity(Observer):
         if moved and not least and rests_for_long(self.experiment.chain, targets):
             return math.nan
         clock = self.drive.clock(np.arange(begin, len(self.values)) * self.spacing)
-        silent = math.nan if self.drive.random else 0.0
+        silent = math.nan if self.drive.random or self.drive.cyclic else 0.0
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
     def restore(self, kept: Any) -> None:

@@ -181,6 +181,19 @@ class Rearrangement(Result):
         )
 
     @property
+    def finding(self) -> str:
+        """What the chain came to, and how sure that is.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, State, rearrange
+        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+        >>> rearrange(chain, State.relaxed(chain), direction=+1).finding
+        'at rest (computed)'
+        """
+        return f"{self.outcome.value.replace('_', ' ')} ({self.evidence.value})"
+
+    @property
     def evidence(self) -> Evidence:
         """What the result is worth: proved, computed, or undecided where rounding may decide.
 

@@ -41,7 +41,8 @@ class Settled(NamedTuple):
     since : int
         The cycle from which on they do.
     apart : float
-        How far from their values; 0: to all digits, or to within their enclosures.
+        How far from their values; 0: to all digits, or to within enclosures of 2**-80 of the
+        friction at the most.
     velocity : Enclosure or None
         Mean displacement per half-cycle; None if the chain does not advance.
     """
@@ -161,8 +162,10 @@ class Recurrence:
         for period in (np.flatnonzero(apart <= self._close) + 1).tolist():
             off, since = float(apart[period - 1]), self.repeats_since(period)
             if len(self.known) > period:
-                pairs = zip(self.known[-1][1], self.known[-1 - period][1], strict=True)
+                pairs = [*zip(self.known[-1][1], self.known[-1 - period][1], strict=True)]
                 off = max((now.apart(earlier) for now, earlier in pairs), default=0.0)
+                wide = max((now.radius + earlier.radius for now, earlier in pairs), default=0)
+                off = max(off, float(wide)) if wide > NEAR * self._close else off
             # what returns but nearly is believed if it does so for another period
             if not off or self.cycles - since >= 2 * period:
                 return Settled(period, since, off, self._velocity(period))

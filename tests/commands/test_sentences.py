@@ -42,14 +42,15 @@ HALF = HalfLife(
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({}, "The chain creeps downhill for ever from cycle 30 on, 0.70517 in every cycle (pr"),
+        ({}, "Creeping downhill, settled after 30 cycles (proved)"),
         ({"advance": -0.1, "period": 4, "evidence": Evidence.COMPUTED},
-         "creeps uphill for ever from cycle 30 on, 0.1 in every 4 cycles (computed in float64)"),
-        ({"outcome": Outcome.CYCLING, "advance": 0.0}, "is locked for ever from cycle 30 on: "),
-        ({"outcome": Outcome.CYCLING, "marginal": True}, "is locked in the limit: its tensions"),
-        ({"outcome": Outcome.AT_REST, "settled_after": 0}, "The chain rests for ever (proved)"),
-        ({"outcome": Outcome.RUNAWAY, "reason": "as it is steep"}, "(proved): as it is steep"),
-        ({"outcome": Outcome.LIMIT, "reason": "time"}, "It is not known what the chain does for"),
+         "Creeping uphill, settled after 30 cycles (computed)"),
+        ({"outcome": Outcome.CYCLING, "advance": 0.0}, "Cycling, settled after 30 cycles (pro"),
+        ({"outcome": Outcome.AT_REST, "settled_after": 1}, "At rest, settled after 1 cycle (pro"),
+        ({"outcome": Outcome.RUNAWAY, "settled_after": None, "reason": "as it is steep"},
+         "Runaway downhill (proved): as it is steep"),
+        ({"outcome": Outcome.LIMIT, "settled_after": None, "reason": "time"},
+         "Limit, not settled in 50 cycles (proved): time"),
     ],
 )  # fmt: skip
 def test_a_fate_is_said_in_one_sentence(changed: dict[str, object], said: str) -> None:
@@ -106,10 +107,7 @@ def test_lives_are_said_as_one_in_so_many_cycles() -> None:
 
 def test_a_question_prints_its_sentence_first_and_no_zeros(command: Command) -> None:
     first, *rows = command("fate", "--n", "2", "--amplitude", "0.001").out.splitlines()
-    assert (
-        first
-        == "The chain creeps downhill for ever from cycle 1 on, 1.55223 in every cycle (proved)"
-    )
+    assert first == "Creeping downhill, settled after 1 cycle (proved)"
     assert not any(re.search(r"  (0|no)$", row) for row in rows)
     assert any(row.startswith("advance enclosure") for row in rows)
 

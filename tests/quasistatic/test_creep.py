@@ -77,7 +77,8 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
 def test_a_single_cycle_cannot_tell_creep_from_a_transient() -> None:
     one, many = (creep(paper_chain(6, "0"), Cycles("0.00095", cycles)) for cycles in (1, 50))
     assert many.outcome is Outcome.CYCLING
-    assert (one.outcome, one.evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
+    assert (one.outcome, one.evidence) == (Outcome.CREEPING, Evidence.COMPUTED)
+    assert one.outcome_evidence is Evidence.UNDECIDED
     assert "transient" in one.reason
 
 
@@ -94,7 +95,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
         start = with_coefficients(creep(TWO_SURE, cycle, start=start).state, 0.55, 0.55)
     first = creep(TWO_SURE, cycle, start=start, solver=solver)
     assert first.state.tensions.astype(float).tolist() == start.tensions.tolist()
-    assert (first.outcome, first.evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
+    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
     later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
     assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
 

@@ -44,20 +44,22 @@ def test_a_chain_that_locked_early_is_cycling_since_then_in_every_solver(solver:
     result = creep(chain, Cycles(amplitude, 9), solver=solver, **options)
     assert (result.outcome, result.since) == (Outcome.CYCLING, settled.settled_after)
     assert result.velocity == 0
-    if result.evidence is not Evidence.UNDECIDED:  # its tensions return exactly
+    assert result.settled
+    if result.outcome_evidence is not Evidence.UNDECIDED:  # its tensions return exactly
         assert result.velocity_error == 0
         assert f"up to cycle {result.since}" in result.reason
-    assert result.evidence is not Evidence.UNDECIDED or solver not in ("exact", "certified")
+    worth = {"exact": Evidence.COMPUTED, "certified": Evidence.PROVED}
+    assert result.outcome_evidence is worth.get(solver, result.outcome_evidence)
 
 
 def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     result = creep(captions(30), Cycles(Fraction("0.00338337"), 1500), record=())
     assert abs(result.velocity) < 2 * result.velocity_error
-    assert (result.outcome, result.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    assert (result.outcome, result.outcome_evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
     bound = float(result.reason.rpartition(" ")[2])
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
     level = creep(captions(6, "0.01", tan_alpha="0"), GaussianSteps("0.01", 400), seed=3)
-    assert (level.outcome, level.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    assert (level.outcome, level.outcome_evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
 
 
 def test_a_run_in_parts_knows_since_when_as_one_in_a_piece_does(tmp_path: Path) -> None:
@@ -140,3 +142,32 @@ def test_all_that_speaks_of_a_chain_says_the_same(count: int) -> None:
     cases = [drawn(number) for number in range(count)]
     seen = {held_against(*case) for case in cases if case[0].n <= 4}
     assert seen >= {Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING}
+
+
+def runs_of(chain: Chain, amplitude: Fraction, cycles: int) -> tuple[Creep, bool]:
+    """Hold a certified run against the fate of its chain; return it, and whether it is proved."""
+    run = creep(chain, Cycles(amplitude, cycles), solver="certified", record=())
+    known = fate(chain, amplitude, cycles=70)
+    assert run.evidence is Evidence.PROVED
+    if not run.settled:
+        assert run.outcome_evidence is not Evidence.PROVED
+    elif run.outcome_evidence is known.evidence is Evidence.PROVED:
+        assert (run.outcome, run.direction) == (known.outcome, known.direction)
+        assert run.velocity == pytest.approx(known.velocity, rel=1e-12)
+    return run, known.evidence is Evidence.PROVED
+
+
+@pytest.mark.parametrize("count", [pytest.param(10), pytest.param(60, marks=pytest.mark.slow)])
+def test_what_a_run_proves_for_ever_is_the_fate_of_its_chain(count: int) -> None:
+    """Two of them creep to the end of their runs, and lock or rest some cycles later."""
+    cases = [(captions(5), Fraction("0.00079"), 20), (captions(2), Fraction("0.001"), 5)]
+    cases += [(captions(4, tan_alpha="0.3"), Fraction("0.000532435"), 57)]
+    cases += [(*drawn(number), 2 + 7 * number % 24) for number in range(count)]
+    seen = {
+        (run.outcome, run.outcome_evidence, run.settled)
+        for run, proved in (runs_of(*case) for case in cases)
+        if proved
+    }
+    ends = Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING
+    assert seen >= {(outcome, Evidence.PROVED, True) for outcome in ends}
+    assert (Outcome.CREEPING, Evidence.COMPUTED, False) in seen

@@ -11,7 +11,13 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import Evidence, Outcome, direction_of
+from exactcreep.model.outcome import (
+    Evidence,
+    Outcome,
+    direction_of,
+    said_after,
+    with_direction,
+)
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 
@@ -119,6 +125,24 @@ class Fate(Result):
         True
         """
         return None if self.advance is None or not self.period else self.advance / self.period / 2
+
+    worded = ("outcome", "evidence", "direction", "settled_after", "reason")
+
+    @property
+    def finding(self) -> str:
+        """What the chain does for ever, after how many cycles, and how sure that is.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, fate
+        >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").finding
+        'creeping downhill, settled after 1 cycle (proved)'
+        """
+        when = "" if self.settled_after is None else said_after(self.settled_after)
+        if self.outcome is Outcome.LIMIT:
+            when = said_after(self.cycles).replace("settled after", "not settled in")
+        found = with_direction(self.outcome, self.direction).replace("_", " ")
+        return f"{found}{when} ({self.evidence.value})"
 
     told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
