@@ -31,7 +31,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import advance
-from exactcreep.solvers.statistics import FEWEST_STEPS
+from exactcreep.solvers.statistics import FEWEST_STEPS, alternates
 from exactcreep.watch.limits import Stop
 
 if TYPE_CHECKING:
@@ -366,6 +366,8 @@ class Creep(Result):
             return few
         if not self.event_count:
             return f"nothing happened in {after} {named}: how rarely it does is not known"
+        if alternates(self.chain, self.drive):
+            return f"{few}: near its threshold a chain rests for as long as it creeps, or longer"
         return f"{few} beside the time over which the advance is correlated"
 
     @cached_property

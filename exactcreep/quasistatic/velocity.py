@@ -13,7 +13,13 @@ from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.solvers.interface import Simulation, Stretch
-from exactcreep.solvers.statistics import rests_for_long, standard_error
+from exactcreep.solvers.statistics import (
+    alternates,
+    jump_of,
+    rests_are_short,
+    rests_for_long,
+    standard_error,
+)
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _MARKED = 1.25  # marks of a run whose length is not known lie so many times further apart
@@ -108,13 +114,19 @@ class MeanVelocity(Observer):
     def error(self, burn_in: int, *, least: bool = False) -> float:
         """Return the standard error of the mean velocity, or `least` what it may be; or nan."""
         begin = -(-burn_in // self.spacing)
-        targets = (len(self.values) - begin) * self.spacing
-        moved = self.values[-1] != self.values[0]
-        if moved and not least and rests_for_long(self.experiment.chain, targets):
+        if not least and self._may_rest_for_longer(begin):
             return math.nan
         clock = self.drive.clock(np.arange(begin, len(self.values)) * self.spacing)
         silent = math.nan if self.drive.random or self.drive.cyclic else 0.0
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
+
+    def _may_rest_for_longer(self, begin: int) -> bool:
+        """Return whether rests may make the mean that this run is too short to show."""
+        chain, advances = self.experiment.chain, np.diff(self.values[begin:])
+        if alternates(chain, self.drive):
+            return bool(advances.any()) and not rests_are_short(advances, jump_of(chain))
+        moved = self.values[-1] != self.values[0]
+        return bool(moved) and rests_for_long(chain, (len(self.values) - begin) * self.spacing)
 
     def restore(self, kept: Any) -> None:
         super().restore(kept)

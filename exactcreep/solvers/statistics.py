@@ -6,6 +6,11 @@ standard deviations above the mean that takes ``exp((z - d/sigma)^2 / 2)`` half-
 probability is ``exp(-z^2 / 2)``: rests longer than t are as frequent as
 ``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with ``h = d/sigma``, so that their length has no variance.
 Where a run should hold some as long as a block, but need not, no analysis of it tells its error.
+
+Near its threshold a chain of any length alternates between creep and rests. Six sliders with
+``sigma_mu = 0.01``, at 1.1 times the amplitude ``N m/(2 l0)``, rest for longer than 10 cycles in
+one of 8 rests, and for longer than 1000 in one of 250. A run of 100 cycles may see creep alone, or
+a rest alone, and its blocks scatter little either way.
 """
 
 from __future__ import annotations
@@ -16,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
 
 FEWEST_STEPS = 64
@@ -27,6 +33,8 @@ takes as long as a short run."""
 _STUDENT = 2.365  # of 95 % with 7 degrees of freedom
 _MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the errors, .013 none
 _MOST_SKEWNESS = 0.8
+_CROSSOVER = 2.0
+"""Creep and long rests alternate within so many D/l0 in amplitude of where ``l0 A = N m/2``."""
 
 
 def standard_error(
@@ -88,6 +96,36 @@ def rests_for_long(chain: Chain, targets: int) -> bool:
     h = nearest_float(2 * abs(chain.tan_alpha) / chain.sigma_mu)
     longer_than_a_block = 16 * math.exp(-h * h / 2 - h * math.sqrt(2 * math.log(targets)))
     return longer_than_a_block > _MOST_LONG_RESTS
+
+
+def alternates(chain: Chain, drive: Drive) -> bool:
+    """Return whether a chain may alternate between creep and long rests: under cycles, near x = 0.
+
+    Measured for 2 to 30 sliders with ``sigma_mu = 0.01``, and for 6 to 100 without disorder: from
+    2 D/l0 above the middle of the crossover on, rests take no more than a few per cent of the time.
+    """
+    if not isinstance(drive, Cycles):
+        return False
+    borne = chain.n * (chain.friction - abs(chain.sin_alpha)) / 2
+    return abs(nearest_float(chain.l0 * drive.amplitude) - borne) < _CROSSOVER * chain.excess
+
+
+def jump_of(chain: Chain) -> float:
+    """Return the advance of x_G, N D/4, up to which a cycle is quiescent; ``g tau_dyn**2``."""
+    return chain.n * chain.excess / 4
+
+
+def rests_are_short(advances: NDArray[np.float64], jump: float) -> bool:
+    """Return whether a series holds as many rests as blocks, 32, each shorter than a block.
+
+    Then blocks average over rests. Six sliders whose rests have no finite mean (see above) passed
+    this in 3 of 2700 runs of 90 to 3600 cycles.
+    """
+    quiet = np.concatenate([[False], np.abs(advances) <= jump, [False]])
+    ends = np.flatnonzero(np.diff(quiet))
+    rests = ends[1::2] - ends[::2]
+    blocks = max(_COARSE)
+    return bool(rests.size >= blocks and rests.max() < advances.size / blocks)
 
 
 def _sums(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:

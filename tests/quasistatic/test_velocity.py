@@ -97,6 +97,26 @@ def test_the_standard_error_is_the_scatter_between_seeds() -> None:
     assert 0.7 < claimed / scatter < 1.4
 
 
+@pytest.mark.parametrize(
+    ("n", "above", "cycles", "least"),
+    [(3, "1.4", 100, 0), (6, "1.1", 100, 0), (6, "1.15", 600, 10), (6, "1.5", 100, 25)],
+)
+def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
+    n: int, above: str, cycles: int, least: int
+) -> None:
+    """A short run may see creep alone, or rest alone, of a chain that alternates between them."""
+    chain = paper_chain(n)
+    amplitude = float(above) * n * (chain.friction - chain.sin_alpha) / 2000
+    late = [creep(chain, Cycles(amplitude, 4000), seed=seed, burn_in=4000) for seed in (30, 31, 32)]
+    mean = np.mean([run.velocity for run in late])
+    runs = [creep(chain, Cycles(amplitude, cycles), seed=seed) for seed in range(30)]
+    errors = np.array([run.velocity_error for run in runs])
+    known = ~np.isnan(errors)
+    apart = np.abs(np.array([run.velocity for run in runs]) - mean)
+    assert known.sum() >= least
+    assert (apart > 1.96 * errors)[known].sum() <= 0.1 * known.sum()
+
+
 NONE = "no {} was completed after the burn-in of {}; {} were reached"
 UNKNOWN = {
     NONE.format("whole cycle", "10 half-cycles", 10): (TWO, BRIEF, {"burn_in": 10}),
@@ -106,6 +126,8 @@ UNKNOWN = {
     "8 half-cycles after the burn-in are too few for a standard error": (TWO, BRIEF, {}),
     "900 targets after the burn-in are too few for a standard error beside the time over which the"
     " advance is correlated": (WEAK, GaussianSteps("0.01", 1000), {"seed": WANDERING}),
+    "180 half-cycles after the burn-in are too few for a standard error: near its threshold a chain"
+    " rests for as long as it creeps, or longer": (SIX, Cycles("0.0008", 100), {}),
     "nothing happened in 90 targets: how rarely it does is not known": (
         TWO, GaussianSteps("1e-6", 100), {}),
     "10 targets after the burn-in are too few for a standard error": (
