@@ -5,12 +5,11 @@ What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `
 that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement` of one `Event` after the other,
 whose motion is a `Solution`) follows one rearrangement, `creep` (a `Creep`) a whole drive, `sweep`
 a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain until it has
-settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`),
-where creep is chaotic `half_life` (a `HalfLife`), and with disorder `intercept` (an `Intercept`)
-look for the amplitude above which a chain creeps. `compare` and `plan` answer with a dataset over
-`Method` and seed, and a `Plan`; `quiescent` tells when the chain of a run stood still (a
-`Quiescence`); `physical` turns a solid in SI units into the chain of a `Solid`,
-and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
+settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`), and
+with disorder `intercept` (an `Intercept`), look for the amplitude above which a chain creeps.
+`compare` and `plan` answer with a dataset over `Method` and seed, and a `Plan`; `quiescent` tells
+when the chain of a run stood still (a `Quiescence`); `physical` turns a solid in SI units into the
+chain of a `Solid`, and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
 `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations

@@ -38,7 +38,6 @@ from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
 from .studies.quiescence import Quiescence as Quiescence, quiescent as quiescent
 from .studies.sweep import sweep as sweep
-from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as half_life
 from .studies.thresholds.questions import GivenUp as GivenUp
 from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
 from .studies.thresholds.threshold import Threshold as Threshold, threshold as threshold

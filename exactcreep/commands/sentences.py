@@ -9,7 +9,7 @@ from exactcreep.model.numbers import in_full, with_error
 from exactcreep.model.outcome import Evidence
 
 if TYPE_CHECKING:
-    from exactcreep import Fate, HalfLife, Intercept, Survival, Threshold
+    from exactcreep import Fate, Intercept, Survival, Threshold
 
 _KNOWN = {
     Evidence.PROVED: "proved",
@@ -35,17 +35,6 @@ def of_threshold(found: Threshold) -> str:
     windows = f", the first of {more + 1} edges" if more > 0 else ""
     where = f"{what} begins between A = {found.lower} and {found.upper}{windows}"
     return _because(f"{where[0].upper()}{where[1:]} ({_KNOWN[found.evidence]})", found.reason)
-
-
-def of_half_life(found: HalfLife) -> str:
-    """Say at which amplitude half of the starts still creep, or why none is known."""
-    what = f"half of {found.starts} starts still creep after {found.cycles} cycles"
-    if found.amplitude is None:
-        return _because(f"It is not known at which amplitude {what}", found.reason)
-    between = ""
-    if found.low is not None and found.high is not None:
-        between = f" ({found.low:.6g} to {found.high:.6g}, 95 %)"
-    return _because(f"H{what[1:]} at A = {found.amplitude:.6g}{between}", found.reason)
 
 
 def of_intercept(found: Intercept) -> str:

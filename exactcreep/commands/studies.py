@@ -89,12 +89,6 @@ QUESTIONS = {
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),
-    "half-life": Question(
-        "Return the amplitude at which half of many starts still creep after `cycles` cycles.",
-        "of_half_life",
-        Output,
-        ("--n 6 --plot survival.png",),
-    ),
     "intercept": Question(
         "Return the amplitude at which the straight part of v(A) meets zero.",
         "of_intercept",

@@ -17,7 +17,6 @@ from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.interface import Rearrangement
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
-from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold
 
@@ -49,5 +48,5 @@ def _(survival: Survival) -> Callable[[], Figure]:
 
 
 @plots_of.register
-def _(answer: Threshold | HalfLife | Intercept) -> Callable[[], Figure]:
+def _(answer: Threshold | Intercept) -> Callable[[], Figure]:
     return partial(draw_threshold, answer)

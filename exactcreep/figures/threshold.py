@@ -17,7 +17,6 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.thresholds.beside_laws import laws_beside
-from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold
 
@@ -38,21 +37,21 @@ _OPEN = 1.05
 
 
 @styled
-def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
-    """Draw windows, shares of starts, or velocities over the amplitude, with the laws.
+def draw_threshold(found: Threshold | Intercept) -> Figure:
+    """Draw windows, or velocities, over the amplitude, with the laws.
 
     Of a threshold the displacements below and above it stand beneath.
 
     Parameters
     ----------
-    found : Threshold or HalfLife or Intercept
+    found : Threshold or Intercept
 
     Returns
     -------
     Figure
     """
     chain = found.chain
-    asked = "half-life" if isinstance(found, HalfLife) else getattr(found, "what", found.criterion)
+    asked = getattr(found, "what", found.criterion)
     disorder = setting_text("sigma_mu", chain.sigma_mu)
     if isinstance(found, Threshold) and len(found.windows or ()) > 1:
         asked += ", its first edge"  # the scan alone has seen the others
@@ -64,8 +63,6 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
                                    squeeze=False)[:, 0]  # fmt: skip
     if isinstance(found, Intercept):
         _velocities(axes, found)
-    elif isinstance(found, HalfLife):
-        _shares(axes, found)
     else:
         _windows(axes, found)
         for beneath in under:
@@ -90,17 +87,9 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
 
 
 def _span(
-    axes: Axes, found: Threshold | HalfLife | Intercept, laws: Mapping[str, float]
+    axes: Axes, found: Threshold | Intercept, laws: Mapping[str, float]
 ) -> tuple[float, float]:
     """Return the amplitudes to draw: those that tell something, whatever the laws are."""
-    if isinstance(found, HalfLife):
-        shares = sorted((amplitude, each[1]) for amplitude, each in found.shares.items())
-        told = [amplitude for (amplitude, here), (_, after) in itertools.pairwise(shares)
-                if 0 < here < 1 or here != after]  # fmt: skip
-        told += [after for (_, here), (after, share) in itertools.pairwise(shares) if share != here]
-        told = told or [amplitude for amplitude, _ in shares] or [*laws.values()]
-        margin = 0.25 * (max(told) - min(told)) or 0.05 * max(told)
-        return min(told) - margin, max(told) + margin
     axes.margins(x=0.05)
     if isinstance(found, Intercept) and not found.amplitudes.size:
         return 0.95 * min(laws.values()), 1.05 * max(laws.values())
@@ -147,18 +136,6 @@ def _velocities(axes: Axes, found: Intercept) -> None:
         axes.plot(ends, found.slope * (ends - found.intercept), color=INKS[2], label=label)
     axes.axhline(0.0, color=INKS[6], linewidth=0.6)
     axes.set_ylabel(f"velocity per half-cycle  {LENGTH}")
-
-
-def _shares(axes: Axes, found: HalfLife) -> None:
-    tried = sorted(found.shares)
-    rows = np.array([found.shares[amplitude] for amplitude in tried], float).reshape(-1, 4)
-    _, middle, low, high = rows.T  # none, if the search was stopped before its first amplitude
-    axes.errorbar(tried, middle, [middle - low, high - middle], fmt="o", color=INKS[0],
-                  markersize=3, label=f"of {found.starts} starts, 95 %")  # fmt: skip
-    axes.axhline(0.5, color=INKS[6], linewidth=0.6)
-    if found.low is not None and found.high is not None:
-        axes.axvspan(found.low, found.high, color=INKS[4], alpha=0.4, linewidth=0, label="half")
-    axes.set(ylim=(-0.05, 1.05), ylabel=f"still creep after {found.cycles} cycles")
 
 
 def _windows(axes: Axes, found: Threshold) -> None:

@@ -104,7 +104,7 @@ class Result(Shown):
         A run has ``plot(ax=None)``, x_G over time, and ``plot.avalanches("size")``, how the size of
         its avalanches is distributed (or their ``"duration"``, ``"energy"``, ``"extent"``), which
         return the axes; a rearrangement its velocities and energies, two axes; a fate, a survival,
-        a threshold, a half-life and an intercept the figure of their commands' ``--plot``.
+        a threshold and an intercept the figure of their commands' ``--plot``.
 
         Returns
         -------

@@ -40,7 +40,6 @@ EVERY = {
     "record": (("days.csv",), "plot"),
     "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
-    "half-life": (("--n", "3", "--cycles", "20", "--starts", "8", "--digits", "1"), "out plot"),
     "intercept": (("--n", "6", "--cycles", "100", "--sigma-mu", "0.01"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
@@ -50,7 +49,7 @@ ENDINGS = {"out": ".nc", "plot": ".png"}
 BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8", ".csv": b"half_cycle"}
 SILENT = {"sweep", "show", "export", "animate"}
 """Commands that have files alone, and no object of JSON."""
-PATIENT = {"threshold", "half-life", "intercept"}
+PATIENT = {"threshold", "intercept"}
 """Commands that show what is known when their time is over."""
 
 

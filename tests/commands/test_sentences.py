@@ -15,7 +15,6 @@ from exactcreep.commands import sentences
 from exactcreep.studies.fates.escape import Rate
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import StartRecord, Survival
-from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
@@ -32,10 +31,6 @@ LINE = Intercept(
     chain=CHAIN, cycles=100, seed=0, size=Fraction(1), reason="", fit=(1.2, 2.0), law_seuil=7.27e-4,
     law_slope=3000.0, intercept=7.262e-4, error=6.4e-6, systematic=1.4e-5,
     amplitudes=NONE, velocities=NONE, errors=NONE,
-)  # fmt: skip
-HALF = HalfLife(
-    chain=CHAIN, cycles=20, seed=0, size=Fraction(1), reason="", starts=8, amplitude=4.7e-4,
-    low=4.5e-4, high=4.9e-4, shares={}, directions={},
 )  # fmt: skip
 
 
@@ -67,13 +62,7 @@ def test_an_edge_is_said_with_both_ends_or_why_it_is_not_known() -> None:
     assert unknown == "It is not known where creep for ever begins: its time is over"
 
 
-def test_measured_thresholds_are_said_with_their_errors() -> None:
-    assert sentences.of_half_life(HALF) == (
-        "Half of 8 starts still creep after 20 cycles at A = 0.00047 (0.00045 to 0.00049, 95 %)"
-    )
-    assert "not known at which amplitude half" in sentences.of_half_life(
-        replace(HALF, amplitude=None)
-    )
+def test_an_intercept_is_said_with_its_error() -> None:
     assert sentences.of_intercept(LINE) == (
         "The straight part of v(A) meets zero at A = 0.0007262 ± 0.0000064, by up to 1.4e-05"
         " elsewhere in the range; Eq. 22 says 0.000727"

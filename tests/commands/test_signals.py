@@ -91,7 +91,6 @@ LINES = {
     "sweep": "sweep two-sliders-cycles --set drive.cycles=20 --set vary.run.seed=[1,2,3,4,5,6,7,8]"
     " --set vary.drive.amplitude=[0.002,0.003] --workers 1 --out a --plot a.png",
     "survival": f"survival --n 3 --amplitude 0.0005 --cycles 50 --starts 200 --workers 1 {FILES}",
-    "half-life": f"half-life --n 3 --cycles 50 --starts 20 {FILES}",
     "intercept": f"intercept --n 6 --sigma-mu 0.01 --cycles 100 --fit 1.3 2 {FILES}",
     "threshold": f"threshold --n 2 --digits 9 {FILES}",
     "fate": "fate --n 2 --amplitude 0.0004 --plot a.png",
@@ -101,9 +100,9 @@ LINES = {
 }
 STAGES = {
     "task": [*LINES],
-    "inner": ["run", "sweep", "survival", "half-life", "intercept", "threshold", "fate", "plan"],
-    "writing": ["run", "survival", "half-life", "intercept", "threshold", "compare"],
-    "drawing": ["run", "sweep", "survival", "half-life", "intercept", "threshold", "fate"],
+    "inner": ["run", "sweep", "survival", "intercept", "threshold", "fate", "plan"],
+    "writing": ["run", "survival", "intercept", "threshold", "compare"],
+    "drawing": ["run", "sweep", "survival", "intercept", "threshold", "fate"],
 }
 CASES = [
     (int((signal.SIGINT, signal.SIGTERM)[place % 2]), stage, name)
@@ -111,7 +110,7 @@ CASES = [
     for place, name in enumerate(names)
 ]
 QUICK = [case for case in CASES if case[2] in ("survival", "intercept")]
-ASKING = ("survival", "half-life", "intercept", "threshold", "fate")
+ASKING = ("survival", "intercept", "threshold", "fate")
 """Commands that tell what is known whenever they are stopped."""
 BEGUN = 6
 """Tasks and runs that may begin after the signal: those which threads had been given."""

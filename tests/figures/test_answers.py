@@ -1,4 +1,4 @@
-"""Pictures of answers: both sides of a threshold, the axis of a half-life, proved methods."""
+"""Pictures of answers: both sides of a threshold, fates, proved methods."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from exactcreep import (
     compare,
     creep,
     fate,
-    half_life,
     intercept,
     survival,
     threshold,
@@ -79,31 +78,6 @@ def test_an_intercept_without_a_velocity_shows_the_amplitudes_of_the_laws() -> N
     (axes,) = draw_threshold(found).axes
     low, high = axes.get_xlim()
     assert 0 < low < found.law_seuil < high < 2 * found.law_seuil
-
-
-def test_a_half_life_has_more_than_a_twentieth_of_its_axis() -> None:
-    found = half_life(Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25"), cycles=100, starts=20,
-                      digits=2)  # fmt: skip
-    figure = assert_shows_data(draw_threshold(found))
-    (axes,) = figure.axes
-    low, high = axes.get_xlim()
-    assert low < found.low < found.high < high
-    assert (found.high - found.low) / (high - low) > 0.05
-    said = " ".join(text.get_text() for text in figure.legends[0].get_texts())
-    assert "Eq. 22" in said
-    assert "to the left" in said
-    figure.draw_without_rendering()
-    legend = figure.legends[0].get_window_extent()
-    assert 0 < legend.x0 < legend.x1 < figure.bbox.width
-
-
-def test_a_half_life_that_was_stopped_at_once_shows_its_laws_alone() -> None:
-    found = half_life(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), max_seconds="1e-9")
-    assert not found.shares
-    (axes,) = draw_threshold(found).axes
-    low, high = axes.get_xlim()
-    marked = [line for line in axes.lines if "Eq. 22" in line.get_label()]
-    assert [low < float(line.get_xdata()[0]) < high for line in marked] == [True]
 
 
 @pytest.fixture(scope="module")

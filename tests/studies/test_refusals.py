@@ -8,7 +8,6 @@ from exactcreep import Chain, InputError, cli, threshold
 
 ASKED = {
     "threshold": "--n 3 --solver exact --digits 9 --points 50",
-    "half-life": "--n 2 --starts 12 --cycles 5",
     "intercept": "--n 6 --sigma-mu 0.01",
     "survival": "--n 6 --amplitude 0.001",
     "fate": "--n 6 --amplitude 0.001",
@@ -35,12 +34,8 @@ ASKED = {
         ("threshold --solver mpmath", "solver"),
         ("threshold --tan-alpha 0", "tan_alpha"),
         ("threshold --sigma-mu 0.01 --cycles 20", "sigma_mu"),
-        ("half-life --n 1", "n = 1: must be at least 2: one slider has no spring"),
+        ("intercept --n 1", "n = 1: must be at least 2: one slider has no spring"),
         ("threshold --tan-alpha -0.6 --cycles 20", "tan_alpha"),
-        ("half-life --bracket 0.0001 0.0002", "bracket"),
-        ("half-life --from 0.0004 --to 0.0005", "from"),
-        ("half-life --from 0.0001 --to 0.0002", "to"),
-        ("half-life --workers 0", "workers"),
         ("intercept --tan-alpha 0.55", "tan_alpha"),
         ("intercept --fit 2 1.2", "fit"),
         ("intercept --points 7", "points"),

@@ -25,21 +25,21 @@ def require_sense(chain: Any, question: str) -> None:
     if abs(chain.tan_alpha) >= chain.mu_s:
         allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
         raise InputError("tan_alpha", chain.tan_alpha, allowed)
-    if chain.tan_alpha == 0 and chain.n > 1 and question != "half_life":
+    if chain.tan_alpha == 0 and chain.n > 1:
         allowed = "must not be 0: on the level what starts symmetric, as the relaxed chain does,"
-        allowed += " stays where it is; `half_life` has starts that creep one way or the other"
+        allowed += " stays where it is; `survival` has starts that creep one way or the other"
         if question == "intercept":
             allowed = "must not be 0: on the level chains creep one way or the other, and no v(A)"
-            allowed += " is left; `half_life` counts both"
+            allowed += " is left; `survival` counts both"
         raise InputError("tan_alpha", 0, allowed)
     if question != "intercept" and chain.sigma_mu != 0:
         allowed = "must be 0: with disorder no edge is sharp; `intercept` says where v(A) begins"
         raise InputError("sigma_mu", chain.sigma_mu, allowed)
     if question == "threshold" and chain.n > SHORT and not chain.slides:
         allowed = f"must be at most {SHORT}: longer chains creep chaotically, and for a while only;"
-        allowed += " ask `half_life`, or `threshold` with `after` for a cycle"
+        allowed += " ask `survival`, or `threshold` with `after` for a cycle"
         raise InputError("n", chain.n, allowed)
-    if not question.startswith("threshold"):
+    if question == "intercept":
         refuse_long(chain)
         if chain.n < 2:
             raise InputError("n", chain.n, "must be at least 2: one slider has no spring")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -13,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from exactcreep.laws import edges, onset_amplitude, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import enclosure
-from exactcreep.model.numbers import nearest_float, plain_data
-from exactcreep.model.outcome import Evidence
+from exactcreep.model.numbers import plain_data
 from exactcreep.model.result import Result
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 
@@ -37,7 +34,7 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
 
 
 class BesideLaws(Result):
-    """A threshold of a chain: one of three kinds, with the laws and theorems beside it."""
+    """A threshold of a chain: one of two kinds, with the laws and theorems beside it."""
 
     chain: Chain
     digits: int
@@ -55,8 +52,8 @@ class BesideLaws(Result):
     def dataset(self) -> xr.Dataset:
         """What was looked at, with the chain and all single numbers and texts as attributes.
 
-        Of `Threshold` its `windows` along ``edge``; of `HalfLife` and `Intercept` what was measured
-        along ``amplitude``. Units are those of the fields.
+        Of `Threshold` its `windows` along ``edge``; of `Intercept` the velocities along
+        ``amplitude``. Units are those of the fields.
 
         Examples
         --------
@@ -71,37 +68,3 @@ class BesideLaws(Result):
         # imported late: the help of a command takes its options from this module
         made: xr.Dataset = import_module("xarray").Dataset(*self._columns(), about)
         return made
-
-
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Measured(BesideLaws):
-    """A threshold that is measured with float64, from many starts or at many amplitudes."""
-
-    chain: Chain
-    cycles: int
-    seed: int
-    size: Fraction
-    reason: str
-
-    digits = 12
-
-    @property
-    def evidence(self) -> Evidence:
-        """How well it is known: `COMPUTED` in float64, or `UNDECIDED`; `reason` then says why.
-
-        It is undecided if a limit ended the measurement, or what was measured does not fit the law.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, intercept
-        >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-        >>> steps = intercept(chain, cycles=100)  # v(A) of two sliders is a staircase
-        >>> steps.evidence.value, steps.reason.split(":")[1]
-        ('undecided', ' v(A) is no straight line')
-        """
-        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
-
-    def _numbers(self) -> dict[str, Any]:
-        measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
-        about = {"criterion": self.criterion, "size": nearest_float(self.size)}
-        return measured | about | {"evidence": self.evidence} | self._beside()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,11 @@ from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
-from exactcreep.model.outcome import Outcome
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
-from exactcreep.studies.thresholds.beside_laws import Measured
+from exactcreep.studies.thresholds.beside_laws import BesideLaws
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits, Stop
 from exactcreep.watch.progress import Hearer, reporter
@@ -32,7 +33,7 @@ _FLAT = 1e-6  # of the slope: less is rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Intercept(Measured):
+class Intercept(BesideLaws):
     """Where the straight part of v(A) meets zero.
 
     Attributes
@@ -64,6 +65,11 @@ class Intercept(Measured):
     'undecided'
     """
 
+    chain: Chain
+    cycles: int
+    seed: int
+    size: Fraction
+    reason: str
     amplitudes: Floats
     velocities: Floats
     errors: Floats
@@ -79,7 +85,18 @@ class Intercept(Measured):
     chi2_probability: float = math.nan
 
     criterion = "intercept"
+    digits = 12
     compare = "the intercept with Eq. 22, a law of long chains; the slope with (N + 3 - 2i) l0"
+
+    @property
+    def evidence(self) -> Evidence:
+        """How well it is known: `COMPUTED` in float64, or `UNDECIDED`; `reason` then says why."""
+        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
+
+    def _numbers(self) -> dict[str, Any]:
+        measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
+        about = {"criterion": self.criterion, "size": nearest_float(self.size)}
+        return measured | about | {"evidence": self.evidence} | self._beside()
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {name: ("amplitude", getattr(self, name)) for name in ("velocities", "errors")}

@@ -211,7 +211,7 @@ def threshold(
 
     Windows of rest may lie above it. Or, with `after`, at which it advances in cycle `after`: exact
     and reproducible, but no more than it says, as the chain may lock a little later. Long chains
-    creep chaotically: see `half_life`; chains with disorder: see `intercept`.
+    creep chaotically: see `survival`; chains with disorder: see `intercept`.
 
     Parameters
     ----------
