@@ -20,7 +20,7 @@ from exactcreep.commands.record import record
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.gone import successor_of
-from exactcreep.model.user_files import inputs_kept
+from exactcreep.model.inputs import inputs_kept
 from exactcreep.watch import interrupts
 
 COMMANDS: dict[str, Callable[..., None] | None] = {

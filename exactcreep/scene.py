@@ -23,9 +23,10 @@ from typing import Any
 
 from exactcreep.model.chain import ANGLES, Chain, in_degrees
 from exactcreep.model.drive import Drive
+from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.state import State
-from exactcreep.model.user_files import content_of, keep, text_of
+from exactcreep.model.user_files import content_of, text_of
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.writing import file_name
 from exactcreep.solid import Solid, physical

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from exactcreep.model.drive import Listed
+from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -28,7 +29,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.user_files import content_of, keep, unpacked
+from exactcreep.model.user_files import content_of, unpacked
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series

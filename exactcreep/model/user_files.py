@@ -11,7 +11,6 @@ import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
@@ -28,9 +27,6 @@ _WORDS: dict[type[Exception], str] = {
     AttributeError: "it is damaged, or another program has made it",
 }
 """What an error means that says too little itself."""
-
-_inputs: ContextVar[set[tuple[int, int]] | None] = ContextVar("inputs", default=None)
-"""Device and inode of the inputs of the running command; None where no command is running."""
 
 
 @contextmanager
@@ -73,29 +69,6 @@ def content_of(path: str | os.PathLike[str], field: str, most: int) -> bytes:
     """Return the content of a regular file of at most so many bytes, or raise `InputError`."""
     with opened(path, field, most) as file, refused(field, os.fspath(path)):
         return file.read(os.fstat(file.fileno()).st_size)
-
-
-@contextmanager
-def inputs_kept() -> Iterator[None]:
-    """Let no output of a block, which is a command, replace a file that it has read: see `keep`."""
-    before = _inputs.set(set())
-    try:
-        yield
-    finally:
-        _inputs.reset(before)
-
-
-def keep(path: str | os.PathLike[str]) -> None:
-    """Note that a file is an input of the running command."""
-    if (inputs := _inputs.get()) is not None:
-        about = os.stat(path)
-        inputs.add((about.st_dev, about.st_ino))
-
-
-def is_input(path: str | os.PathLike[str]) -> bool:
-    """Return whether the running command has read a file that exists as its input."""
-    about = os.stat(path)
-    return (about.st_dev, about.st_ino) in (_inputs.get() or ())
 
 
 def unpacked(content: bytes, field: str, shown: str, most: int) -> bytes:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
+from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import (
     Evidence,
@@ -25,7 +26,6 @@ from exactcreep.model.outcome import (
 )
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
-from exactcreep.model.user_files import keep
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names

@@ -12,8 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from exactcreep.model.inputs import is_input
 from exactcreep.model.numbers import InputError
-from exactcreep.model.user_files import is_input
 
 PICTURES = (".png", ".pdf", ".svg")
 _PATIENCE = 0.2  # seconds, in which another process that is at its end lets go of a file
