@@ -160,7 +160,7 @@ def question(command: str) -> Callable[..., None]:
 
         def tell() -> None:
             say(resolve_name(f"exactcreep.commands.sentences.{about.say}")(result), markup=False)
-            say_summary(summary)
+            say_summary({name: summary[name] for name in summary if name not in result.worded})
 
         output.deliver(Answer(
             summary,
