@@ -1,9 +1,9 @@
-"""Map of creep near its onset over the number of sliders and the amplitude (an hour of two cores).
+"""Data of the notebook *From jumps to steady creep*: creep near its onset (an hour of two cores).
 
-``python notebooks/drawings/transition_map.py FOLDER [GROUP ...]`` follows what FOLDER does not hold yet,
-one file for each start, and can be stopped and called again. Without groups it then writes
-``transition.csv``, ``transition-waits.csv`` and ``transition-lives.csv`` into ``notebooks/pictures``.
-Of two processes each has to be given groups of its own.
+``python notebooks/drawings/transition_map.py FOLDER [GROUP ...]`` follows the starts that FOLDER does not hold
+yet, one file for each, and can be stopped and called again; two processes need groups of their own. Without
+groups it then writes ``transition.csv``, ``transition-rests.csv`` and ``transition-lives.csv`` into
+``notebooks/pictures``.
 """
 
 import csv
@@ -21,9 +21,8 @@ from exactcreep import Chain, Cycles, State, creep, laws, quiescent, survival
 
 PICTURES = Path(__file__).parents[1] / "pictures"
 L0, MU_D, MU_S = 1000, Fraction(1, 2), Fraction(3, 5)
-FEW = (-0.06, -0.03, -0.01, 0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32, 0.5)
-MANY = (-0.12, -0.09, *FEW[:11])
-NEAR = (-0.03, -0.01, 0, 0.01, 0.02, 0.04)
+FEW = (-0.06, -0.03, -0.01, 0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32, 0.5)
+MANY = (-0.12, -0.09, *FEW[:10])
 
 
 class Group(NamedTuple):
@@ -38,35 +37,29 @@ class Group(NamedTuple):
 
 
 GROUPS = {
+    "critical": [
+        Group((20,), (0,), range(101, 141), 4000),
+        Group((30,), (0,), range(101, 176), 4000),
+        Group((50,), (0,), range(101, 141), 1500),
+        Group((100,), (0,), range(101, 131), 800),
+    ],
     "small": [Group((6, 8, 10, 12, 15, 20), FEW, range(1, 7), 4000)],
     "thirty": [Group((30,), MANY, range(1, 7), 2000)],
     "fifty": [Group((50,), MANY, range(1, 5), 1500)],
-    "hundred": [Group((100,), (0, 0.04, -0.06, 0.02, -0.03, 0.08, -0.09), range(1, 4), 800)],
+    "hundred": [Group((100,), (0.04, -0.06, 0.02, -0.03, 0.08, -0.09), range(1, 3), 800)],
     "disorder": [
         group
         for sigma in ("0.001", "0.01")
         for group in (
-            Group((10,), FEW[::2], range(1, 5), 4000, sigma),
-            Group((30,), (*MANY[::2], 0), range(1, 5), 1500, sigma),
+            Group((10,), (-0.06, -0.01, 0.01, 0.04, 0.08, 0.16, 0.32), range(1, 5), 4000, sigma),
+            Group((30,), (-0.12, -0.06, -0.01, 0, 0.01, 0.04, 0.08, 0.16), range(1, 5), 1500, sigma),
         )
     ],
-    "slopes": [
-        group
-        for tan in ("0.2", "0.35")
-        for group in (
-            Group((10, 20), FEW[::2], range(1, 4), 2000, "0", tan),
-            Group((30,), MANY[::2], range(1, 4), 2000, "0", tan),
-        )
-    ],
-    "jumps": [Group((30,), (-0.02303, -0.00329), range(1, 7), 2000)],  # 0.99 and 1.01 times Eq. 22
-    "further": [Group((40,), (0.005,), range(1, 5), 2000), Group((24,), (0.03,), range(1, 5), 2000)],
-    "twice": [
-        Group((n,), NEAR, range(11, 15), cycles) for n, cycles in ((20, 8000), (30, 4000), (50, 3000))
-    ],
+    "slope": [Group((30,), (-0.12, -0.06, -0.01, 0.01, 0.04, 0.08, 0.16), range(1, 4), 2000, "0", "0.2")],
 }
 HEAD = (
     "group", "n", "tan_alpha", "sigma_mu", "e", "amplitude", "x", "starts", "cycles", "still_at_the_end",
-    "velocity", "velocity_error", "moving", "moving_error", "waits", "wait_mean", "wait_ratio",
+    "velocity", "velocity_error", "moving", "moving_error",
 )  # fmt: skip
 LIVES = {
     6: (0.2, 0.24, 0.28, 0.3),
@@ -91,8 +84,7 @@ def follow(n, e, k, cycles, sigma="0", tan="0.25"):
     """Return how far x_G advances in each cycle after the first tenth, from the start number k."""
     chain = chain_of(n, sigma, tan)
     start = State.perturbed(chain, "1e-6", start_seed=k, seed=k)
-    run = creep(chain, Cycles(amplitude_of(n, e, tan), cycles), start=start, seed=k)
-    return quiescent(run).advances[0]
+    return quiescent(creep(chain, Cycles(amplitude_of(n, e, tan), cycles), start=start, seed=k)).advances[0]
 
 
 def points(name):
@@ -142,37 +134,35 @@ def with_error(values, digits):
     return f"{values.mean():.{digits}f}", f"{error:.{digits}f}"
 
 
-def waiting(waits):
-    """Return the mean of the waiting times, and their standard deviation over it; nan without two."""
-    if waits.size < 2:
-        return "nan", "nan"
-    return f"{waits.mean():.3f}", f"{waits.std(ddof=1) / waits.mean():.3f}"
+def rests_of(jumped):
+    """Return the lengths of the rests between two jumps of a run, and of the rest at its end."""
+    at = np.flatnonzero(jumped)
+    between = np.diff(at) - 1
+    return between[between > 0].tolist(), [jumped.size - 1 - at[-1]] if at.size else []
 
 
 def collect(folder):
     """Write what the files of FOLDER come to, starts of a group pooled."""
-    rows, waits = [], []
+    rows, rests = [], []
     for name, (group, n, e) in ((name, point) for name in GROUPS for point in points(name)):
-        files = [file_of(folder, group, n, e, k) for k in group.starts]
-        runs = [np.load(file) for file in files if file.exists()]
-        if len(runs) < 2:
-            continue
+        runs = [np.load(file_of(folder, group, n, e, k)) for k in group.starts]
         chain = chain_of(n, group.sigma, group.tan)
         jumped = [np.abs(run) > n * chain.excess / 4 for run in runs]
-        waited = np.concatenate([np.diff(np.flatnonzero(each)) for each in jumped])
         still = sum(not np.any(each[-each.size // 10 :]) for each in jumped)
         rows.append([
             name, n, group.tan, group.sigma, e, amplitude_of(n, e, group.tan),
             round(excess(chain, e), 4), len(runs), group.cycles, still,
             *with_error(np.array([run.mean() / 2 for run in runs]), 6),
             *with_error(np.array([each.mean() for each in jumped]), 5),
-            waited.size, *waiting(waited),
         ])  # fmt: skip
-        if n >= 20 and chain.sigma_mu == 0 and group.tan == "0.25":
-            counted = sorted(Counter(waited.tolist()).items())
-            waits += [[name, n, e, wait, count] for wait, count in counted]
+        if name == "critical":
+            for half in range(2):  # of the starts
+                several = [rests_of(each) for each in jumped[half::2]]
+                ended = Counter(rest for between, _ in several for rest in between)
+                cut = Counter(rest for _, last in several for rest in last if rest)
+                rests += [[n, half, rest, ended[rest], cut[rest]] for rest in sorted(ended | cut)]
     written("transition.csv", HEAD, rows)
-    written("transition-waits.csv", ["group", "n", "e", "wait", "count"], waits)
+    written("transition-rests.csv", ["n", "half", "rest", "ended", "cut"], rests)
     (PICTURES / "transition-lives.csv").write_text((folder / "lives.csv").read_text())
 
 
