@@ -37,8 +37,8 @@ from exactcreep.laws.paper import (
 from exactcreep.laws.predictions import Prediction, prediction, prediction_of
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
-    STICKING_DEVIATION,
     beyond_sticking,
+    sticking_deviation,
     sticking_gain,
     sticking_velocity,
     sticking_velocity_random,
@@ -56,12 +56,12 @@ from exactcreep.laws.velocities import (
 )
 
 __all__ = [
-    "STICKING_DEVIATION", "PivotWindow", "Prediction", "at_rest_amplitude", "beyond_sticking",
+    "PivotWindow", "Prediction", "at_rest_amplitude", "beyond_sticking",
     "cosine", "creep_velocity", "creep_velocity_random", "critical_angle", "edges",
     "gaussian_integral", "law_values", "locked_ends_amplitude", "no_lasting_creep_amplitude",
     "onset_amplitude", "pivot", "pivot_force", "pivot_window", "pivots", "plateau_ends",
     "plateau_velocity", "plateau_velocity_random", "prediction", "prediction_of",
     "sliding_velocity", "sliding_velocity_random", "solid_velocity", "staircase_two_sliders",
-    "sticking_gain", "sticking_velocity", "sticking_velocity_random", "threshold_amplitude",
-    "threshold_width", "two_sliders_velocity", "two_sliders_velocity_random",
+    "sticking_deviation", "sticking_gain", "sticking_velocity", "sticking_velocity_random",
+    "threshold_amplitude", "threshold_width", "two_sliders_velocity", "two_sliders_velocity_random",
 ]  # fmt: skip

@@ -12,8 +12,8 @@ from exactcreep.laws.paper import law_values, onset_amplitude
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
     FEWEST_CLEAN,
-    STICKING_DEVIATION,
     beyond_sticking,
+    sticking_deviation,
     sticking_gain,
     sticking_velocity,
     sticking_velocity_random,
@@ -105,7 +105,7 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     >>> chain = Chain(10, 1000, "0.4", "0.55", "0.01", tan_alpha="0.25")
     >>> found = prediction(chain, Cycles("0.01", 100))
     >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"
-    ('sliders that stick and slip, measured', '61.3 +- 0.4')
+    ('sliders that stick and slip, measured', '61.2 +- 0.3')
     """
     if not isinstance(drive, Cycles | GaussianSteps):
         return None
@@ -167,7 +167,7 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
         law, held, deviation = "staircase, exact", (staircase,), 0.0
     elif sticking is not None:
         law, held = "sliders that stick and slip, measured", (sticking,)
-        deviation = STICKING_DEVIATION * sticking_gain(downhill)
+        deviation = sticking_deviation(downhill)
     elif clean and mu_s == mu_d:
         law, held, deviation = "sliding limit, exact", sliding, 0.0
     else:

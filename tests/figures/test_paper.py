@@ -21,8 +21,7 @@ from exactcreep.figures.paper import LAWS, PICTURES, Table, to_csv, with_control
 from exactcreep.figures.style import styled
 from exactcreep.figures.sweep import CONTROL, Point, deviation, points_of
 from exactcreep.laws import (
-    STICKING_DEVIATION,
-    sticking_gain,
+    sticking_deviation,
     sticking_velocity,
     threshold_amplitude,
 )
@@ -226,7 +225,7 @@ def test_a_table_has_the_law_of_sticking_sliders_in_its_range_beside_the_papers(
         about = ten | {size: Fraction(1, 50)}
         measured = Point({"n": 10}, 150.0, 0.3, parameters=about).beside(LAWS[label])
         pair = Point({"n": 2}, 5.0, 0.1, parameters=about | {"n": 2}).beside(LAWS[label])
-        held, off = law(**about), STICKING_DEVIATION * sticking_gain(about)
+        held, off = law(**about), sticking_deviation(about)
         text = to_csv([Table("ten", "", (measured, pair))])
         columns = ["sticking_law", "sticking_law_deviation", "deviation_sticking"]
         first, second = pd.read_csv(io.StringIO(text))[columns].to_numpy()

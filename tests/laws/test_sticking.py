@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 from random import Random
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,57 +24,49 @@ def measured() -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def deviations(rows: list[dict[str, str]]) -> np.ndarray:
-    """Return law minus velocity, of the measured law and of the sliding limit, in units of G."""
-    found = []
-    for row in rows:
-        case = CASES[int(row["number"])]
-        random = case.kind == "random"
-        about: dict[str, Any] = case.chain.parameters()
-        about |= {"sigma_theta" if random else "amplitude": case.size}
-        sliding = {k: v for k, v in about.items() if k not in ("mu_s", "sigma_mu")}
-        law = laws.sticking_velocity_random if random else laws.sticking_velocity
-        limit = laws.sliding_velocity_random if random else laws.sliding_velocity
-        assert laws.sticking_gain(about) == pytest.approx(case.gain, rel=1e-12)
-        velocity = float(row["velocity"])
-        both = law(**about), float(limit(**sliding))
-        found.append([(value - velocity) / case.gain for value in both])
-    return np.array(found)
-
-
-def test_the_table_holds_the_chains_that_were_fixed_beforehand() -> None:
+def test_the_table_holds_chains_that_were_fixed_beforehand() -> None:
     rows = measured()
-    assert [int(row["number"]) for row in rows] == list(CASES)
-    for row in rows:
+    numbers = [int(row["number"]) for row in rows]
+    assert numbers == sorted({*numbers})
+    for number, row in zip(numbers, rows, strict=True):
+        assert all(row[name] == str(value) for name, value in vars(CASES[number]).items())
+
+
+def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> None:
+    """In each quarter of the range, by length, by G/D, by slope and by disorder."""
+    off, limits, places = [], [], []
+    for row in measured():
         case = CASES[int(row["number"])]
-        assert all(row[name] == str(value) for name, value in vars(case).items())
-
-
-@pytest.mark.parametrize(
-    ("kind", "number", "law", "worst", "limit"),
-    [
-        ("within", 70, 0.038, 0.13, 0.44),
-        ("random", 40, 0.044, 0.2, 0.38),
-        ("stated", 30, 0.041, 0.1, 0.46),
-    ],
-)
-def test_the_law_is_as_good_on_chains_held_out_as_it_says(
-    kind: str, number: int, law: float, worst: float, limit: float
-) -> None:
-    rows = [row for row in measured() if row["kind"] == kind]
-    rows = [row for row in rows if kind != "within" or int(row["number"]) % 2]
-    off = deviations(rows)
-    assert len(off) == number
-    assert np.sqrt((off**2).mean(axis=0)) == pytest.approx([law, limit], abs=0.0051)
-    assert np.abs(off[:, 0]).max() == pytest.approx(worst, abs=0.0051)
-    assert law <= laws.STICKING_DEVIATION
+        about, velocity = case.parameters, float(row["velocity"])
+        if not case.held_out or laws.beyond_sticking(about):
+            continue
+        found = laws.prediction_of(about)
+        assert found is not None
+        (value,) = found.values
+        stated = math.hypot(found.deviation, float(row["error"]))
+        off.append(abs(value - velocity) / stated)
+        limits.append(abs(np.mean(found.sliding) - velocity) / stated)
+        chain = case.chain
+        slope, rough = chain.tan_alpha / chain.mu_d, chain.sigma_mu / (chain.mu_s - chain.mu_d)
+        places.append([case.n, laws.sticking_gain(about) / chain.excess, slope, rough])
+    within = np.array([np.less(off, k) for k in (1, 2)])
+    assert len(off) > 120
+    assert 0.6 <= within[0].mean() <= 0.75
+    assert within[1].mean() >= 0.93
+    assert np.median(limits) > 4 * np.median(off)
+    for place in np.array(places, float).T:
+        for quarter in np.array_split(np.argsort(place), 4):
+            for share, normal in zip(within[:, quarter].mean(axis=1), (0.683, 0.954), strict=True):
+                scatter = math.sqrt(normal * (1 - normal) / len(quarter))
+                assert abs(share - normal) < 3 * scatter  # of 32 shares
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:a static coefficient was drawn below mu_d")
-@pytest.mark.parametrize("number", [5, 8, 12, 67, 205, 240])
+@pytest.mark.parametrize("number", [5, 9, 13, 14, 17])
 def test_chains_run_anew_have_the_velocity_of_the_table(number: int) -> None:
-    row, again = measured()[number], run(CASES[number])
+    (row,) = (row for row in measured() if row["number"] == str(number))
+    again = run(CASES[number])
     error = math.hypot(float(row["error"]), again["error"])
     assert abs(again["velocity"] - float(row["velocity"])) <= 5 * error
 
@@ -99,7 +90,7 @@ def test_a_prediction_names_the_law_that_holds() -> None:
     assert both.sticking is None
     sticking = held(10, "0.4", "0.55", "0.01", "0.25", "0.01")
     assert sticking.values == (sticking.sticking,)
-    assert abs(sticking.values[0] - 61.79) < 2 * sticking.deviation < 1
+    assert 0 < sticking.deviation < 1
     assert held(10, "0.4", "0.55", "0.01", "-0.25", "0.01").values[0] == -sticking.values[0]
     assert held(3, "0.5", "0.6", "0.01", "0.25", "0.004").sticking is None
 
