@@ -20,20 +20,12 @@ warns with `PhysicsWarning`, a record whose unit is doubtful with `RecordWarning
 
 import lazy_loader
 
-from exactcreep.gone import successor_of
-
 __version__ = "0.4.0"
 
 # Where each public name lives stands in __init__.pyi, for type checkers too; it is imported when it
 # is first used, so that a command line that only prints its help does not wait for a compiler.
-_imported, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
-
-
-def __getattr__(name: str) -> object:
-    if sentence := successor_of(f"{__name__}.{name}"):
-        raise AttributeError(sentence)
-    return _imported(name)
 
 
 def __dir__() -> list[str]:

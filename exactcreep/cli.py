@@ -19,7 +19,6 @@ from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.record import record
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
-from exactcreep.gone import successor_of
 from exactcreep.model.inputs import inputs_kept
 from exactcreep.watch import interrupts
 
@@ -86,9 +85,6 @@ def status(words: Sequence[str]) -> int:
     end = arguments.index("--") if "--" in arguments else len(arguments)
     debug = "--debug" in arguments[:end]  # taken anywhere, so that it can be appended to a line
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
-    if sentence := successor_of(f"exactcreep {arguments[0]}" if arguments else ""):
-        complain(sentence)
-        return 2
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         name, near = arguments[0], get_close_matches(arguments[0], COMMANDS, 1)
         complain(f"No such command {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))

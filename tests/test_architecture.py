@@ -16,7 +16,7 @@ ROOMS = (
     ("watch.preparation",),
     ("compiling",),
     ("model",),
-    ("watch", "disorder", "gone"),
+    ("watch", "disorder"),
     ("laws",),
     ("motion",),
     ("solvers",),

@@ -236,7 +236,6 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("sweep chain-size --workers 2 --scheduler tcp://a", "with a scheduler"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
-        ("tradeoff chain-size", "tradeoff is no more: `exactcreep compare SCENE` answers its"),
         ("explore --port 70000", "port = "),
         ("scenes chain-jumps twice", "scenes takes no further 'chain-jumps twice'"),
     ],
