@@ -1,20 +1,14 @@
-"""Coulomb's law at the contacts: their coefficients, the forces at which they yield, their events.
-
-A slider at rest stays while ``|F| <= mu_s c`` (equality included); it starts in the direction of
-F otherwise. A slider in motion with sign S feels ``-mu_d c S``. When its velocity reaches zero
-it stops, draws a new static coefficient, and is then tested like any slider at rest: what
-follows a stop at the same instant can only be a start the other way (a reversal). Simultaneous
-events are one event on a set of sliders: all that stop are frozen, they draw in ascending order,
-then all are tested with the same forces.
+"""Contacts: their coefficients, the forces at which they yield, their events.
 
 The k-th contact of a slider (k = 0: the one it begins with) has a static coefficient of its own.
-One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than in motion.
+One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than in motion. When
+sliders start and stop is said by `rules`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -96,13 +90,6 @@ class Event:
 
 Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 """The sequence of event signatures of a rearrangement: (kind, sliders, signs)."""
-
-
-def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> int:
-    """Return the direction in which a slider at rest starts, 0 while ``|force| <= threshold``."""
-    if sign(force - threshold) > 0:
-        return 1
-    return -1 if sign(-force - threshold) > 0 else 0
 
 
 _BLOCK = 16  # contacts of a slider that are drawn together: one draw alone costs as much

@@ -14,6 +14,7 @@ from typing import Any
 import flint
 
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.rules import rules
 
 MOST_BITS = 20_000
 """Size of a numerator or denominator at which the event solver gives up exact values."""
@@ -181,3 +182,7 @@ def _fraction(x: Any) -> Fraction:
 def sign_of(x: Any) -> int:
     """Return the sign of a rational, or of a number of the field."""
     return x.sign() if isinstance(x, Quadratic) else int(x > 0) - int(x < 0)
+
+
+EXACTLY = rules(lambda x, slack: (sign_of(x), False))
+"""The rules of the model over rationals and numbers of the field."""

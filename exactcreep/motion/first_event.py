@@ -20,7 +20,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from exactcreep.model.rules import Rules
 from exactcreep.motion.arithmetic import Undecided
+from exactcreep.motion.cosine_field import EXACTLY
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
 
@@ -30,6 +32,14 @@ ORDERS = 6
 """Derivatives looked at to tell how a slider departs from a trivial root."""
 EARLY_REFINEMENTS = 2
 """Newton steps of the leading root before its rivals are looked at."""
+
+
+Ask = Callable[..., Any]
+"""Returns what a rule says: of one slider or of two (from 0), the rule, and its numbers."""
+
+
+def _answered(_: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
+    return told(*of)[0]
 
 
 class SearchLimit(ArithmeticError):
@@ -264,26 +274,23 @@ class Search:
         """Leave the trivial root at time 0 by the first derivative that is not zero."""
         zero = self.arithmetic.number(0)
         exactly = function.side == 0 or bool(function.value == 0)
-        # nothing drives it: a moving slider makes a slip of length zero, a resting one stays
-        function.safe, function.last = (zero, zero) if function.side == 0 else (math.inf, None)
+        lead = 0
         for k, derivative in enumerate(self._derivatives(function), 1):
-            sign = self._sign(derivative, self._derivative_slack(function, k))
-            if sign > 0:
-                # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
-                order = k + 1 if function.side == 0 else k
-                total = sum(run.bound(i, order) for run, i in function.terms)
-                bound = self.arithmetic.upper(total)
-                inert = bool(bound == 0)
-                function.safe = (
-                    math.inf if inert else self.arithmetic.lower((k + 1) * derivative / bound)
-                )
-                function.last = None
-                break
-            if sign < 0:
-                function.safe = function.last = zero
+            lead = self._sign(derivative, self._derivative_slack(function, k))
+            if lead:
                 break
             exactly = exactly and bool(derivative == 0)
         self.undecided += not exactly
+        function.safe, function.last = math.inf, None
+        if EXACTLY.leaves(lead, function.side == 0, 0)[0]:
+            function.safe = function.last = zero
+        elif lead:
+            # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
+            order = k + 1 if function.side == 0 else k
+            total = sum(run.bound(i, order) for run, i in function.terms)
+            bound = self.arithmetic.upper(total)
+            if not bool(bound == 0):
+                function.safe = self.arithmetic.lower((k + 1) * derivative / bound)
 
     def _derivatives(self, function: EventFunction) -> list[Any]:
         """Return derivatives 1 .. ORDERS of the candidate's function at time 0."""
@@ -377,16 +384,15 @@ def lone_event(
     n: int,
     thresholds: NDArray[Any],
     excess: Mapping[int, Any],
-    touching: Iterable[tuple[int, int]] = (),
-    *,
-    sign: Callable[[Any, Any], int],
+    touching: Iterable[tuple[int, int]],
+    rules: Rules,
+    ask: Ask = _answered,
 ) -> FirstEvent:
     """Return the first event while slider `n` (from 0) moves alone.
 
     With x the way from here, ``v^2 + 2 a x - w^2 x^2`` is its squared speed: it stops after
     ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, or starts the neighbour with the smaller room before.
-    `sign` is that of a number that is off by a slack at most, and raises `Undecided`, as
-    `Arithmetic.sign`.
+    `ask` returns what a rule says, and sees its doubt.
     """
     arithmetic = flow.arithmetic
     direction = int(flow.signs[n])
@@ -396,7 +402,7 @@ def lone_event(
     pull = excess.get(n, direction * flow.forces[n] - flow.friction)
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
-    if from_rest and sign(pull, flow.force_slack) <= 0:
+    if from_rest and ask((n,), rules.leaves, pull, True, flow.force_slack):
         return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),))
     root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
     longest = (pull + root) / w2
@@ -404,15 +410,16 @@ def lone_event(
     for m in beside:
         room = thresholds[m] - direction * flow.forces[m]
         touches = (m, direction) in touching
-        rooms[m] = zero if touches or sign(room, flow.force_slack) <= 0 else room
+        lacks = not touches and ask((m,), rules.is_before, zero, room, flow.force_slack)
+        rooms[m] = room if lacks else zero
     slack = 2 * flow.force_slack + 4 * flow.velocity_slack
-    early = [m for m in beside if sign(longest - rooms[m], slack) > 0]
-    if not early:  # reaching the threshold exactly at the stop is not crossing it
+    early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, slack)]
+    if not early:
         phase = _phase(flow, speed, pull, w2)
         time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
         return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
-        order = sign(rooms[early[0]] - rooms[early[1]], slack)
+        order = ask((*early,), rules.order, *rooms.values(), slack)
         early = early if order == 0 else early[:1] if order < 0 else early[1:]
     way = rooms[early[0]]
     if bool(way == 0):

@@ -1,7 +1,7 @@
 """The readable event solver: a chain from rest to rest, over float64, mpmath numbers or balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the contact law. *Repeat*
+their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat*
 until every slider is at rest.
 
 What happens at rest and on ramps, and what is known exactly, is `solvers.field.at_rest`; the proof
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
+from exactcreep.model.rules import in_turn
 from exactcreep.motion.cosine_field import MOST_BITS
 from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
 from exactcreep.motion.modes import Flow, Run
@@ -68,7 +69,8 @@ class ChainIntegrator(ChainAtRest):
             if horizon is not None and bool(horizon == 0):
                 return None
         elif len(moving) == 1:
-            return lone_event(flow, moving[0], self.thresholds, excess, touching, sign=self._sign)
+            of = self.thresholds, excess, touching, self.rules, self.ask
+            return lone_event(flow, moving[0], *of)
         search = Search(
             flow, self.runs, self.thresholds, excess, touching,
             assume=self.assume, half=self.rest.mirrored, limits=self.limits,
@@ -124,28 +126,27 @@ class ChainIntegrator(ChainAtRest):
         flow.velocity_slack = gained / abs(velocity)
 
     def resolve(self, flow: Flow, event: FirstEvent) -> Iterator[Event]:
-        """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
-        stops = sorted(event.stops)
-        late = self._lateness(flow, event)
+        """Yield the stops and the starts of an event, by the rules of the model."""
+        stops, late = sorted(event.stops), self._lateness(flow, event)
+        ways, starts = {n: int(flow.signs[n]) for n in stops}, dict(event.starts)
+
+        def test(n: int) -> None:
+            of = *self._standing(n), ways[n], flow.force_slack
+            if turned := self.ask((n,), self.rules.reversal, *of):
+                starts[n] = turned
+
+        in_turn(lambda n: flow.stop([n]), self._draw, test)(stops)
         if stops:
-            signs = flow.signs[stops].tolist()
-            flow.stop(stops)
-            for n in stops:
-                self.crossed.pop(n, None)
-                self._draw(n)
             self.tally.slips += len(stops)
             self.rest.slips[stops] += 1
-            yield self._event(EventKind.STOP, stops, signs)
-        back = [(n, self._start_direction(n)) for n in stops]
-        starts = sorted([*event.starts, *((n, sign) for n, sign in back if sign)])
+            yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
-            self._start(flow, starts, [n for n, _ in event.starts])
-            if self.amplified is not None:
-                for n, sign in starts:
-                    drive = float(flow.forces[n]) - sign * float(self.friction)
-                    self.amplified.start(n, drive, late[n])
-            sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
-            yield self._event(EventKind.START, sliders, signs)
+            self._start(flow, sorted(starts.items()), [n for n, _ in event.starts])
+            for n, sign in starts.items() if self.amplified is not None else ():
+                drive = float(flow.forces[n]) - sign * float(self.friction)
+                self.amplified.start(n, drive, late[n])
+            sliders = sorted(starts)
+            yield self._event(EventKind.START, sliders, [starts[n] for n in sliders])
 
     def _lateness(self, flow: Flow, event: FirstEvent) -> dict[int, NDArray[np.float64]]:
         """Return by how much rounding delays the event of each slider; stops forget their speed."""
@@ -192,6 +193,7 @@ class ChainIntegrator(ChainAtRest):
 
     def _draw(self, n: int) -> None:
         rest = self.rest
+        self.crossed.pop(n, None)
         drawn = self.contacts.coefficient(n + 1, int(rest.draws[n]))
         rest.draws[n] += 1
         rest.coefficients[n] = float(drawn)

@@ -14,11 +14,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact.double_double import plus
 from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw_ahead, renew
 from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
 from exactcreep.solvers.exact.simd import choose, lane_of, together
+
+_, _, _is_before, _order, _ = FLOATS
 
 _PLAIN = 1.9
 """Friction forces: a slip from an excess below that ends with a force that friction holds.
@@ -64,16 +67,13 @@ def next_start(cell, now, target, target_low):
     # the rooms, and what the slips since the last change of direction may have rounded away
     bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
     nearest = min(far_top, far_end)
-    if now.chain.n == 1 or far == 0.0 or nearest >= far - bound:
-        near = now.chain.n > 1 and far > 0.0 and nearest <= far + bound
-        return False, False, target, target_low, near
-    apart = far_top - far_end
-    both = abs(apart) <= bound
-    if nearest == 0.0:
-        return both or apart < 0.0, both or apart > 0.0, theta, theta_low, both
-    if apart <= 0.0:
-        return True, both, top_high, top_low, both
-    return both, True, end_high, end_low, both
+    starts, close = _is_before(nearest, far, bound)
+    if now.chain.n == 1 or far == 0.0 or not starts:
+        return False, False, target, target_low, close and now.chain.n > 1 and far > 0.0
+    order, close = _order(far_top, far_end, bound)
+    if nearest > 0.0:
+        theta, theta_low = (top_high, top_low) if far_top <= far_end else (end_high, end_low)
+    return order <= 0, order >= 0, theta, theta_low, close
 
 
 @inlined

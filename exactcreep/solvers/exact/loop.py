@@ -2,7 +2,8 @@
 
 **Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone
 mover's by energy, a cluster's from its series, see `taylor`); **advance** to it; **resolve** it by
-the contact law; repeat until rest. Around it: ramp to theta_c, rearrange, repeat until the target.
+the rules of the model; repeat until rest. Around it: ramp to theta_c, rearrange, repeat to the
+target.
 
 Forces at rest and displacements are sums of two floats, so that nothing is lost however far the
 chain travels. Sliders 1 and N alone feel theta: their stored force leaves it out, and
@@ -22,6 +23,7 @@ import math
 
 import numpy as np
 
+from exactcreep.model.rules import FLOATS, in_turn, merged
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
@@ -31,6 +33,8 @@ from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
 from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
+
+_start_direction, _reversal, _is_before, _order, _ = FLOATS
 
 STEP_WORK = 40
 """Of a step of a cluster, in units of about 5 ns."""
@@ -87,7 +91,7 @@ def _start(cell, now, log, i, sign, drive):
 
 
 @inlined
-def _stop(cell, count, deviate, now, log, i):
+def _freeze(cell, count, now, log, i):
     if now.chain.logging & cells.LOGS_EVENTS != 0:
         _write(now, log.events, cells.STOP, i, cell[cells.SIDE, i])
     cell[cells.SIDE, i] = 0.0
@@ -97,6 +101,10 @@ def _stop(cell, count, deviate, now, log, i):
     now.size = max(now.size, abs(cell[cells.X, i]))
     now.counts.slips += 1
     count[cells.SLIPS, i] += 1
+
+
+@inlined
+def _renew(cell, count, deviate, now, log, i):
     draw(cell, count, deviate, now, i)
     rows.stop(cell, now, log.tables, i)
 
@@ -157,17 +165,13 @@ def _decompose(cell, now, log):
 
 
 @inlined
-def _exceeds(cell, now, i, pull, slack):
-    """Return the sign of the start of a slider at rest, 0 if it stays, and whether that is close.
+def _threshold(cell, now, i, pull, slack):
+    """Return the force at which a slider yields, and how close to it is in doubt.
 
-    The force is known to `slack`, and to some roundings.
+    The force on it is known to `slack`, and to some roundings.
     """
     threshold = now.chain.friction + cell[cells.EXCESS, i]
-    beyond = abs(pull) - threshold
-    bound = 8.0 * ULP * (abs(pull) + threshold) + slack
-    if beyond > bound:
-        return (1.0 if pull > 0.0 else -1.0), False
-    return 0.0, beyond > -bound
+    return threshold, 8.0 * ULP * (abs(pull) + threshold) + slack
 
 
 @inlined
@@ -202,8 +206,10 @@ def _unstable(cell, now, log):
     for i in range(PAD, PAD + n):
         pull = cell[cells.REST, i]
         end = n > 1 and (i == PAD or i == PAD + n - 1)
-        sign, close = _exceeds(cell, now, i, pull, 2.0 * ULP * abs(now.theta) if end else 0.0)
-        if sign != 0.0:
+        of_theta = 2.0 * ULP * abs(now.theta) if end else 0.0
+        threshold, slack = _threshold(cell, now, i, pull, of_theta)
+        sign, close = _start_direction(pull, threshold, slack)
+        if sign != 0:
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
@@ -256,9 +262,9 @@ def _lone(cell, count, deviate, now, log):
     room = min(room_left, room_right)
     bound = 8.0 * ULP * scale
     cell[cells.FRESH, i] = 0.0
-    if room >= length - bound:
-        if room <= length + bound:
-            now.counts.undecided += 1
+    starts, close = _is_before(room, length, bound)
+    now.counts.undecided += close
+    if not starts:
         if now.chain.logging != 0:
             if stiff == 0.0:
                 now.time += speed / -drive
@@ -271,13 +277,12 @@ def _lone(cell, count, deviate, now, log):
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[cells.REST, i]
-        _stop(cell, count, deviate, now, log, i)
+        _freeze(cell, count, now, log, i)
+        _renew(cell, count, deviate, now, log, i)
         now.number += 1
-        turn = 0.0
-        # pulled on as before it stays, however close to mu_d c: the excess is never negative
-        if stiff == 0.0 or side * pull < 0.0:
-            turn, close = _exceeds(cell, now, i, pull, 0.0)
-            now.counts.undecided += close
+        threshold, slack = _threshold(cell, now, i, pull, 0.0)
+        turn, close = _reversal(pull, threshold, side, slack)
+        now.counts.undecided += close
         if turn != 0.0:
             _start(cell, now, log, i, turn, abs(pull) - friction)
             now.counts.events += 1
@@ -297,12 +302,11 @@ def _lone(cell, count, deviate, now, log):
             now.time += turned / omega
     cell[cells.X, i] += side * room
     cell[cells.SPEED, i] = faster
-    both = abs(room_left - room_right) <= bound
-    if both:
-        now.counts.undecided += 1
-    if both or room_left < room_right:
+    order, close = _order(room_left, room_right, bound)
+    now.counts.undecided += close
+    if order <= 0:
         _start(cell, now, log, i - 1, side, cell[cells.EXCESS, i - 1])
-    if both or room_right < room_left:
+    if order >= 0:
         _start(cell, now, log, i + 1, side, cell[cells.EXCESS, i + 1])
     if faster == 0.0:
         cell[cells.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
@@ -380,38 +384,53 @@ def _in_order(count, events):
 
 
 @inlined
-def _resolve(cell, count, deviate, now, log, events, blur):
-    """Let the sliders of an event stop and start by the contact law.
+def _freeze_kth(k, cell, count, deviate, now, log, blur, number):
+    i = count[cells.EVENT, k]
+    count[cells.STOPPED, k] = cell[cells.SIDE, i]
+    if count[cells.STOPPED, k] != 0:
+        _freeze(cell, count, now, log, i)
 
-    All that stop are frozen and draw, then all are tested with the same forces. The time of the
-    event is known to `blur`; in that time movers beside a slider change the force on it.
+
+@inlined
+def _renew_kth(k, cell, count, deviate, now, log, blur, number):
+    if count[cells.STOPPED, k] != 0:
+        _renew(cell, count, deviate, now, log, count[cells.EVENT, k])
+        now.number = number + 1
+
+
+@inlined
+def _test_kth(k, cell, count, deviate, now, log, blur, number):
+    i = count[cells.EVENT, k]
+    pull = _present_force(cell, i)
+    turn = 1.0 if pull > 0.0 else -1.0
+    drive = cell[cells.EXCESS, i]
+    way = count[cells.STOPPED, k]
+    if way != 0:
+        beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
+        threshold, slack = _threshold(cell, now, i, pull, blur * beside)
+        turn, close = _reversal(pull, threshold, float(way), slack)
+        now.counts.undecided += close
+        drive = abs(pull) - now.chain.friction
+    if turn != 0.0:
+        _start(cell, now, log, i, turn, drive)
+
+
+_in_turn = in_turn(_freeze_kth, _renew_kth, _test_kth, merged)
+
+
+@inlined
+def _resolve(cell, count, deviate, now, log, events, blur):
+    """Let the sliders of an event stop and start by the rules of the model.
+
+    The time of the event is known to `blur`; in that time movers beside a slider change the force
+    on it.
     """
     now.counts.calm = 0
     _in_order(count, events)
-    stops = 0
-    for k in range(events):
-        i = count[cells.EVENT, k]
-        count[cells.STOPPED, k] = cell[cells.SIDE, i] != 0.0
-        if count[cells.STOPPED, k] == 1:
-            _stop(cell, count, deviate, now, log, i)
-            stops += 1
-    if stops > 0:
-        now.number += 1
-    starts = 0
-    for k in range(events):
-        i = count[cells.EVENT, k]
-        pull = _present_force(cell, i)
-        turn = 1.0 if pull > 0.0 else -1.0
-        drive = cell[cells.EXCESS, i]
-        if count[cells.STOPPED, k] == 1:
-            beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
-            turn, close = _exceeds(cell, now, i, pull, blur * beside)
-            now.counts.undecided += close
-            drive = abs(pull) - now.chain.friction
-        if turn != 0.0:
-            _start(cell, now, log, i, turn, drive)
-            starts += 1
-    if starts > 0:
+    slips, moving = now.counts.slips, now.moving
+    _in_turn(range(events), cell, count, deviate, now, log, blur, now.number)
+    stops = now.counts.slips - slips
+    if now.moving > moving - stops:  # some have started
         now.number += 1
         if stops > 0:
             now.counts.events += 1

@@ -28,7 +28,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import loop
 from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
@@ -136,11 +136,11 @@ def _returned(cell, now, search, memory):
     here = cycle % rows
     bits = cell.view(np.uint64)
     state = np.uint64(14695981039346656037)
-    for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
+    for k, kind in enumerate((cells.FORCE, cells.FORCE_LOW, cells.EXCESS)):
         for i in range(now.chain.n):
-            ring[here, k, i] = cell[kind, at.PAD + i]
+            ring[here, k, i] = cell[kind, cells.PAD + i]
             if k < 2:  # the sign of a number does not count, nor of a zero
-                state = _mixed(state, bits[kind, at.PAD + i] << np.uint64(1))
+                state = _mixed(state, bits[kind, cells.PAD + i] << np.uint64(1))
     memory.advances[here] = search.last_advance
     earlier = _chained(memory.same_state, rows, state, cycle)
     while earlier > 0 and cycle - earlier < rows:
@@ -208,7 +208,7 @@ def _count(count, now, search, memory):
     cycle, slips, inner = search.cycles, 0, 0
     mark = np.uint64(now.counts.events - search.events)
     for i in range(now.chain.n):
-        made = count[at.SLIPS, at.PAD + i] - memory.slips[i]
+        made = count[cells.SLIPS, cells.PAD + i] - memory.slips[i]
         memory.slips[i] += made
         mark = _mixed(mark, np.uint64(made))
         slips += made
@@ -248,18 +248,18 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
     """
     cell, count, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
-    begun = now.counts.work, now.counts.events
+    worked, happened = now.counts.work, now.counts.events
     while search.since < 0 and search.cycles < most_cycles:
-        left = most_work - max(now.counts.work - begun[0], now.counts.events - begun[1])
+        left = most_work - max(now.counts.work - worked, now.counts.events - happened)
         if left <= 0:
-            return at.BUDGET
+            return cells.BUDGET
         half = search.reached
         reason, reached = loop.follow(
             cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
             left, left, single,
         )  # fmt: skip
         search.reached += reached
-        if reason != at.DONE:
+        if reason != cells.DONE:
             return reason
         search.reached = 0
         search.cycles += 1
@@ -273,7 +273,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
             if search.since < 0:
                 _nearly_returned(search, memory)
         search.events = now.counts.events
-    return at.DONE
+    return cells.DONE
 
 
 class _Noted:
@@ -359,15 +359,15 @@ class SettlingChain:
         `Stop.DONE` comes back in the first two cases, otherwise why it ended, with a sentence.
         """
         simulation, targets, most = self.simulation, self._targets, self.drive.cycles
-        begun = simulation.events
+        before = simulation.events
         while True:
             reason = settle(
                 simulation.work, *targets, self._searches, self._memory, most, MOST_WORK, False
             )
-            if reason == at.DONE:
+            if reason == cells.DONE:
                 return Stop.DONE, ""
-            if reason != at.BUDGET:
+            if reason != cells.BUDGET:
                 return simulation.ending(reason)
-            stop = limits.stop(simulation.events - begun)
+            stop = limits.stop(simulation.events - before)
             if stop is not None:
                 return stop, limits.reason(stop)

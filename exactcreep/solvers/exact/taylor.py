@@ -22,6 +22,7 @@ import math
 
 import numpy as np
 
+from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import margins
 from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP, compiled, inlined
@@ -43,6 +44,8 @@ from exactcreep.solvers.exact.simd import (
     store,
     take,
 )
+
+_, _, _, _, _leaves = FLOATS
 
 _NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
 _REACH = np.array(
@@ -199,13 +202,14 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     slope_a = side * slope_a
     begins = cell[cells.FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
-        # exactly at its threshold: it starts at once if it is pushed outwards
+        # at the end of its range
         _doubt(cell, now, i)
         lead = slope_a
         for k in range(2, 4):
             if lead == 0.0 and not moving:
                 lead = side * series[row + k, lane]
-        if lead < 0.0:
+        at_once, _ = _leaves(lead, moving, 0.0)
+        if at_once:
             return 0.0
         begins = True
     a = 0.0
@@ -357,8 +361,7 @@ def _suspects(cell, series, friction, first, s, t):
 def _tangential(cell, count, series, first, last):
     """Find the sliders that have started but do not get away, return how many.
 
-    Velocity and acceleration are zero: the first derivative that is not decides, and if it points
-    back, or there is none, the slip has length zero.
+    Velocity and acceleration are zero: the first derivative that is not decides.
     """
     events = 0
     for i in range(first, last + 1):
@@ -369,7 +372,8 @@ def _tangential(cell, count, series, first, last):
         for k in range(2, ORDERS):
             if lead == 0.0:
                 lead = series[row + k, (i - first) % WIDTH]
-        if lead * cell[cells.SIDE, i] <= 0.0:
+        stops, _ = _leaves(lead * cell[cells.SIDE, i], True, 0.0)
+        if stops:
             count[cells.EVENT, events] = i
             events += 1
     return events

@@ -7,6 +7,7 @@ long as ramps and lone slips are all that happens; with these, ties and grazes c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
@@ -16,12 +17,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.contacts import Contacts, start_direction
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import exact_number
+from exactcreep.model.rules import rules
 from exactcreep.model.state import State, mirrored
 from exactcreep.motion.amplified import AmplifiedErrors
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
+from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic, sign_of
 from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow, Run, forces_of
 from exactcreep.solvers.interface import Start, Tally
@@ -121,6 +123,15 @@ class ChainAtRest:
     amplifies : bool
         Whether it is followed what rounding grows to in a rearrangement; of no use to balls.
 
+    Attributes
+    ----------
+    rates : dict of int
+        By how much forces change with ``l0 theta``, of the sliders (from 0) of which they do.
+    rules : Rules
+        Over the numbers that it has.
+    asked : tuple of int
+        The slider that a rule is asked about, and the one that it is compared with.
+
     Notes
     -----
     All calls are made inside ``arithmetic.active()``.
@@ -139,6 +150,8 @@ class ChainAtRest:
         self.assume = assume or not arithmetic.encloses
         self.amplifies = amplifies
         self.contacts = Contacts(self.chain, self.seed)
+        self.rates = {0: -1, self.chain.n - 1: 1} if self.chain.n > 1 else {}
+        self.rules, self.asked = rules(self._sign), (0,)
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
         self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
@@ -198,20 +211,25 @@ class ChainAtRest:
         pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
         return ExactState([rational(b - a) + weight for a, b in pairs], places, theta)
 
-    def _sign(self, x: Any, slack: Any = None) -> int:
-        """Return a sign; what cannot be decided is zero and counted, if that is allowed."""
+    def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
+        """Return a sign, and whether it is in doubt; see `rules`."""
         if isinstance(x, (Quadratic, Fraction)):
-            return sign_of(x)
-        allowance = self.rest.force_slack if slack is None else slack
+            return sign_of(x), False
         try:
-            sign = self.arithmetic.sign(x, allowance)
+            sign = self.arithmetic.sign(x, slack)
         except Undecided:
             if not self.assume:
                 raise
-            sign = 0
+            return 0, True
         # a zero that was rounded may be none
-        self.rest.tally.undecided += sign == 0 and (bool(allowance > 0) or not bool(x == 0))
-        return sign
+        return sign, sign == 0 and (bool(slack > 0) or not bool(x == 0))
+
+    def ask(self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
+        """Return what a rule says, and count it if that is in doubt."""
+        self.asked = asked
+        answer, doubt = told(*of)
+        self.rest.tally.undecided += doubt
+        return answer
 
     # -- from rest to the first start ----------------------------------------------------------
 
@@ -225,24 +243,26 @@ class ChainAtRest:
             rest.fresh = False
             lacking = (self.thresholds - abs(rest.forces)).tolist()
             near = [n for n, room in enumerate(lacking) if not room > rest.force_slack]
-            starts = [(n, sign) for n in near if (sign := self._start_direction(n))]
+            told, slack = self.rules.start_direction, rest.force_slack
+            ways = [(n, self.ask((n,), told, *self._standing(n), slack)) for n in near]
+            starts = [(n, way) for n, way in ways if way]
             if starts:
                 self._set_off(starts, crossing=False)
                 return True
         if way == 0:
             return False
-        room, ends = self._room(way)
-        if room is None or (target is not None and not self._comes_first(way, room, target)):
+        room, starts = self._first_starts(way)
+        if not starts or (target is not None and not self._before(way, room, target)):
             if target is not None:
                 self._move_theta(way, self._reach(way, target), target)
             return False
         self._move_theta(way, room, None)
-        for end, sign in ends:
-            rest.forces[end] = sign * self.thresholds[end]
-            rest.pinned[end] = sign * self.acting(end)
+        for n, sign in starts:
+            rest.forces[n] = sign * self.thresholds[n]
+            rest.pinned[n] = sign * self.acting(n)
             if rest.exact is not None:
-                rest.exact.forces[end] = self.field.times_cosine(rest.pinned[end])
-        self._set_off(ends, crossing=True)
+                rest.exact.forces[n] = self.field.times_cosine(rest.pinned[n])
+        self._set_off(starts, crossing=True)
         return True
 
     def _standing(self, n: int) -> tuple[Any, Any]:
@@ -257,30 +277,25 @@ class ChainAtRest:
             return rest.pinned[n], self.acting(n)
         return (self.flow or rest).forces[n], self.thresholds[n]
 
-    def _start_direction(self, n: int) -> int:
-        """Return the direction in which a resting slider (from 0) starts, 0 if it stays."""
-        slack = (self.flow or self.rest).force_slack
-        return start_direction(*self._standing(n), lambda x: self._sign(x, slack))
+    def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
+        """Return how far ``l0 theta`` can go before a slider starts, and which start then."""
+        nearest, starts = None, []
+        for n, rate in self.rates.items():
+            room, order = self.lacking(n, way * rate), -1
+            if starts and self.rest.mirrored:
+                order = 0
+            elif starts:
+                pair, slack = (n, starts[0][0]), 2 * self.rest.force_slack
+                order = self.ask(pair, self.rules.order, room, nearest, slack)
+            if order < 0:
+                nearest, starts = room, []
+            if order <= 0:
+                starts.append((n, way * rate))
+        return nearest, starts
 
-    def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
-        """Return how far ``l0 theta`` can go before an end starts, and which end starts then."""
-        n = self.chain.n
-        if n == 1:
-            return None, []
-        ends = [(0, -way), (n - 1, way)]
-        first, last = (self.lacking(end, sign) for end, sign in ends)
-        if self.rest.mirrored:
-            return first, ends
-        order = self._sign(first - last, 2 * self.rest.force_slack)
-        if order < 0:
-            return first, ends[:1]
-        if order > 0:
-            return last, ends[1:]
-        return first, ends
-
-    def lacking(self, end: int, sign: int) -> Any:
-        """Return what an end of the chain at rest lacks to start with `sign`."""
-        force, threshold = self._standing(end)
+    def lacking(self, n: int, sign: int) -> Any:
+        """Return what a slider (from 0) of the chain at rest lacks to start with `sign`."""
+        force, threshold = self._standing(n)
         left = threshold - sign * force
         return self.arithmetic.number(left) * self.cosine if isinstance(left, Fraction) else left
 
@@ -290,10 +305,11 @@ class ChainAtRest:
             return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
         return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
 
-    def _comes_first(self, way: int, room: Any, target: Fraction) -> bool:
-        """Whether a slider starts before `target`; exactly at threshold there, it stays."""
+    def _before(self, way: int, room: Any, target: Fraction) -> bool:
+        """Whether a slider that lacks `room` starts before `target`."""
         slack = self.rest.force_slack + self.rest.theta_slack + self._theta_rounding(room)
-        return self._sign(self._reach(way, target) - room, slack) > 0
+        told = self.rules.is_before
+        return bool(self.ask((), told, room, self._reach(way, target), slack))
 
     def _theta_rounding(self, room: Any) -> Any:
         if not self.arithmetic.roundoff:
@@ -306,8 +322,8 @@ class ChainAtRest:
         if exact is not None:
             by = way * room
             exact.theta = exact.theta + by / self.chain.l0
-            exact.forces[0] = exact.forces[0] - by
-            exact.forces[-1] = exact.forces[-1] + by  # of one slider: as it was
+            for n, rate in self.rates.items():
+                exact.forces[n] = exact.forces[n] + (by if rate > 0 else -by)
             room = room.ball()
         by = way * room
         if target is None:
@@ -319,12 +335,12 @@ class ChainAtRest:
             return
         if not bool(room == 0):
             rest.tensions = rest.tensions - by
-            rest.forces[0] = rest.forces[0] - by
-            rest.forces[-1] = rest.forces[-1] + by
+            for n, rate in self.rates.items():
+                rest.forces[n] = rest.forces[n] + (by if rate > 0 else -by)
             rest.pinned.clear()
         if exact is not None:
-            for end in (0, -1):
-                rest.forces[end] = exact.forces[end].ball()
+            for n in self.rates:
+                rest.forces[n] = exact.forces[n].ball()
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         """Begin a rearrangement."""
@@ -365,7 +381,7 @@ class ChainAtRest:
         """Return the common stop of sliders that each move alone, if Q(c) decides it.
 
         They start from rest together, have equally many neighbours, all at rest, and none of these
-        reaches beyond its threshold: forces change monotonically, so the stop is the worst case.
+        starts: forces change monotonically, so the stop is the worst case.
         The two in the middle of a mirrored chain move alone together: their spring's middle rests.
         """
         n_sliders = self.chain.n
@@ -381,8 +397,8 @@ class ChainAtRest:
         if any(flow.signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
             return None
         zero = self.arithmetic.number(0)
-        idle = [n for n in moving if pulls[n].sign() <= 0]
-        if idle:  # nothing drives them: a slip of length zero
+        idle = [n for n in moving if EXACTLY.leaves(pulls[n], True, 0)[0]]
+        if idle:
             return FirstEvent(zero, tuple(idle), (), ())
         w2 = stiffnesses[moving[0]]
         if any(stiffnesses[n] != w2 for n in moving):
@@ -393,7 +409,8 @@ class ChainAtRest:
             for m in beside[n]:
                 forces[m] = forces[m] + ways[n]
         for m in {m for n in moving for m in beside[n]}:
-            if start_direction(forces[m], self.field.times_cosine(self.acting(m)), sign_of):
+            threshold = self.field.times_cosine(self.acting(m))
+            if EXACTLY.start_direction(forces[m], threshold, 0)[0]:
                 return None
         for n in moving:
             exact.displacements[n] = exact.displacements[n] + ways[n]

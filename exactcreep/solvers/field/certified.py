@@ -181,7 +181,7 @@ class CertifiedSimulation(FieldSimulation):
                 self._go_back()
                 continue
             if self.ahead < q:
-                self.begun = self._rows()
+                self.under_way = self._rows()
             if stop is not None:
                 return stop
             self.ahead += 1
@@ -210,7 +210,7 @@ class CertifiedSimulation(FieldSimulation):
         target, self.theta_target = self.anchor_target
         self.ahead = target + 1
         self.avalanche, self.undecided = None, self.tally.undecided
-        self.begun = self._rows()
+        self.under_way = self._rows()
 
     def _begin(self, bits: int) -> None:
         """Take another precision."""

@@ -158,7 +158,7 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
-        self.begun = self._rows()  # rows, and avalanches, on the way to the next target
+        self.under_way = self._rows()  # rows, and avalanches, on the way to the next target
         self.avalanche: Avalanche | None = None
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
@@ -184,7 +184,7 @@ class FieldSimulation(Simulation):
                 doubts.append(self.tally.undecided)
                 for name, values in self._made().items():
                     rows[name] += values
-                self.begun = self._rows()
+                self.under_way = self._rows()
                 stop = early() if done < count else None
             if stop is not None:
                 runaway = stop is Stop.RUNAWAY
@@ -203,7 +203,7 @@ class FieldSimulation(Simulation):
 
     def _made(self) -> dict[str, list[Any]]:
         """Return the rows on the way to the next target, with one ledger of all its avalanches."""
-        rows = dict(self.begun)
+        rows = dict(self.under_way)
         if "rearrangements" in rows:
             with self.mechanics.arithmetic.active():
                 rows["rearrangements"] = rearrangement_rows(rows["rearrangements"])
@@ -258,12 +258,12 @@ class FieldSimulation(Simulation):
             "slips": mechanics.rest.slips,
         }
         for name, value in reached.items():
-            if name in self.begun:
-                self.begun[name].append(copy(value))
+            if name in self.under_way:
+                self.under_way[name].append(copy(value))
         mechanics.rest.slips[:] = 0
 
     def _log(self, event: Event, q: int) -> None:
-        rows = self.begun
+        rows = self.under_way
         if rows.keys().isdisjoint(LOGS):
             return
         mechanics, arithmetic = self.mechanics, self.mechanics.arithmetic
@@ -284,8 +284,8 @@ class FieldSimulation(Simulation):
 
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
-        if self.avalanche is not None and "rearrangements" in self.begun:
-            self.begun["rearrangements"].append((self.avalanche, self.undecided - before))
+        if self.avalanche is not None and "rearrangements" in self.under_way:
+            self.under_way["rearrangements"].append((self.avalanche, self.undecided - before))
         self.avalanche = None
 
     def state(self) -> State:

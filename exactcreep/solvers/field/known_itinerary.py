@@ -60,12 +60,15 @@ class KnownItinerary(ChainIntegrator):
         self.rest.exact = None
         return self.l0 * self.rest.theta + way * self.lacking(slider, sign)
 
-    def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
-        ends = list(self._starts.items())
-        return self.lacking(*ends[0]), ends
-
-    def _start_direction(self, n: int) -> int:
-        return super()._start_direction(n) if self.flow is None else self._starts.get(n, 0)
+    def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
+        """Return the sign with which those sliders start that are known to, and no others."""
+        n, *first = self.asked
+        if self.flow is None and not first:  # as the chain stands
+            return super()._sign(x, slack)
+        starts = n in self._starts
+        if not first:
+            return (1 if starts else -1), False
+        return ((0 if first[0] in self._starts else -1) if starts else 1), False
 
     def first_event(self, flow: Flow) -> FirstEvent:
         """Return the next event that is known, at the time at which its condition holds."""

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event
+from exactcreep.model.rules import rules
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event
@@ -131,7 +132,7 @@ class SetIntegrator(ChainIntegrator):
             return 0.0
         return math.ldexp(self.widest, max(self.rest.set.exponent, -2000)) + UNDERFLOW
 
-    def _sign(self, x: Any, slack: Any = None) -> int:
+    def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         # what is compared moves by at most two forces, or a force and l0 theta
         return super()._sign(x, slack if self.rest.set is None else 2 * self.slack)
 
@@ -373,7 +374,8 @@ class SetIntegrator(ChainIntegrator):
         """Return the event of a slider that moves alone, by its energy."""
         crossed = self.crossed.get(n)
         excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
-        event = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
+        of_point = rules(lambda x, slack: (self.arithmetic.sign(x, slack), False))
+        event = lone_event(flow, n, self.thresholds, excess, (), of_point)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("what is proved of all states is not true of one")
         if not abs(event.time - time) <= radius:

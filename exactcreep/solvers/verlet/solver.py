@@ -1,10 +1,11 @@
 """The solver called "verlet": the paper's own method, a fixed time step, kept independent.
 
 Velocity Verlet on the moving sliders; at the end of every step the velocities are tested for
-stops and the resting neighbours for starts. It shares the model of the chain with the exact
-solver, and nothing else. An event is seen at the end of the step in which it happens, an error of
-first order in `dt`; with ``locate=True`` it is found inside the step by bisection, which restores
-the second order. See `steps` for the steps themselves.
+stops and the resting neighbours for starts. It shares the parameters of the chain and the draws
+with the other solvers, and nothing else: as an independent witness it has rules of its own for
+starts, stops and ties, not those of `model.rules`. An event is seen at the end of the step in
+which it happens, an error of first order in `dt`; with ``locate=True`` it is found inside the step
+by bisection, which restores the second order. See `steps` for the steps themselves.
 """
 
 from __future__ import annotations

@@ -1,0 +1,126 @@
+"""The rules of the model at starts, stops and ties, stated once for every kind of number.
+
+A slider at rest stays while ``|F| <= mu_s c``; a slider that moves feels ``mu_d c`` against its
+motion. Forces change continuously, so that a start, a stop or the end of a ramp is a comparison,
+and a rule says what follows from it, equality included.
+
+The rules are written over ``sign(x, slack)``. It returns -1, 0 or +1, and whether that is in doubt:
+`x` may be off by `slack`, and a number that cannot be told from zero is zero. Floats have the rules
+compiled (`FLOATS`). Rationals, balls and sets bring a sign of their own, which may raise. Every
+rule returns its answer, and whether that is in doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from exactcreep.compiling import njit
+
+
+class Rules(NamedTuple):
+    """The rules over one kind of number; see `rules`."""
+
+    start_direction: Callable[..., tuple[int, bool]]
+    reversal: Callable[..., tuple[int, bool]]
+    is_before: Callable[..., tuple[bool, bool]]
+    order: Callable[..., tuple[int, bool]]
+    leaves: Callable[..., tuple[bool, bool]]
+
+
+def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
+    """Return the rules over numbers with this sign, `compiled` if there is a compiler for them."""
+
+    @compiled
+    def start_direction(force, threshold, slack):
+        """Return in which direction a slider at rest starts; 0: exactly at threshold it stays."""
+        down, close = sign(force - threshold, slack)
+        if down > 0:
+            return 1, False
+        up, closer = sign(-force - threshold, slack)
+        if up > 0:
+            return -1, False
+        return 0, close or closer
+
+    @compiled
+    def reversal(force, threshold, way, slack):
+        """Return in which direction a slider starts that has just stopped on its way.
+
+        Only back, against its new threshold: friction has slowed it down, so that the force along
+        its way is at most ``mu_d c``, which every contact holds.
+        """
+        back, close = sign(-way * force - threshold, slack)
+        return (-way if back > 0 else 0 * way), close
+
+    @compiled
+    def is_before(room, end, slack):
+        """Return whether a slider starts after `room` on the way to `end`: the target, or a stop.
+
+        One that reaches its threshold exactly at the end stays.
+        """
+        left, close = sign(end - room, slack)
+        return left > 0, close
+
+    @compiled
+    def order(one, other, slack):
+        """Return which comes first: -1 the one, +1 the other, 0 both together as one event.
+
+        On a ramp every slider with a rate comes to its threshold at a theta of its own; the first
+        ones start.
+        """
+        return sign(one - other, slack)
+
+    @compiled
+    def leaves(lead, moves, slack):
+        """Return whether a slider leaves rest or motion at once, when it stands at the very edge.
+
+        `lead` is the first derivative that is not zero, positive inwards, of the speed of a slider
+        that has started, or of what one at rest lacks to its threshold. With no such derivative
+        (zero) a slip has length zero: it stops, and draws. One at rest stays.
+        """
+        inwards, close = sign(lead, slack)
+        return inwards < 0 or (moves and inwards == 0), close
+
+    return Rules(start_direction, reversal, is_before, order, leaves)
+
+
+def in_turn(freeze: Any, draw: Any, test: Any, compiled: Any = lambda rule: rule) -> Any:
+    """Return how the sliders of an event, which ascend, are taken through it: three times in turn.
+
+    All that stop are frozen; they draw; then all are tested, with the same forces.
+    """
+
+    @compiled
+    def resolve(sliders, *chain):
+        for n in sliders:
+            freeze(n, *chain)
+        for n in sliders:
+            draw(n, *chain)
+        for n in sliders:
+            test(n, *chain)
+
+    return resolve
+
+
+merged = njit(
+    nogil=True,
+    error_model="numpy",
+    _nrt=False,
+    forceinline=True,
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+)
+"""Compile into the caller. Nothing is kept on disk here: each caller keeps what it has merged."""
+
+
+@merged
+def _sign(x, slack):
+    if x > slack:
+        return 1, False
+    if x < -slack:
+        return -1, False
+    return 0, slack > 0.0
+
+
+FLOATS = rules(_sign, merged)
+"""The rules over floats; only compiled code can call them."""
