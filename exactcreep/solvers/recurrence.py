@@ -31,8 +31,8 @@ _NOTED = 64  # the longest period that is noted of cycles that are forgotten
 _X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
 
 
-class Settled(NamedTuple):
-    """How a chain goes on that has come back.
+class LimitCycle(NamedTuple):
+    """How a chain goes on that has come back: on a limit cycle, or at rest.
 
     Attributes
     ----------
@@ -149,10 +149,10 @@ class Recurrence:
         noted, since = self.noted
         return since if noted and period % noted == 0 else self.forgotten
 
-    def settled(self) -> Settled | None:
+    def settled(self) -> LimitCycle | None:
         """Return how the chain goes on if it has come back; None if it has not."""
         if self.cycles and self.ends[-1, _SLIPS] == self.ends[-2, _SLIPS]:
-            return Settled(0, self.repeats_since(1), 0.0, None)
+            return LimitCycle(0, self.repeats_since(1), 0.0, None)
         if self.chain.sigma_mu != 0:
             return None
         tensions = self.ends[:, _TENSIONS:]
@@ -168,7 +168,7 @@ class Recurrence:
                 off = max(off, float(wide)) if wide > NEAR * self._close else off
             # what returns but nearly is believed if it does so for another period
             if not off or self.cycles - since >= 2 * period:
-                return Settled(period, since, off, self._velocity(period))
+                return LimitCycle(period, since, off, self._velocity(period))
         return None
 
     def approaching(self) -> tuple[int, float] | None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,67 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
+from exactcreep.motion.amplified import AmplifiedErrors
+from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.cosine_field import MOST_BITS
 from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.runaway import escape_time
-from exactcreep.solvers.field.at_rest import ChainAtRest
+from exactcreep.solvers.field.at_rest import ChainAtRest, Rest
+from exactcreep.solvers.interface import Start
+from exactcreep.watch.limits import NO_LIMITS
 
 
 class ChainIntegrator(ChainAtRest):
-    """A chain that is taken through rearrangements, event by event."""
+    """A chain that is taken through rearrangements, event by event.
+
+    Parameters
+    ----------
+    start, arithmetic, assume
+        See `ChainAtRest`.
+    amplifies : bool
+        Whether it is followed what rounding grows to in a rearrangement; of no use to balls.
+    """
+
+    def __init__(
+        self,
+        start: Start,
+        arithmetic: Arithmetic,
+        *,
+        assume: bool = False,
+        amplifies: bool = False,
+    ) -> None:
+        super().__init__(start, arithmetic, assume=assume)
+        self.amplifies = amplifies
+        self.way = 0
+        self.flow: Flow | None = None
+        self.amplified: AmplifiedErrors | None = None  # what rounding has grown to in it
+        self._runs: list[Run] | None = None
+        self.time: Any = arithmetic.number(0)
+        self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
+        self.announced = True
+        self.event_number = 0
+        self.runaway = False
+        self.limits = NO_LIMITS
+
+    def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
+        self.time = self.arithmetic.number(0)
+        self.flow = Flow(self.arithmetic, self.rest.forces, self.friction, self.rest.force_slack)
+        self.announced = False
+        self.event_number = 0
+        self.tally.rearrangements += 1
+        self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
+        if self.amplifies and self.chain.n > 1:
+            largest = float(max(abs(self.rest.forces)) + self.friction)
+            self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
+            if crossing:  # theta takes them to their threshold, whatever they are off by
+                self.amplified.forces[[n for n, _ in starts]] = 0.0
+
+    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
+        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
+        flow.start([n for n, _ in starts], [sign for _, sign in starts])
+        for n in crossing:
+            self.crossed[n] = self.acting(n) - self.chain.mu_d
 
     def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events of the rearrangement under way, and None after those of each instant.
@@ -56,13 +109,14 @@ class ChainIntegrator(ChainAtRest):
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving = np.flatnonzero(flow.signs).tolist()
-        if self.rest.exact is not None:
-            slip = self.exact_slips(self.rest.exact, flow, moving)
+        exact = self.rest.exact
+        if exact is not None:
+            slip = exact.slip(flow, moving, self.acting, mirrored=self.rest.mirrored)
             if slip is not None:
                 return slip
+        touching = self.touching(flow, moving)
         number = self.arithmetic.number
         excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
-        touching = self.touching(flow, moving)
         horizon = None
         if flow.signs.all():
             horizon = escape_time(flow, self.runs[0], self.chain, self.cosine)
@@ -88,6 +142,11 @@ class ChainIntegrator(ChainAtRest):
         stops = [root.slider for root in first if root.side == 0]
         starts = [(root.slider, root.side) for root in first if root.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.rest.mirrored else None)
+
+    def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
+        """Return the sliders beside moving ones that are known to rest exactly at threshold."""
+        exact = self.rest.exact
+        return set() if exact is None else exact.touching(flow, moving, self.acting)
 
     def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
@@ -131,7 +190,7 @@ class ChainIntegrator(ChainAtRest):
         ways, starts = {n: int(flow.signs[n]) for n in stops}, dict(event.starts)
 
         def test(n: int) -> None:
-            of = *self._standing(n), ways[n], flow.force_slack
+            of = *self.standing(n, flow.forces), ways[n], flow.force_slack
             if turned := self.ask((n,), self.rules.reversal, *of):
                 starts[n] = turned
 
@@ -168,7 +227,7 @@ class ChainIntegrator(ChainAtRest):
     def come_to_rest(self, flow: Flow) -> None:
         """Let the present state be a rest."""
         rest = self.rest
-        rest.tensions, rest.displacements = self._shape(flow)
+        rest.tensions, rest.displacements = self._shape()
         rest.forces, rest.force_slack = flow.forces, flow.force_slack
         if rest.exact is not None:
             self.renew()
@@ -199,6 +258,33 @@ class ChainIntegrator(ChainAtRest):
         rest.coefficients[n] = float(drawn)
         rest.tally.draws_below_mu_d += self.contacts.is_low(drawn)
         self.thresholds[n] = self.contacts.holds(rest.coefficients[n], self.arithmetic)
+
+    # -- the present state ---------------------------------------------------------------------
+
+    def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        tensions, displacements = (x.copy() for x in super()._shape())
+        if (flow := self.flow) is not None:
+            first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
+            change = np.diff(flow.moved[first : last + 1])
+            tensions[first:last] = tensions[first:last] + change
+            for n in flow.touched:
+                displacements[n] = displacements[n] + flow.moved[n]
+        return tensions, displacements
+
+    def velocities(self) -> NDArray[Any]:
+        """Return the present velocities."""
+        if self.flow is None:
+            return self.arithmetic.zeros(self.chain.n)
+        return self.flow.velocities.copy()
+
+    def known_moves(self) -> NDArray[Any]:
+        """Return how far sliders have come in the rearrangement, as well as it is known."""
+        assert self.flow is not None
+        return self.flow.moved
+
+    def go_on_from(self, rest: Rest) -> None:
+        super().go_on_from(rest)
+        self.flow = None
 
 
 def event_of(

@@ -47,7 +47,7 @@ from exactcreep.solvers.interface import (
     Tally,
     require_like,
 )
-from exactcreep.solvers.relaxation import relaxed
+from exactcreep.solvers.nearest_rest import brought_to_rest
 from exactcreep.solvers.tables import TargetRows
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
@@ -236,7 +236,7 @@ class SlidingSimulation(Simulation):
         forces = np.diff(tensions, prepend=0.0, append=0.0)
         slack = 4 * np.spacing(max([*abs(tensions), uphill]))
         if np.any(forces > downhill + slack) or np.any(forces < -uphill - slack):
-            reached, shift, left_open = relaxed(tensions.tolist(), uphill, downhill, _SHARE)
+            reached, shift, left_open = brought_to_rest(tensions.tolist(), uphill, downhill, _SHARE)
             tensions, x = np.array(reached, dtype=float), x + np.array(shift)
             self._relaxed = True
         self._chain = _Configuration(

@@ -15,7 +15,7 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers import sliding
-from exactcreep.solvers.relaxation import relaxed
+from exactcreep.solvers.nearest_rest import brought_to_rest
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.watch.limits import Limits
 
@@ -148,7 +148,7 @@ def test_every_ramp_from_any_start_ends_in_the_state_of_least_energy_and_frictio
         reach = rng.choice([20, 300])
         given = [Fraction(rng.randint(-reach, reach), 100) for _ in range(n - 1)]
         path = [Fraction(rng.randint(-1000, 1000), 2000) * n for _ in range(8)]
-        tensions, shift, _ = relaxed(given, *frictions(chain), Fraction(1, 2))
+        tensions, shift, _ = brought_to_rest(given, *frictions(chain), Fraction(1, 2))
         assert_least(chain, shift, tensions)
         assert np.diff(shift).tolist() == [b - a for a, b in zip(given, tensions, strict=True)]
         before, rows = np.array([Fraction(0)] * n), [*brute_force(chain, path, tensions)]

@@ -32,7 +32,7 @@ from exactcreep.solvers.exact import layout as cells
 from exactcreep.solvers.exact import loop
 from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
-from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE, Settled, nearness
+from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE, LimitCycle, nearness
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TRIES = 64  # earlier cycles with the same slips that are looked at
@@ -332,11 +332,11 @@ class SettlingChain:
         search["lowest"] = search["highest"] = total
 
     @property
-    def settled(self) -> Settled | None:
+    def settled(self) -> LimitCycle | None:
         """How it goes on, bit for bit or, if that is not 0, as the forces have come back."""
         if self.since < 0:
             return None
-        return Settled(self.period, self.since, float(self._searches["apart"][0]), None)
+        return LimitCycle(self.period, self.since, float(self._searches["apart"][0]), None)
 
     def steps(self, count: int) -> NDArray[np.float64]:
         """Return the largest change of a force in each of the last cycles, at most `count`.

@@ -401,7 +401,7 @@ class Estimated(Rearrangement):
 
 @dataclass(frozen=True)
 class Exact(Solver):
-    """The event-driven solver in float64, compiled.
+    """The event-driven solver in float64 with certified events, compiled.
 
     Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
     accepted only after all sliders were certified to have none before (see `taylor`). Each

@@ -1,51 +1,28 @@
 """The state of a chain at rest and on a ramp in one arithmetic, exactly where that is possible.
 
-Beside the numbers of an arithmetic, a chain in balls keeps exact ones of Q(c) (`cosine_field`) as
-long as ramps and lone slips are all that happens; with these, ties and grazes can be decided.
-`solvers.reference` takes it through rearrangements.
+Beside the numbers of an arithmetic, a chain in balls keeps exact ones (`exact_state`) for as long
+as it can. `solvers.reference` takes it through rearrangements.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache
-from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Contacts
-from exactcreep.model.numbers import exact_number
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, mirrored
-from exactcreep.motion.amplified import AmplifiedErrors
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic, sign_of
-from exactcreep.motion.first_event import FirstEvent
-from exactcreep.motion.modes import Flow, Run, forces_of
+from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
+from exactcreep.motion.modes import forces_of
+from exactcreep.solvers.field.exact_state import ExactState
 from exactcreep.solvers.interface import Start, Tally
-from exactcreep.watch.limits import NO_LIMITS
-
-
-@dataclass
-class ExactState:
-    """The state at rest in Q(c), as long as it lies there."""
-
-    forces: list[Quadratic]
-    displacements: list[Quadratic]
-    theta: Quadratic
-
-    @property
-    def bits(self) -> int:
-        """Size of the largest number, by its last displacements and theta."""
-        return max(self.theta.bits, *(x.bits for x in self.displacements))
-
-    def copy(self) -> ExactState:
-        """Return the same numbers in lists of their own."""
-        return ExactState(self.forces.copy(), self.displacements.copy(), self.theta)
 
 
 @dataclass
@@ -54,65 +31,33 @@ class Rest:
 
     Tensions, displacements and forces are those of the last rest; what a stop draws and what is
     counted changes at once.
-
-    Attributes
-    ----------
-    tensions, displacements, forces : ndarray
-        As in `State`, and ``F_n = T_n - T_(n-1) + s``.
-    theta : number
-    coefficients, draws : ndarray, shape (n,)
-        As in `State`.
-    slips : ndarray of int, shape (n,)
-        Of each slider, since the last target.
-    force_slack, theta_slack : number
-        How far rounding may have taken the forces, and ``l0 theta``.
-    mirrored : bool
-        Whether the chain is, and therefore stays, the mirror image of itself.
-    exact : ExactState or None
-        Exact knowledge, as long as there is any.
-    pinned : dict
-        ``F_n / c`` of the sliders (from 0) that have just reached their threshold.
-    fresh : bool
-        Whether this is the start, which may not be at rest.
-    evaluations : int
-        Of event functions.
-    tally : Tally
     """
 
     tensions: NDArray[Any]
     displacements: NDArray[Any]
     forces: NDArray[Any]
     theta: Any
-    coefficients: NDArray[np.float64]
+    coefficients: NDArray[np.float64]  # as in `State`
     draws: NDArray[np.int64]
-    slips: NDArray[np.int64]
-    mirrored: bool
-    exact: ExactState | None
-    force_slack: Any = 0
+    slips: NDArray[np.int64]  # of each slider, since the last target
+    mirrored: bool  # whether the chain is, and therefore stays, the mirror image of itself
+    exact: ExactState | None  # as long as all of it lies in Q(c)
+    force_slack: Any = 0  # how far rounding may have taken forces, and l0 theta
     theta_slack: Any = 0
+    # F_n / c of the sliders (from 0) that have just reached their threshold
     pinned: dict[int, Fraction] = field(default_factory=dict)
-    fresh: bool = True
-    evaluations: int = 0
+    fresh: bool = True  # whether this is the start, which may not be at rest
+    evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
 
     def copy(self) -> Self:
         """Return the same rest, which changes no more with this one."""
-        return replace(
-            self,
-            tensions=self.tensions.copy(),
-            displacements=self.displacements.copy(),
-            forces=self.forces.copy(),
-            coefficients=self.coefficients.copy(),
-            draws=self.draws.copy(),
-            slips=self.slips.copy(),
-            exact=self.exact and self.exact.copy(),
-            pinned=self.pinned.copy(),
-            tally=replace(self.tally),
-        )
+        own = {name: x.copy() for name, x in vars(self).items() if hasattr(x, "copy")}
+        return replace(self, **own, tally=replace(self.tally))
 
 
-class ChainAtRest:
-    """A chain that is taken from rest to rest in one arithmetic.
+class ChainAtRest(ABC):
+    """A chain at rest, and on ramps, in one arithmetic.
 
     Parameters
     ----------
@@ -120,8 +65,6 @@ class ChainAtRest:
     arithmetic : Arithmetic
     assume : bool
         Whether balls settle what they cannot decide by the model's rules, and count it.
-    amplifies : bool
-        Whether it is followed what rounding grows to in a rearrangement; of no use to balls.
 
     Attributes
     ----------
@@ -138,17 +81,11 @@ class ChainAtRest:
     """
 
     def __init__(
-        self,
-        start: Start,
-        arithmetic: Arithmetic,
-        *,
-        assume: bool = False,
-        amplifies: bool = False,
+        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False
     ) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
-        self.amplifies = amplifies
         self.contacts = Contacts(self.chain, self.seed)
         self.rates = {0: -1, self.chain.n - 1: 1} if self.chain.n > 1 else {}
         self.rules, self.asked = rules(self._sign), (0,)
@@ -161,21 +98,12 @@ class ChainAtRest:
         self.thresholds = self.contacts.thresholds(self.rest.coefficients, arithmetic)
         largest = max(abs(self.rest.forces)) + max(self.thresholds)
         self.rest.force_slack = 4 * arithmetic.roundoff * largest
-        # the rearrangement under way
-        self.way = 0
-        self.flow: Flow | None = None
-        self.amplified: AmplifiedErrors | None = None  # what rounding has grown to in it
-        self._runs: list[Run] | None = None
-        self.time: Any = arithmetic.number(0)
-        self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
-        self.announced = True
-        self.event_number = 0
-        self.runaway = False
-        self.limits = NO_LIMITS
 
     def _at_start(self, state: State) -> Rest:
         vector = self.arithmetic.vector
-        tensions = vector(state.tensions)
+        tensions, exact = vector(state.tensions), None
+        if self.arithmetic.encloses:
+            exact = ExactState.of(self.chain, self.field, state)
         return Rest(
             tensions,
             vector(state.displacements.tolist()),
@@ -185,7 +113,7 @@ class ChainAtRest:
             state.draws.astype(np.int64),
             slips=np.zeros(self.chain.n, dtype=np.int64),
             mirrored=mirrored(self.chain, state),
-            exact=self._exactly(state) if self.arithmetic.encloses else None,
+            exact=exact,
         )
 
     @property
@@ -198,18 +126,6 @@ class ChainAtRest:
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
         return self.contacts.acting(self.rest.coefficients[n])
-
-    def _exactly(self, state: State) -> ExactState | None:
-        exact, rational = cache(exact_number), cache(self.field.rational)  # most of them are alike
-        try:
-            tensions = [exact(x, "tension") for x in state.tensions.tolist()]
-            places = [rational(exact(x, "x")) for x in state.displacements.tolist()]
-            theta = rational(exact_number(state.theta, "theta"))
-        except ValueError:  # balls or mpmath numbers that came out of another calculation
-            return None
-        weight = self.field.times_cosine(self.chain.tan_alpha)
-        pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
-        return ExactState([rational(b - a) + weight for a, b in pairs], places, theta)
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return a sign, and whether it is in doubt; see `rules`."""
@@ -244,7 +160,7 @@ class ChainAtRest:
             lacking = (self.thresholds - abs(rest.forces)).tolist()
             near = [n for n, room in enumerate(lacking) if not room > rest.force_slack]
             told, slack = self.rules.start_direction, rest.force_slack
-            ways = [(n, self.ask((n,), told, *self._standing(n), slack)) for n in near]
+            ways = [(n, self.ask((n,), told, *self.standing(n, rest.forces), slack)) for n in near]
             starts = [(n, way) for n, way in ways if way]
             if starts:
                 self._set_off(starts, crossing=False)
@@ -265,7 +181,7 @@ class ChainAtRest:
         self._set_off(starts, crossing=True)
         return True
 
-    def _standing(self, n: int) -> tuple[Any, Any]:
+    def standing(self, n: int, forces: NDArray[Any]) -> tuple[Any, Any]:
         """Return the force on a resting slider (from 0) and its threshold, as well as known.
 
         In Q(c), as rationals in units of c, or as numbers of the arithmetic.
@@ -275,7 +191,7 @@ class ChainAtRest:
             return rest.exact.forces[n], self.field.times_cosine(self.acting(n))
         if n in rest.pinned:
             return rest.pinned[n], self.acting(n)
-        return (self.flow or rest).forces[n], self.thresholds[n]
+        return forces[n], self.thresholds[n]
 
     def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         """Return how far ``l0 theta`` can go before a slider starts, and which start then."""
@@ -295,7 +211,7 @@ class ChainAtRest:
 
     def lacking(self, n: int, sign: int) -> Any:
         """Return what a slider (from 0) of the chain at rest lacks to start with `sign`."""
-        force, threshold = self._standing(n)
+        force, threshold = self.standing(n, self.rest.forces)
         left = threshold - sign * force
         return self.arithmetic.number(left) * self.cosine if isinstance(left, Fraction) else left
 
@@ -342,128 +258,30 @@ class ChainAtRest:
             for n in self.rates:
                 rest.forces[n] = exact.forces[n].ball()
 
+    @abstractmethod
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
-        """Begin a rearrangement."""
-        self.time = self.arithmetic.number(0)
-        self.flow = Flow(self.arithmetic, self.rest.forces, self.friction, self.rest.force_slack)
-        self.announced = False
-        self.event_number = 0
-        self.rest.tally.rearrangements += 1
-        self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
-        if self.amplifies and self.chain.n > 1:
-            largest = float(max(abs(self.rest.forces)) + self.friction)
-            self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
-            if crossing:  # theta takes them to their threshold, whatever they are off by
-                self.amplified.forces[[n for n, _ in starts]] = 0.0
-
-    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
-        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
-        flow.start([n for n, _ in starts], [sign for _, sign in starts])
-        for n in crossing:
-            self.crossed[n] = self.acting(n) - self.chain.mu_d
-
-    # -- what Q(c) decides of the sliders in motion --------------------------------------------
-
-    def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
-        """Return the resting sliders that are known to be exactly at threshold, and the side."""
-        if self.rest.exact is None:
-            return set()
-        beside = {m for n in moving for m in (n - 1, n + 1) if 0 <= m < self.chain.n}
-        resting = [(n, *self._standing(n)) for n in beside if flow.signs[n] == 0]
-        return {
-            (n, side)
-            for n, force, threshold in resting
-            for side in (1, -1)
-            if threshold == side * force
-        }
-
-    def exact_slips(self, exact: ExactState, flow: Flow, moving: list[int]) -> FirstEvent | None:
-        """Return the common stop of sliders that each move alone, if Q(c) decides it.
-
-        They start from rest together, have equally many neighbours, all at rest, and none of these
-        starts: forces change monotonically, so the stop is the worst case.
-        The two in the middle of a mirrored chain move alone together: their spring's middle rests.
-        """
-        n_sliders = self.chain.n
-        friction = self.field.times_cosine(self.chain.mu_d)
-        pulls = {n: int(flow.signs[n]) * exact.forces[n] - friction for n in moving}
-        beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
-        stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
-        middle = (n_sliders // 2 - 1, n_sliders // 2)
-        if self.rest.mirrored and n_sliders % 2 == 0 and middle[0] in beside:
-            for n, image in (middle, middle[::-1]):
-                beside[n].remove(image)
-                stiffnesses[n] += 1
-        if any(flow.signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
-            return None
-        zero = self.arithmetic.number(0)
-        idle = [n for n in moving if EXACTLY.leaves(pulls[n], True, 0)[0]]
-        if idle:
-            return FirstEvent(zero, tuple(idle), (), ())
-        w2 = stiffnesses[moving[0]]
-        if any(stiffnesses[n] != w2 for n in moving):
-            return None
-        ways = {n: Fraction(2 * int(flow.signs[n]), w2) * pulls[n] for n in moving}
-        forces = dict(enumerate(exact.forces))
-        for n in moving:
-            for m in beside[n]:
-                forces[m] = forces[m] + ways[n]
-        for m in {m for n in moving for m in beside[n]}:
-            threshold = self.field.times_cosine(self.acting(m))
-            if EXACTLY.start_direction(forces[m], threshold, 0)[0]:
-                return None
-        for n in moving:
-            exact.displacements[n] = exact.displacements[n] + ways[n]
-            forces[n] = forces[n] - w2 * ways[n]
-        exact.forces = list(forces.values())
-        time = self.arithmetic.pi() / self.arithmetic.sqrt(self.arithmetic.number(w2))
-        shifts = tuple((n, [ways[n].ball()], [zero]) for n in moving)
-        return FirstEvent(time, tuple(moving), (), shifts, exact=True)
+        """Begin a rearrangement; `crossing`: theta has taken `starts` to their threshold."""
 
     # -- the present state ---------------------------------------------------------------------
-
-    def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return tensions and displacements at present."""
-        first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
-        tensions = self.rest.tensions.copy()
-        change = np.diff(flow.moved[first : last + 1])
-        tensions[first:last] = tensions[first:last] + change
-        return tensions, self._displaced(flow)
-
-    def _displaced(self, flow: Flow) -> NDArray[Any]:
-        displacements = self.rest.displacements.copy()
-        for n in flow.touched:
-            displacements[n] = displacements[n] + flow.moved[n]
-        return displacements
 
     def state(self) -> State:
         """Return the present state."""
         rest = self.rest
-        shape = (rest.tensions, rest.displacements)
-        if self.flow is not None:
-            shape = self._shape(self.flow)
-        return State(*shape, rest.coefficients, rest.draws, rest.theta)
+        return State(*self._shape(), rest.coefficients, rest.draws, rest.theta)
 
-    def velocities(self) -> NDArray[Any]:
-        """Return the present velocities."""
-        if self.flow is None:
-            return self.arithmetic.zeros(self.chain.n)
-        return self.flow.velocities.copy()
+    def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return tensions and displacements at present."""
+        return self.rest.tensions, self.rest.displacements
 
     def known_theta(self) -> Any:
         """Return theta, as well as it is known."""
         return self.rest.theta
 
-    def known_moves(self) -> NDArray[Any]:
-        """Return how far sliders have come in the rearrangement, as well as it is known."""
-        assert self.flow is not None
-        return self.flow.moved
-
     # -- to go on later ------------------------------------------------------------------------
 
     def go_on_from(self, rest: Rest) -> None:
         """Be at this rest, of the same chain and seed."""
-        self.rest, self.flow = rest, None
+        self.rest = rest
         self.thresholds = self.contacts.thresholds(rest.coefficients, self.arithmetic)
 
     def renew(self) -> None:
@@ -474,9 +292,4 @@ class ChainAtRest:
         rest.forces = vector([x.ball() for x in exact.forces])
         rest.displacements = vector([x.ball() for x in exact.displacements])
         rest.theta = exact.theta.ball()
-        weight = self.field.times_cosine(self.chain.tan_alpha)
-        tension, tensions = self.field.rational(Fraction(0)), []
-        for force in exact.forces[:-1]:
-            tension = tension + force - weight
-            tensions.append(tension.ball())
-        rest.tensions = vector(tensions)
+        rest.tensions = vector([x.ball() for x in exact.tensions])

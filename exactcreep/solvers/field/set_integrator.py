@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import accumulate
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import flint
 import numpy as np
@@ -68,10 +68,6 @@ class RestOfSet(Rest):
 
     set: StateSet | None = None
     since: int = 0
-
-    def copy(self) -> Self:
-        """Return the same rest, which changes no more with this one."""
-        return replace(super().copy(), set=self.set and self.set.copy())
 
 
 class SetIntegrator(ChainIntegrator):
@@ -206,11 +202,12 @@ class SetIntegrator(ChainIntegrator):
         bare = [force - self.weight for force in forces.tolist()[:-1]]
         return self.arithmetic.vector(accumulate(bare))
 
-    def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
-        if self.rest.exact is not None:
-            return super()._shape(flow)
-        # the middle is taken anew now and then, by its forces
-        return self._tensions(flow.forces), self._displaced(flow)
+    def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        tensions, displacements = super()._shape()
+        if self.rest.exact is None and self.flow is not None:
+            # the middle is taken anew now and then, by its forces
+            tensions = self._tensions(self.flow.forces)
+        return tensions, displacements
 
     # -- what is known -------------------------------------------------------------------------
 

@@ -87,7 +87,7 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
     return nearest[::-1]
 
 
-def relaxed(
+def brought_to_rest(
     tensions: list[Any], uphill: Any, downhill: Any, share: Any
 ) -> tuple[list[Any], list[Any], Any]:
     """Return the tensions at which friction holds the chain, and the displacements to them.

@@ -1,0 +1,115 @@
+"""The state of a chain at rest in Q(c), and the slips that keep it there.
+
+Ramps and lone slips move forces, displacements and theta within Q(c) (see `cosine_field`). As long
+as nothing else happens, ties and grazes are decided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from itertools import accumulate, pairwise
+from typing import Self
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import exact_number
+from exactcreep.model.state import State
+from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic
+from exactcreep.motion.first_event import FirstEvent
+from exactcreep.motion.modes import Flow
+
+
+@dataclass
+class ExactState:
+    """Forces, displacements and theta at rest."""
+
+    chain: Chain
+    field: CosineField
+    forces: list[Quadratic]
+    displacements: list[Quadratic]
+    theta: Quadratic
+
+    @classmethod
+    def of(cls, chain: Chain, field: CosineField, state: State) -> Self | None:
+        """Return a state; None if it came as balls or mpmath numbers out of a calculation."""
+        exact, rational = cache(exact_number), cache(field.rational)  # most of them are alike
+        try:
+            tensions = [exact(x, "tension") for x in state.tensions.tolist()]
+            places = [rational(exact(x, "x")) for x in state.displacements.tolist()]
+            theta = rational(exact_number(state.theta, "theta"))
+        except ValueError:
+            return None
+        weight = field.times_cosine(chain.tan_alpha)
+        pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
+        return cls(chain, field, [rational(b - a) + weight for a, b in pairs], places, theta)
+
+    @property
+    def bits(self) -> int:
+        """Size of the largest number, by its last displacements and theta."""
+        return max(self.theta.bits, *(x.bits for x in self.displacements))
+
+    @property
+    def tensions(self) -> Iterable[Quadratic]:
+        """The tensions."""
+        weight = self.field.times_cosine(self.chain.tan_alpha)
+        return accumulate(force - weight for force in self.forces[:-1])
+
+    def copy(self) -> Self:
+        """Return the same numbers in lists of their own."""
+        return replace(self, forces=self.forces.copy(), displacements=self.displacements.copy())
+
+    def touching(
+        self, flow: Flow, moving: list[int], acting: Callable[[int], Fraction]
+    ) -> set[tuple[int, int]]:
+        """Return the sliders beside moving ones that rest exactly at threshold, and the side."""
+        beside = {m for n in moving for m in (n - 1, n + 1) if 0 <= m < self.chain.n}
+        held = {n: self.field.times_cosine(acting(n)) for n in beside if flow.signs[n] == 0}
+        both = ((n, side) for n in held for side in (1, -1))
+        return {(n, side) for n, side in both if held[n] == side * self.forces[n]}
+
+    def slip(
+        self, flow: Flow, moving: list[int], acting: Callable[[int], Fraction], *, mirrored: bool
+    ) -> FirstEvent | None:
+        """Return the common stop of sliders that each move alone, if Q(c) decides it; go there.
+
+        They start from rest together, have equally many neighbours, all at rest, and none of these
+        starts: forces change monotonically, so the stop is the worst case. The two in the middle of
+        a mirrored chain move alone together: their spring's middle rests.
+        """
+        n_sliders, number = self.chain.n, flow.arithmetic.number
+        friction = self.field.times_cosine(self.chain.mu_d)
+        pulls = {n: int(flow.signs[n]) * self.forces[n] - friction for n in moving}
+        beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
+        stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
+        middle = (n_sliders // 2 - 1, n_sliders // 2)
+        if mirrored and n_sliders % 2 == 0 and middle[0] in beside:
+            for n, image in (middle, middle[::-1]):
+                beside[n].remove(image)
+                stiffnesses[n] += 1
+        if any(flow.signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
+            return None
+        zero = number(0)
+        idle = [n for n in moving if EXACTLY.leaves(pulls[n], True, 0)[0]]
+        if idle:
+            return FirstEvent(zero, tuple(idle), (), ())
+        w2 = stiffnesses[moving[0]]
+        if any(stiffnesses[n] != w2 for n in moving):
+            return None
+        ways = {n: Fraction(2 * int(flow.signs[n]), w2) * pulls[n] for n in moving}
+        forces = dict(enumerate(self.forces))
+        for n in moving:
+            for m in beside[n]:
+                forces[m] = forces[m] + ways[n]
+        for m in {m for n in moving for m in beside[n]}:
+            threshold = self.field.times_cosine(acting(m))
+            if EXACTLY.start_direction(forces[m], threshold, 0)[0]:
+                return None
+        for n in moving:
+            self.displacements[n] = self.displacements[n] + ways[n]
+            forces[n] = forces[n] - w2 * ways[n]
+        self.forces = list(forces.values())
+        time = flow.arithmetic.pi() / flow.arithmetic.sqrt(number(w2))
+        shifts = tuple((n, [ways[n].ball()], [zero]) for n in moving)
+        return FirstEvent(time, tuple(moving), (), shifts, exact=True)
