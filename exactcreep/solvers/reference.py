@@ -201,9 +201,10 @@ class ChainIntegrator(ChainAtRest):
             yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
             self._start(flow, sorted(starts.items()), [n for n, _ in event.starts])
-            for n, sign in starts.items() if self.amplified is not None else ():
-                drive = float(flow.forces[n]) - sign * float(self.friction)
-                self.amplified.start(n, drive, late[n])
+            for n, by in late.items():
+                if self.amplified is not None and n in starts:
+                    drive = float(flow.forces[n]) - starts[n] * float(self.friction)
+                    self.amplified.start(n, drive, by)
             sliders = sorted(starts)
             yield self._event(EventKind.START, sliders, [starts[n] for n in sliders])
 

@@ -88,7 +88,8 @@ class ChainAtRest(ABC):
         self.assume = assume or not arithmetic.encloses
         self.contacts = Contacts(self.chain, self.seed)
         self.rates = {0: -1, self.chain.n - 1: 1} if self.chain.n > 1 else {}
-        self.rules, self.asked = rules(self._sign), (0,)
+        self.rules = rules(self._sign)
+        self.asked: tuple[int, ...] = ()
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
         self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
@@ -195,7 +196,8 @@ class ChainAtRest(ABC):
 
     def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         """Return how far ``l0 theta`` can go before a slider starts, and which start then."""
-        nearest, starts = None, []
+        nearest: Any = None
+        starts: list[tuple[int, int]] = []
         for n, rate in self.rates.items():
             room, order = self.lacking(n, way * rate), -1
             if starts and self.rest.mirrored:
