@@ -83,6 +83,7 @@ def test_a_slip_that_nothing_drives_has_length_zero_and_draws(
     done = rearrange(LEVEL, start, direction=1, solver=solver)
     signs = tuple(-1 if n == 1 else 1 for n in ends)
     assert done.itinerary == (("start", ends, signs), ("stop", ends, signs))
+    assert float(done.events[-1].time) == 0
     assert not done.state.displacements.astype(float).any()
     assert done.state.coefficients[[n - 1 for n in ends]].tolist() == [0.75] * len(ends)
 
@@ -100,6 +101,14 @@ def test_a_slider_at_its_threshold_starts_if_it_is_pushed_on(
     told = itinerary(solver, state(tensions, 0.75, 0.75, HELD))
     assert told[0][1] == (1,)
     assert told[1][0] == then
+
+
+def test_a_slider_at_its_threshold_stays_if_its_neighbours_balance(solver: str) -> None:
+    chain = Chain(3, 1, "0.5", "0.75", tan_alpha="5/12")  # weights are 5/13, so that F_2 is 15/13
+    start = state(("8/13", "18/13"), 0.75, 1.25, 0.75)  # F_1 = 1 = -F_3
+    done = rearrange(chain, start, direction=0, solver=solver)
+    assert done.itinerary[0] == ("start", (1, 3), (1, -1))
+    assert done.itinerary[1] == ("stop", (1, 3), (1, -1))
 
 
 def test_all_that_stop_draw_before_any_of_them_is_tested(solver: str) -> None:
