@@ -70,7 +70,9 @@ def test_a_view_is_of_the_whole_run_and_names_the_law_with_its_deviation() -> No
     assert f"({law.law})" in view.law
     assert f"{law.values[0]:.4g}" in view.law
     assert f"{law.deviation:.2g}" in view.law
-    unmeasured = explorer.law_sentence(explorer.view_of(explorer.experiment_of(START)).run)
+    unmeasured = explorer.law_sentence(
+        explorer.view_of(explorer.experiment_of(START | {"n": 3})).run
+    )
     assert unmeasured.count("not known here") == 1
     assert view.run.event_count <= run.event_count
     assert f"cut after {view.run.half_cycles} of 80 targets" in view.cut
