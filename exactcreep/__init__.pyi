@@ -11,11 +11,9 @@ from .model.drive import (
 from .model.enclosure import Enclosure as Enclosure
 from .model.numbers import InputError as InputError
 from .model.outcome import Evidence as Evidence, Outcome as Outcome
+from .model.readings import RecordWarning as RecordWarning
 from .model.state import State as State
-from .model.temperature_record import (
-    RecordWarning as RecordWarning,
-    TemperatureRecord as TemperatureRecord,
-)
+from .model.temperature_record import TemperatureRecord as TemperatureRecord
 from .motion.solution import Motion as Motion, Solution as Solution
 from .quasistatic.creep import (
     AccuracyWarning as AccuracyWarning,

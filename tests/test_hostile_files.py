@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import io
 import json
@@ -15,14 +16,15 @@ import h5py
 import numpy as np
 import pytest
 
-from exactcreep import Creep, Cycles, InputError, creep, load_scene, sweep
+from exactcreep import Creep, Cycles, InputError, TemperatureRecord, creep, load_scene, sweep
 from exactcreep.cli import status
+from exactcreep.model.record_format import guessed
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import resume
 from tests.paper import paper_chain
 
 SECRET = "root:x:0:0"
-MOST_BYTES, MOST_SECONDS = 2**28, 5
+MOST_BYTES, MOST_SECONDS = 2**29, 5
 Change = Callable[[Any], object]
 SCENE = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 3, "run.record": ["x_G"]})
 
@@ -224,6 +226,33 @@ def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: 
         records[0]["value"][name] = VALUES[name]
         cell.write_bytes(lines_of(records))
     said_of(lambda: sweep(SCENE, out=made, resume=True, workers=1), made if name in CELLS else cell)
+
+
+# --- texts ---------------------------------------------------------------------------------------
+
+READERS: dict[str, Callable[[Path], object]] = {
+    "record": lambda path: TemperatureRecord(path, kappa="1e-5", T0=0),
+    "guess": guessed,
+    "scene": load_scene,
+}
+TEXTS: dict[str, bytes] = {
+    "a packed gigabyte": gzip.compress(bytes(2**30), 9),
+    "packed and cut off": gzip.compress(bytes(range(256)) * 900)[:-40],
+    "columns": b"," * 2**25 + b"\n",
+    "one line": b"time,temperature" * 2**22,
+    "zeros": bytes(2**24),
+    "nested tables": b"a = " + b"[" * 10**6,
+    "no text": bytes(range(256)) * 99,
+    "quotes": b'time,temperature\n"' + b"1,2\n" * 10**6,
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("name", TEXTS)
+def test_a_text_of_somebody_else_is_refused(name: str, reader: str, tmp_path: Path) -> None:
+    path = tmp_path / "sent.csv.gz"
+    path.write_bytes(TEXTS[name])
+    said_of(lambda: READERS[reader](path), path)
 
 
 # --- outputs -------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Draw a record of temperatures over its time."""
+"""Draw a record of temperatures over its time, and mark what is wrong with it."""
 
 from __future__ import annotations
 
@@ -6,29 +6,62 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exactcreep.figures.style import INKS, new_figure, styled
-from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.model.readings import Readings
 
 _MOST_POINTS = 4000  # of a line; more readings are drawn as a band
 _STRETCHES = 800
+_MOST_NAMED = 6
 
 
 @styled
-def draw_record(record: TemperatureRecord, title: str = "") -> Figure:
-    """Draw every reading; of long records mean, coldest and warmest of each stretch."""
-    times = np.asarray(record.times) if record.dates is None else record.dates
-    temperatures = record.temperatures
-    figure = new_figure(6.6, 3.0, title)
+def draw_record(readings: Readings, title: str = "") -> Figure:
+    """Draw every reading; of long records mean, coldest and warmest of each stretch.
+
+    Gaps are shaded. Readings that are missing or far from their neighbours are marked at the edge
+    of the picture, with what the record holds.
+    """
+    faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
+    wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
+    found = readings.celsius + (273.15 if unit == "K" else 0.0)
+    kept = np.setdiff1d(np.flatnonzero(np.isfinite(found)), wrong["far"])
+    kept = kept[np.argsort(readings.times[kept], kind="stable")]
+    times, values = readings.times[kept], found[kept]
+    figure = new_figure(6.6, 3.2, title)
     axes = figure.add_subplot()
-    if temperatures.size <= _MOST_POINTS:
-        axes.plot(times, temperatures, color=INKS[0], linewidth=0.8)
-    else:
-        parts = np.array_split(np.arange(temperatures.size), _STRETCHES)
-        lowest = [temperatures[part].min() for part in parts]
-        highest = [temperatures[part].max() for part in parts]
-        means = [temperatures[part].mean() for part in parts]
-        begins = times[[part[0] for part in parts]]
+    ends = np.searchsorted(times, readings.times[wrong["gap"]])
+    parts = np.split(np.arange(kept.size), ends)  # no line across a gap
+    for part in filter(len, parts):
+        if kept.size <= _MOST_POINTS:
+            axes.plot(times[part], values[part], color=INKS[0], linewidth=0.8)
+            continue
+        stretches = np.array_split(part, max(_STRETCHES * len(part) // kept.size, 1))
+        lowest, highest, means = (
+            [each(values[stretch]) for stretch in stretches] for each in (np.min, np.max, np.mean)
+        )
+        begins = times[[stretch[0] for stretch in stretches]]
         axes.fill_between(begins, lowest, highest, color=INKS[4], alpha=0.5, linewidth=0)
         axes.plot(begins, means, color=INKS[0], linewidth=0.6)
-    axes.set_xlabel("time" if record.dates is None else "date")
-    axes.set_ylabel("temperature (K)" if record.unit == "K" else "temperature (°C)")
+    low, high = axes.get_ylim()
+    high += 0.12 * (high - low)  # room for the marks
+    if wrong["gap"].size:
+        shown = axes.get_xaxis_transform()
+        begins, ends = readings.times[wrong["gap"] - 1], readings.times[wrong["gap"]]
+        for k, span in enumerate(zip(begins, ends, strict=True)):
+            axes.fill_between(span, 0, 1, transform=shown, color=INKS[1], alpha=0.25, linewidth=0,
+                              label=None if k else "gap")  # fmt: skip
+    for kind, mark, label in (("missing", "|", "missing"), ("far", "x", "far from its neighbours")):
+        places = wrong[kind]
+        heights = np.clip(np.nan_to_num(found[places], nan=high), low, high)
+        if places.size:
+            axes.plot(readings.times[places], heights, mark, color=INKS[1], label=label,
+                      clip_on=False, markersize=7, markeredgewidth=1.5)  # fmt: skip
+        if kind == "far":
+            for k, height in zip(places[:_MOST_NAMED].tolist(), heights.tolist(), strict=False):
+                axes.annotate(f"  {readings.entries[k]}", (readings.times[k], height), fontsize=8,
+                              va="bottom" if height < high else "top")  # fmt: skip
+    axes.set_ylim(low, high)
+    if any(places.size for places in wrong.values()):
+        axes.legend(loc="lower right", bbox_to_anchor=(1, 1), fontsize=8, ncols=3)
+    axes.set_xlabel("date" if readings.dated else "time")
+    axes.set_ylabel(f"temperature ({unit})")
     return figure

@@ -1,12 +1,11 @@
-"""Guess how a file of temperatures is written: what separates, what is a date, which columns."""
+"""Read a file of temperatures as a table of text, and guess how it is written."""
 
 from __future__ import annotations
 
 import csv
 import io
-import itertools
 import re
-from collections.abc import Sequence
+import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,20 +13,87 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from exactcreep.model.numbers import InputError
-from exactcreep.model.temperature_record import HOTTEST, LIKE_KELVIN, MOST_BYTES
-from exactcreep.model.user_files import content_of, unpacked
+from exactcreep.model.readings import HOTTEST, LIKE_KELVIN
+from exactcreep.model.user_files import content_of, refused, unpacked
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pandas import DataFrame, Series
 
-_DELIMITERS = (";", "\t", "|", ",")
-_SAMPLE = 50  # lines by which the delimiter is told
-_NUMBER = {".": r"[+-]?(\d+(\.\d*)?|\.\d+)", ",": r"[+-]?(\d+(,\d*)?|,\d+)"}
-_MISSING = ("", "-", "nan", "na", "n/a", "null")
+MOST_BYTES = 64 * 2**20
+"""Size of a file of records, unpacked; more is another kind of file."""
+MOST_ROWS = 1_000_000
+"""A century of hours."""
+_MOST_CELLS, _MOST_COLUMNS, _LONGEST_ROW = 20_000_000, 200, 20_000
+_SAMPLE, _LOOKED_AT = 10_000, 8000  # rows by which columns are told, characters for the delimiter
+_ENOUGH = 0.9  # of the entries of a column are numbers, where it has numbers
 _NUMBERED_DATES = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M"}
 _LOW, _HIGH = r"min|low|tief|(^|_)tn", r"max|high|hoch|(^|_)tx"
-_TEMPERATURE = r"temp|^t$|(^|_)t[am]|celsius|deg"
-_MOST_SWAPPED = 0.01  # of days
+_TEMPERATURE = r"temp|^t$|(^|_)t[amt]|celsius|deg"
+_NO_TIMES = (
+    "is not found: no column has dates, or numbers that increase; the first row must name the"
+    " columns, or be data"
+)
+
+
+def table_of(
+    path: Path,
+    *,
+    delimiter: str,
+    encoding: str,
+    columns: Mapping[str, str] | None = None,
+    rows: int = 0,
+) -> tuple[DataFrame, bytes]:
+    """Return columns of a CSV file, all as text, by their names, and the content of the file.
+
+    Columns of a file whose first row holds a number have no names: they are called 1, 2, ...
+
+    Raises
+    ------
+    InputError
+        If the file is too large, no table, or has no such column.
+    """
+    shown, pandas = str(path), import_module("pandas")
+    content = content_of(path, "file", MOST_BYTES)
+    try:
+        text = unpacked(content, "file", shown, MOST_BYTES).decode(encoding).removeprefix("\ufeff")
+    except (LookupError, UnicodeError) as error:
+        allowed = f"does not read {shown}: {error}; many a file is latin-1"
+        raise InputError("encoding", encoding, allowed) from None
+    names, named = _names(text, delimiter, shown)
+    for field, name in (columns or {}).items():
+        if name not in names:
+            among = ", ".join(names[:12]) + " (its first row has no names)" * (not named)
+            allowed = f"must be one of the columns of {shown}: {among} (delimiter = {delimiter!r})"
+            raise InputError(field, name, allowed)
+    with refused("file", shown, f"must be a CSV file with delimiter = {delimiter!r}"):
+        if text.count(delimiter) > _MOST_CELLS:
+            raise ValueError(f"it must have at most {_MOST_CELLS} entries")
+        with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
+            table = pandas.read_csv(
+                io.StringIO(text), sep=delimiter, dtype=str, header=0 if named else None,
+                names=names, index_col=False, nrows=rows or MOST_ROWS + 1, skipinitialspace=True,
+            )  # fmt: skip
+        if not 1 <= len(table) <= MOST_ROWS:
+            raise ValueError(f"it must have at least one row of data, and at most {MOST_ROWS}")
+    return table, content
+
+
+def _names(text: str, delimiter: str, shown: str) -> tuple[list[str], bool]:
+    """Return the names of the columns, and whether the first row of the file has them."""
+    with refused("file", shown, "must be a CSV file"):
+        begin = next(filter(str.strip, text[:_LONGEST_ROW].splitlines()), "")
+        (first,) = csv.reader([begin], delimiter=delimiter, skipinitialspace=True)
+        if len(first) > _MOST_COLUMNS or (len(begin) == _LONGEST_ROW < len(text)):
+            raise ValueError(f"its first row has more than {_MOST_COLUMNS} columns, or no end")
+    if any(map(_is_number, first)):
+        return [str(k) for k in range(1, 1 + len(first))], False
+    return [name.strip() for name in first], True
+
+
+def _is_number(text: str) -> bool:
+    return re.fullmatch(r"[+-]?(\d+[.,]?\d*|[.,]\d+)", text.strip()) is not None
 
 
 class RecordFormat(NamedTuple):
@@ -54,31 +120,32 @@ def guessed(path: Path) -> RecordFormat:
         If it cannot be read, or has no column of times, or none of temperatures; the sentence names
         the option that has to say it.
     """
-    doubts = dict[str, str]()
-    content = unpacked(content_of(path, "file", MOST_BYTES), "file", str(path), MOST_BYTES)
-    text, encoding = _decoded(content)
-    delimiter = _delimiter(text, path)
-    pandas = import_module("pandas")
+    shown, doubts = str(path), dict[str, str]()
+    data = unpacked(content_of(path, "file", MOST_BYTES), "file", shown, MOST_BYTES)
     try:
-        table = pandas.read_csv(
-            io.StringIO(text), sep=delimiter, dtype=str, index_col=False, skipinitialspace=True,
-            keep_default_na=False,
-        )  # fmt: skip
-    except pandas.errors.ParserError as error:
-        raise InputError("file", str(path), f"must be a table: {error}") from None
-    table = table.apply(lambda column: column.fillna("").str.strip())
-    table.columns = table.columns.str.strip()
-    if not len(table):
-        raise InputError("file", str(path), "must have at least one row below the names of columns")
-    decimal, numeric = _numeric(table)
-    time, written = _times(table, numeric, doubts)
-    columns = [name for name in numeric if name != time]
-    if not columns:
+        text, encoding = data.decode(), "utf-8"
+    except UnicodeDecodeError:
+        text, encoding = data.decode("latin-1"), "latin-1"
+    if "\0" in text[:_LOOKED_AT] or not text.strip():
+        raise InputError("file", shown, "must hold a table as text: save a spreadsheet as CSV")
+    begin = text[:_LOOKED_AT].rpartition("\n")[0] or text[:_LOOKED_AT]  # of whole rows
+    sniffer = csv.Sniffer()
+    sniffer.preferred = [";", "\t", "|", ",", " "]
+    try:
+        delimiter = sniffer.sniff(begin, "".join(sniffer.preferred)).delimiter
+    except csv.Error:
+        allowed = "is not found: nothing separates the columns of every row in the same way"
+        raise InputError("delimiter", shown, allowed) from None
+    table, _ = table_of(path, delimiter=delimiter, encoding=encoding, rows=_SAMPLE)
+    readable = {decimal: _numbers(table, decimal) for decimal in (".", ",") if decimal != delimiter}
+    decimal = max(readable, key=lambda sign: len(readable[sign].columns))
+    values = readable[decimal]
+    time, written = _times(table, values, shown, doubts)
+    values = values.drop(columns=time, errors="ignore")
+    values = values.loc[:, values.nunique() > min(1, len(table) - 1)]  # no number of a station
+    if values.empty:
         among = f"numbers with decimal = {decimal!r} in one of {', '.join(table.columns)}"
-        raise InputError("temperature_column", None, f"is not found: there are no {among}")
-    values = table[columns].replace(list(_MISSING), "nan").apply(
-        lambda column: column.str.replace(",", ".").astype(float)
-    )  # fmt: skip
+        raise InputError("temperature_column", shown, f"is not found: there are no {among}")
     guesses = {"delimiter": delimiter, "decimal": decimal, "date_format": written}
     guesses |= {"encoding": encoding, "time_column": time} | _temperatures(values, doubts)
     usual = {"delimiter": ",", "decimal": ".", "date_format": "", "encoding": "utf-8",
@@ -87,112 +154,71 @@ def guessed(path: Path) -> RecordFormat:
     return RecordFormat(options, {name: said for name, said in doubts.items() if name in options})
 
 
-def _decoded(content: bytes) -> tuple[str, str]:
-    """Return the text of a file, and its encoding."""
-    if content.startswith(b"\xef\xbb\xbf"):
-        return content.decode("utf-8-sig"), "utf-8-sig"
-    try:
-        return content.decode("utf-8"), "utf-8"
-    except UnicodeDecodeError:
-        return content.decode("latin-1"), "latin-1"
+def _numbers(table: DataFrame, decimal: str) -> DataFrame:
+    """Return the columns of numbers with a decimal sign; what is no number is nan."""
+    pandas, known = import_module("pandas"), table
+    if decimal == ",":  # no dots between thousands
+        known = table.apply(lambda column: column.str.replace(".", " ").str.replace(",", "."))
+    values = known.apply(lambda column: pandas.to_numeric(column, errors="coerce"))
+    return values.loc[:, values.notna().sum() >= np.maximum(_ENOUGH * table.notna().sum(), 1)]
 
 
-def _delimiter(text: str, path: Path) -> str:
-    """Return what separates as many columns in every one of the first lines."""
-    lines = [line for line in text.splitlines()[:_SAMPLE] if line.strip()]
-    for delimiter in _DELIMITERS:
-        rows = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
-        try:
-            widths = {len(row) for row in rows}
-        except csv.Error:  # a field without end: no text
-            continue
-        if len(widths) == 1 and widths.pop() > 1:
-            return delimiter
-    allowed = "is not found: no character separates as many columns in every line, from the first"
-    raise InputError("delimiter", str(path), allowed)
-
-
-def _numeric(table: DataFrame) -> tuple[str, list[str]]:
-    """Return what stands before decimals, and the columns that have numbers alone."""
-    by_decimal = {}
-    for decimal, pattern in _NUMBER.items():
-        by_decimal[decimal] = [
-            name for name in table.columns
-            for known in [table[name][~table[name].str.lower().isin(_MISSING)]]
-            if len(known) and known.str.fullmatch(pattern).all()
-        ]  # fmt: skip
-    decimal = max(_NUMBER, key=lambda sign: len(by_decimal[sign]))
-    return decimal, by_decimal[decimal]
-
-
-def _times(table: DataFrame, numeric: Sequence[str], doubts: dict[str, str]) -> tuple[str, str]:
+def _times(
+    table: DataFrame, values: DataFrame, shown: str, doubts: dict[str, str]
+) -> tuple[str, str]:
     """Return the first column of dates, else of numbers that increase, and how it is written."""
-    for name in table.columns:
-        formats = _date_formats(table[name], number=name in numeric)
-        if formats:
+    for name in table:
+        if formats := _date_formats(table[name], number=name in values):
+            if table[name].duplicated().mean() > 0.5:
+                allowed = "has every date several times: write date and time of day in one column"
+                raise InputError(str(name), table[name].iloc[0], f"{allowed} (in {shown})")
             if len(formats) > 1:
                 doubts["date_format"] = f"or {formats[1]}: both fit every row"
             return str(name), formats[0]
-    for name in numeric:
-        if (np.diff(table[name].str.replace(",", ".").astype(float)) > 0).all():
+    for name in values:
+        if values[name].is_monotonic_increasing and values[name].is_unique:
             return str(name), ""
-    allowed = "is not found: no column has dates, or numbers that increase"
-    raise InputError("time_column", None, allowed)
+    raise InputError("time_column", shown, _NO_TIMES)
 
 
 def _date_formats(texts: Series, *, number: bool) -> list[str]:
-    """Return how the dates of a column may be written, the most regular first; "" is ISO 8601."""
+    """Return how dates may be written, the one with the most even steps first; "" is ISO 8601."""
     pandas, first = import_module("pandas"), str(texts.iloc[0])
-    if number:
-        formats = [_NUMBERED_DATES.get(len(first), "")]
-        if not formats[0]:
-            return []
-    else:
-        guess = import_module("pandas.tseries.api").guess_datetime_format
+    guess = import_module("pandas.tseries.api").guess_datetime_format
+    with warnings.catch_warnings(action="ignore"):  # both ways are tried
         formats = ["ISO8601", *(guess(first, dayfirst=way) for way in (True, False))]
-    steps = {}
-    for written in dict.fromkeys(filter(None, formats)):
+    steps: dict[str, int] = {}
+    for written in filter(None, [_NUMBERED_DATES.get(len(first))] if number else formats):
         dates = pandas.to_datetime(texts, format=written, errors="coerce", utc=True)
         if dates.notna().all():
-            apart = dates.diff().dt.total_seconds().to_numpy()[1:]
-            if not len(apart) or (apart > 0).mean() > 1 - _MOST_SWAPPED:
-                steps[written] = len({*apart.tolist()})
-    if "ISO8601" in steps:
-        return [""]
-    return sorted(steps, key=lambda written: steps[written])[: 1 + _tied(steps)]
-
-
-def _tied(steps: dict[str, int]) -> int:
-    """Return whether the two most regular are equally regular."""
-    least = sorted(steps.values())
-    return int(len(least) > 1 and least[0] == least[1])
+            steps["" if written == "ISO8601" else written] = dates.diff().nunique()
+    least = min(steps.values(), default=0)
+    return [""] if "" in steps else [written for written in steps if steps[written] == least]
 
 
 def _temperatures(values: DataFrame, doubts: dict[str, str]) -> dict[str, Any]:
     """Return the columns of temperatures, their unit and scale."""
-    names = [str(name) for name in values.columns]
-    low, high = ([n for n in names if re.search(p, n.lower())] for p in (_LOW, _HIGH))
-    pair = (low[0], high[0]) if low and high else None
-    named = [name for name in names if re.search(_TEMPERATURE, name.lower())]
-    if pair is None and len(names) == 2 and not named:
-        for first, second in itertools.permutations(names):
-            if (values[first] > values[second]).mean() <= _MOST_SWAPPED:
-                pair = first, second
-                doubts["minimum_column"] = f"as it is hardly ever above {second}"
-    options: dict[str, Any]
-    if pair is not None:
-        options = {"minimum_column": pair[0], "maximum_column": pair[1]}
-        temperatures = values[list(pair)].to_numpy()
-    else:
-        first, *others = named or names
-        options = {"temperature_column": first}
-        temperatures = values[[first]].to_numpy()
-        if others:
-            doubts["temperature_column"] = f"or {', '.join(others)}"
-    finite = temperatures[np.isfinite(temperatures)]
-    if finite.size and LIKE_KELVIN[0] < finite.min() and finite.max() < LIKE_KELVIN[1]:
+    names = [str(name) for name in values]
+    low, high, named = (
+        [name for name in names if re.search(pattern, name.lower())]
+        for pattern in (_LOW, _HIGH, _TEMPERATURE)
+    )
+    options: dict[str, Any] = {"temperature_column": (named or names)[0]}
+    if low and high:
+        options = {"minimum_column": low[0], "maximum_column": high[0]}
+    elif len(names) == 2 and not named and names == ["2", "3"]:
+        below = (values["2"] <= values["3"]).mean() >= 0.5
+        options = dict(
+            zip(("minimum_column", "maximum_column"), names if below else names[::-1], strict=True)
+        )
+        doubts["minimum_column"] = "of two columns without names the lower one"
+    elif others := [name for name in named or names if name not in options.values()]:
+        doubts["temperature_column"] = f"or {', '.join(others)}"
+    known = values[[*options.values()]].to_numpy()
+    least, most = np.nanquantile(known, (0.01, 0.99))
+    if LIKE_KELVIN[0] < least and most < LIKE_KELVIN[1]:
         options["unit"] = "K"
-    elif finite.size and np.quantile(finite, 0.99) > HOTTEST and (finite == finite.round()).all():
+    elif most > HOTTEST and (known == known.round())[np.isfinite(known)].all():
         options["scale"] = 0.1
-        doubts["scale"] = f"whole numbers up to {finite.max():g} are taken for tenths"
+        doubts["scale"] = f"whole numbers up to {np.nanmax(known):g} are taken for tenths"
     return options

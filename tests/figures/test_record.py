@@ -18,10 +18,10 @@ def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     days: int, tmp_path: Path
 ) -> None:
     path = tmp_path / "station.csv"
-    readings = 10 + 8 * np.cos(np.arange(days)) - 15 * (np.arange(days) == days // 3)
+    readings = 10 + 8 * np.cos(np.arange(days)) - 9 * (np.arange(days) == days // 3)
     rows = (f"{date(2000, 1, 1) + timedelta(k)},{t:.1f}" for k, t in enumerate(readings.tolist()))
     path.write_text("\n".join(["date,temperature", *rows]))
-    record = TemperatureRecord(path, kappa="1e-5", T0=10, **guessed(path).options)
+    record = TemperatureRecord.readings(path, **guessed(path).options)
     figure = assert_shows_data(draw_record(record, "station.csv"))
     (axes,) = figure.axes
     (line,) = axes.lines

@@ -5,10 +5,11 @@ from __future__ import annotations
 import gzip
 import tomllib
 from collections.abc import Callable
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exactcreep import InputError, TemperatureRecord
@@ -40,7 +41,17 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
          {"date_format": "%Y%m%d", "time_column": "when", "minimum_column": "TNK",
           "maximum_column": "TXK"}, ""),
         (columns("day,a,b", lambda k, day: f"{day},{k + 3}.5,{k}"),
-         {"time_column": "day", "minimum_column": "b", "maximum_column": "a"}, "minimum_column"),
+         {"time_column": "day", "temperature_column": "a"}, "temperature_column"),
+        (columns("2024-03-31,1.5", lambda k, day: f"{day},{k}.5"),
+         {"time_column": "1", "temperature_column": "2"}, ""),
+        (columns("31.03.2024 12:00;1,5;91,5", lambda k, day: f"{day:%d.%m.%Y} 12:00;{k},5;9{k},5"),
+         {"delimiter": ";", "decimal": ",", "date_format": "%d.%m.%Y %H:%M", "time_column": "1",
+          "minimum_column": "2", "maximum_column": "3"}, "minimum_column"),
+        (columns("STATION;DATE;TT_TU;RF", lambda k, day: f" 44;{day:%Y%m%d}; {k}.5; {k % 5}.0"),
+         {"delimiter": ";", "date_format": "%Y%m%d", "time_column": "DATE",
+          "temperature_column": "TT_TU"}, ""),
+        (columns("2024-03-31  1.5", lambda k, day: f"{day}  {k}.5"),
+         {"delimiter": " ", "time_column": "1", "temperature_column": "2"}, ""),
         (columns("day,min,max", lambda k, day: f"{day},{k},{3 * k}"),
          {"time_column": "day", "minimum_column": "min", "maximum_column": "max", "scale": 0.1},
          "scale"),
@@ -63,21 +74,26 @@ def test_bytes_that_are_no_utf_8_and_packed_files_are_read(tmp_path: Path) -> No
     text = german(DAYS).replace("Datum", "Tag des Märzes")
     tmp_path.joinpath("a.csv").write_bytes(text.encode("latin-1"))
     tmp_path.joinpath("b.csv.gz").write_bytes(gzip.compress(text.encode("utf-8-sig")))
-    for name, encoding in (("a.csv", "latin-1"), ("b.csv.gz", "utf-8-sig")):
+    for name, encoding in (("a.csv", "latin-1"), ("b.csv.gz", "utf-8")):
         found = guessed(tmp_path / name).options
-        assert (found["encoding"], found["time_column"]) == (encoding, "Tag des Märzes")
+        assert (found.get("encoding", "utf-8"), found["time_column"]) == (
+            encoding,
+            "Tag des Märzes",
+        )
         assert TemperatureRecord(tmp_path / name, kappa=1, T0=0, **found).half_cycles == 80
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("no table at all\n", "delimiter = .*: is not found"),
-        ("a,b\n1,2\n1,2\n", "time_column = None: is not found: no column has dates"),
-        ("time,sky\n2024-01-01,blue\n2024-01-02,grey\n", "temperature_column = None: is not found"),
+        ("no_table_at_all\n", "delimiter = .*: is not found"),
+        ("a,b\n1,2\n1,2\n", "time_column = .*: is not found: no column has dates"),
+        ("time,sky\n2024-01-01,blue\n2024-01-02,grey\n", "temperature_column = .*: is not found"),
         ("time,temperature\n", "must have at least one row"),
-        (f"a;{'0' * 140_000}\n1;2\n", "delimiter = .*: is not found"),
-        ("time,sky\n" + "2024-01-01,1\n" * 99 + "1,2,3,4\n", "must be a table: .*line 101"),
+        (f"a;{'0' * 140_000}\n1;2\n", "its first row has more than 200 columns, or no end"),
+        ("PK\0\3", "save a spreadsheet as CSV"),
+        ("date,time,t\n" + "2024-01-01,12:00,1\n" * 9, "write date and time of day in one column"),
+        ("time,sky\n" + "2024-01-01,1\n" * 99 + "1,2,3,4\n", "must be a CSV file .*line 101"),
     ],
 )
 def test_what_cannot_be_guessed_is_named(text: str, said: str, tmp_path: Path) -> None:
@@ -96,10 +112,30 @@ def test_the_lines_of_a_record_are_those_of_a_scene(command: Command) -> None:
     assert command("record", "days.csv", "--json").json["doubts"] == {}
 
 
+def test_a_mended_copy_has_what_was_right_and_the_hours_of_the_days_around(
+    command: Command,
+) -> None:
+    hours = [datetime(2024, 4, 1) + timedelta(hours=k) for k in range(240)]
+    right = {hour: f"{8 * np.sin(hour.hour / 24 * 6.283):.1f}" for hour in hours}
+    rows = [f"{hour},{right[hour]}" for hour in hours]
+    rows[7], rows[100] = f"{hours[7]},", f"{hours[100]},999"
+    rows[130:160] = reversed(rows[170:200])
+    Path("days.csv").write_text("\n".join(["time,temperature", *rows]))
+    told = command("record", "days.csv", "--mend", "mended.csv")
+    assert told.code == 0
+    for said in ("04-01 07:00:00: temperature = nan", "04-05 04:00:00: temperature = 999",
+                 "30 rows after 2024-04-06T09:00 were", "the rows were sorted"):  # fmt: skip
+        assert said in told.out
+    mended = TemperatureRecord("mended.csv", kappa=1, T0=0)
+    assert mended.temperatures.tolist() == [float(right[hour]) for hour in hours]
+    assert command("record", "days.csv", "--mend", "days.csv", "--force").code == 2
+    assert command("record", "mended.csv").code == 0
+
+
 def test_a_gap_is_told_below_the_lines_in_days_and_dates(command: Command) -> None:
     Path("days.csv").write_text(german([*DAYS[:11], *DAYS[14:]]))
     told = command("record", "days.csv", "--plot", "days.png")
     assert told.code == 2
+    assert Path("days.png").exists()
     assert 'minimum_column = "TN"' in told.out
     assert "is 3.583 days after 11 April 2024, where 0.5833 is usual, a gap" in told.err
-    assert not Path("days.png").exists()
