@@ -41,7 +41,8 @@ class RecordWarning(UserWarning):
 
     Examples
     --------
-    >>>     >>> from exactcreep import TemperatureRecord
+    >>> import warnings
+    >>> from exactcreep import TemperatureRecord
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
     >>> caught[0].category.__name__
