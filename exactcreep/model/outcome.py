@@ -21,8 +21,8 @@ class Evidence(Enum):
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
     """Floating-point arithmetic; every comparison was decided by more than its rounding bound, and
-    rounding has not grown beyond 1e-12 in the tensions, as far as perturbed copies of a
-    rearrangement show, or of a run for some thousand events (all along with ``twin=True``)."""
+    rounding has not grown beyond 1e-12 in the tensions: of a rearrangement by an estimate, of a run
+    as far as perturbed copies show for some thousand events (all along with ``twin=True``)."""
     UNDECIDED = "undecided"
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
     may have grown beyond what the solver promises. The course of a run is undecided from a

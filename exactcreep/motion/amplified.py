@@ -1,4 +1,4 @@
-"""How far rounding may have taken an avalanche from the true one: errors carried along with it.
+"""How far rounding may have taken a rearrangement: errors carried along through its events.
 
 Small errors move as the chain itself does, without friction and weight. An event shifts them: a
 slider at rest whose force is off by e starts ``e / F'`` too early, where F' is the rate of that
@@ -6,6 +6,11 @@ force, and the acceleration A with which it starts makes of this ``A e / F'`` of
 graze F' all but vanishes, and digits are lost that no comparison misses. A stop forgets the error
 of its velocity, and makes what the slider has left to go one of its place. (The tangent map with
 its saltation at events, of a few directions at random.)
+
+That holds for as long as the events and their order do. A *margin*, the velocity of a mover or what
+the force on a slider at rest lacks to its threshold, must stay larger than the error it has then:
+at the events of others, at a stop and where it turns. And where it vanishes, at an event, it must
+not turn within its error. If one does not, the order of events is in doubt from there on.
 """
 
 from __future__ import annotations
@@ -13,99 +18,298 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from exactcreep.compiling import njit
+from exactcreep.model.chain import Chain
+from exactcreep.model.contacts import Contacts, Event, EventKind
+from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.modes import Ends, modes
+from exactcreep.motion.modes import forces_of
+from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
 
 DIRECTIONS = 4
 """Of errors that are followed; their signs are random, and the same every time."""
 MARGIN = 2.0
-"""The estimate over the largest error followed, whose roundings are one of the largest number."""
-_SEED = 20110603
+"""The estimate over the largest error followed, or, if these cancel, half a rounding an event."""
+LOST = 1e-3
+"""An error of that size is no longer a small one: nothing is known from there on."""
+_SIGNS = np.random.default_rng(20110603).choice((-1.0, 1.0), 4099)
+_FLOAT64 = FLOAT64.roundoff
+_HALVINGS = 40
+_TIME, _SLIDER, _SIGN, _HELD, _NUMBER = range(5)
+"""Columns of events, a row for each slider: the number of the event, and the threshold after a
+stop, -1 at a start."""
 
 
-class AmplifiedErrors:
-    """Errors of forces and velocities of a chain in motion, to first order.
+def amplified_error(
+    chain: Chain, initial: State, events: Iterable[Event], contacts: Contacts, roundoff: float
+) -> tuple[float, int]:
+    """Return an estimate of the largest error, and which event is the first whose order is open.
 
     Parameters
     ----------
-    n : int
-        Sliders.
+    chain : Chain
+    initial : State
+        At rest, at theta_c.
+    events : iterable of Event
+    contacts : Contacts
+        The coefficients that are drawn at stops.
     roundoff : float
         Largest relative error of one rounding.
-    size : float
-        The largest force.
+
+    Returns
+    -------
+    error : float
+        Of a displacement or a tension at the last event; inf if the order of events is in doubt.
+    number : int
+        Of the event, from 0, with or before which another may come; -1 if there is none.
     """
+    draws, rows = initial.draws.tolist(), []
+    for number, event in enumerate(events):
+        for slider, sign in zip(event.sliders, event.signs, strict=True):
+            held = -1.0
+            if event.kind is EventKind.STOP:
+                drawn = contacts.coefficient(slider, draws[slider - 1])
+                held = float(contacts.holds(drawn, FLOAT64))
+                draws[slider - 1] += 1
+            rows.append((float(event.time), slider - 1, sign, held, number))
+    if not rows:
+        return 0.0, -1
+    forces = forces_of(FLOAT64, initial.tensions.astype(float), chain.sin_alpha)
+    springs = np.full(chain.n, 2.0)
+    springs[0] -= 1.0
+    springs[-1] -= 1.0
+    limits = contacts.thresholds(initial.coefficients.astype(float), FLOAT64)
+    friction = float(FLOAT64.times_cosine(chain, chain.mu_d))
+    error, number = _carried(np.array(rows), forces, springs, limits, friction, roundoff, _SIGNS)
+    return float(error), int(number)
 
-    def __init__(self, n: int, roundoff: float, size: float) -> None:
-        self._random = np.random.default_rng(_SEED)
-        self._roundoff, self._size = roundoff, size
-        self.velocities = np.zeros((n, DIRECTIONS))
-        self.moved = np.zeros((n, DIRECTIONS))
-        self.forces = self._rounded(n)
 
-    def _rounded(self, count: int) -> NDArray[np.float64]:
-        """Return roundings of so many numbers."""
-        signs = self._random.choice((-1.0, 1.0), (count, DIRECTIONS))
-        return signs * (2 * self._roundoff * self._size)
+@njit(cache=True)
+def _carried(rows, forces, springs, held, friction, roundoff, random):
+    """Carry the chain and its errors from event to event; see `amplified_error`.
 
-    def advance(self, signs: NDArray[np.int64], time: float, size: float) -> None:
-        """Let time pass while the sliders with a sign move; the largest number is then `size`."""
-        self._size = max(self._size, size)
-        moving = np.flatnonzero(signs)
-        change = np.zeros_like(self.moved)
-        for run in np.split(moving, np.flatnonzero(np.diff(moving) > 1) + 1):
-            free = modes(FLOAT64, len(run), Ends(run[0] == 0, run[-1] == len(signs) - 1))
-            w, shapes = free.frequencies[:, None], free.vectors
-            speed, pull = shapes.T @ self.velocities[run], shapes.T @ self.forces[run]
-            sin, cos = np.sin(w * (time / 2)), np.cos(w * (time / 2))
-            swung = np.divide(sin, w, out=np.full_like(sin, time / 2), where=w > 0)
-            change[run] = shapes @ (2 * swung * (pull * swung + speed * cos))
-            self.velocities[run] += shapes @ (2 * (swung * cos * pull - sin * sin * speed))
-        change[moving] += self._rounded(len(moving))
-        self.velocities[moving] += self._rounded(len(moving))
-        self._move(change)
+    Column 0 of all arrays is the chain itself, the others are its errors.
+    """
+    n, columns = forces.size, DIRECTIONS + 1
+    f, v, x = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
+    late, signs = np.zeros((n, columns)), np.zeros(n, dtype=np.int64)
+    f[:, 0] = forces
+    size, word, now, row = np.abs(forces).max() + friction, 0, 0.0, 0
+    for i in range(n):
+        word = _round(f, i, 2.0 * roundoff * size, random, word)
+    while row < len(rows):
+        number, time, end = int(rows[row, _NUMBER]), rows[row, _TIME], row
+        while end < len(rows) and rows[end, _TIME] == time:
+            end += 1
+        if time > now:
+            if not _pass(f, v, x, springs, signs, held, friction, time - now):
+                return np.inf, number
+            moving = np.flatnonzero(signs)
+            for m in moving:
+                size = max(size, abs(f[m, 0]), abs(v[m, 0]), abs(x[m, 0]))
+            for m in moving:
+                off = np.zeros((1, columns))
+                word = _round(off, 0, 2.0 * roundoff * size, random, word)
+                _move(f, x, springs, m, off[0])
+                word = _round(v, m, 2.0 * roundoff * size, random, word)
+            now = time
+            if not _decided(f, v, springs, signs, held, friction, rows[row:end], late):
+                return np.inf, number
+        if not _happen(f, v, x, springs, signs, held, friction, roundoff, rows[row:end], late):
+            return np.inf, number
+        row = end
+    return MARGIN * max(_largest(x), 0.5 * roundoff * size * len(rows)), -1
 
-    def _move(self, change: NDArray[np.float64]) -> None:
-        self.moved += change
-        stretched = np.diff(change, axis=0)
-        self.forces[:-1] += stretched
-        self.forces[1:] -= stretched
 
-    def late(self, slider: int, sign: int, rate: float) -> NDArray[np.float64]:
-        """Return by how much the event of a slider is too late.
+@njit(cache=True)
+def _round(table, i, size, random, word):
+    """Add a rounding of that size to the errors of slider i; return the next word of signs."""
+    for c in range(1, table.shape[1]):
+        table[i, c] += size * random[word % random.size]
+        word += 1
+    return word
 
-        `sign` is that of a mover, 0 at rest; `rate` is that of its velocity, or of the force on it.
-        """
-        off = (self.velocities if sign else self.forces)[slider]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            late: NDArray[np.float64] = np.nan_to_num(-off / rate, nan=np.inf)
-        return late
 
-    def cut_short(self, slider: int, way: float) -> None:
-        """Take for an error what a slider had left to go when it was stopped.
+@njit(cache=True)
+def _move(f, x, springs, i, way):
+    """Displace slider i, and change the forces that its springs exert."""
+    for c in range(way.size):
+        x[i, c] += way[c]
+        f[i, c] -= springs[i] * way[c]
+        if i > 0:
+            f[i - 1, c] += way[c]
+        if i < len(f) - 1:
+            f[i + 1, c] += way[c]
 
-        A slow one, whose speed is within the bounds of its time, may be stopped where it is.
-        """
-        change = np.zeros_like(self.moved)
-        change[slider] = np.nan_to_num(way, nan=np.inf)
-        self._move(change)
 
-    def stop(self, sliders: Iterable[int]) -> None:
-        """Bring sliders to rest."""
-        for n in sliders:
-            self.velocities[n] = 0.0
+@njit(cache=True)
+def _largest(x):
+    """Return the largest error of a displacement or a tension; inf if it is lost."""
+    largest = 0.0
+    for c in range(1, x.shape[1]):
+        for i in range(len(x)):
+            largest = max(largest, abs(x[i, c]), abs(x[i, c] - x[max(i - 1, 0), c]))
+    return largest
 
-    def start(self, slider: int, acceleration: float, late: NDArray[np.float64]) -> None:
-        """Let a slider start, with an acceleration, too late."""
-        self.velocities[slider] = -acceleration * late
 
-    @property
-    def largest(self) -> float:
-        """Estimate of the largest error of a displacement or a tension; inf if it is lost."""
-        off = np.abs(self.moved).max(initial=0.0)
-        stretched = np.abs(np.diff(self.moved, axis=0)).max(initial=0.0)
-        # those of one direction may happen to cancel
-        largest = MARGIN * float(max(off, stretched, 2 * self._roundoff * self._size))
-        return largest if np.isfinite(largest) else np.inf
+@njit(cache=True)
+def _beside(table, i, c):
+    """Return the sum over the neighbours of slider i."""
+    left = table[i - 1, c] if i > 0 else 0.0
+    return left + table[i + 1, c] if i < len(table) - 1 else left
+
+
+@njit(cache=True)
+def _pass(f, v, x, springs, signs, held, friction, span):
+    """Let a time pass; return whether margins that turn meanwhile are larger than their errors."""
+    moving = np.flatnonzero(signs)
+    if moving.size == 0:
+        return True
+    low, high = int(max(moving[0] - 1, 0)), int(min(moving[-1] + 2, len(f)))
+    series = np.empty((ORDER + 1, high - low, v.shape[1]))
+    steps = int(np.ceil(span / STEP))
+    for _ in range(steps):
+        a = _accelerations(f, signs, friction, low, high)
+        part = v[low:high]
+        expand(series, springs[low:high], signs[low:high], part, a)
+        way = advance(series, part, a, span / steps)
+        for i in range(low, high):
+            if _turns(series, part, a, i - low, signs[i]):
+                power = _margin(series, i - low, signs[i], f[i])
+                if not _clear(power, signs[i], held[i], span / steps):
+                    return False
+        for m in moving:
+            _move(f, x, springs, m, way[m - low])
+    return True
+
+
+@njit(cache=True)
+def _accelerations(f, signs, friction, low, high):
+    """Return the accelerations of sliders `low` .. `high` - 1, zero at rest."""
+    a = np.zeros((high - low, f.shape[1]))
+    for i in range(low, high):
+        if signs[i] != 0:
+            for c in range(f.shape[1]):
+                a[i - low, c] = f[i, c]
+            a[i - low, 0] -= signs[i] * friction
+    return a
+
+
+@njit(cache=True)
+def _turns(series, v, a, i, sign):
+    """Return whether the margin of a slider falls at first, and rises at the end of a step."""
+    if sign != 0:  # of one that has just started it rises, whatever is rounded
+        return sign * series[0, i, 0] > 0.0 > sign * series[1, i, 0] and sign * a[i, 0] > 0.0
+    return _beside(series[0], i, 0) * _beside(v, i, 0) < 0.0
+
+
+@njit(cache=True)
+def _margin(series, i, sign, force):
+    """Return the velocity of a mover, or the force on a slider at rest, as a power series."""
+    power = np.zeros((ORDER + 2, force.size))
+    for c in range(force.size):
+        if sign == 0:
+            power[0, c] = force[c]
+        for k in range(ORDER + 1):
+            if sign != 0:
+                power[k, c] = series[k, i, c]
+            else:
+                power[k + 1, c] = _beside(series[k], i, c) / (k + 1)
+    return power
+
+
+@njit(cache=True)
+def _clear(power, sign, threshold, step):
+    """Return whether a margin is larger than its error where it turns."""
+    way = 1.0 if _rate(power, 0.0) > 0.0 else -1.0
+    low, high = 0.0, step
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if way * _rate(power, middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    at = np.zeros(power.shape[1])
+    for k in range(ORDER + 1, -1, -1):
+        for c in range(at.size):
+            at[c] = at[c] * low + power[k, c]
+    room = sign * at[0] if sign != 0 else threshold - way * at[0]
+    return abs(room) > _reach(at, 0.0, at)
+
+
+@njit(cache=True)
+def _rate(power, t):
+    """Return how fast a margin changes."""
+    rate = 0.0
+    for k in range(ORDER + 1, 0, -1):
+        rate = rate * t + k * power[k, 0]
+    return rate
+
+
+@njit(cache=True)
+def _reach(errors, rate, late):
+    """Return how far off a margin may be that changes at this rate, at an event that is late."""
+    largest = 0.0
+    for c in range(1, errors.size):
+        largest = max(largest, abs(errors[c] + rate * late[c]))
+    return largest
+
+
+@njit(cache=True)
+def _decided(f, v, springs, signs, held, friction, rows, late):
+    """Note how late the events of an instant are; return whether no other may come before."""
+    a = _accelerations(f, signs, friction, 0, len(f))
+    here = np.zeros(len(f), dtype=np.bool_)
+    for row in range(len(rows)):
+        i = int(rows[row, _SLIDER])
+        if here[i]:
+            continue
+        here[i] = True
+        if signs[i] != 0:
+            off, rate, bend = v[i], a[i, 0], _beside(v, i, 0) - springs[i] * v[i, 0]
+        else:
+            off, rate, bend = f[i], _beside(v, i, 0), _beside(a, i, 0)
+        if rate * bend < 0.0 and rate * rate <= 2.0 * abs(bend) * _reach(off, 0.0, off):
+            return False  # it may have turned before
+        for c in range(1, off.size):
+            late[i, c] = -off[c] / rate
+    for i in range(len(f)):
+        if here[i]:
+            continue
+        if signs[i] != 0:
+            off, rate, room = v[i], a[i, 0], signs[i] * v[i, 0]
+        else:
+            off, rate = f[i], _beside(v, i, 0)
+            if rate == 0.0:
+                continue
+            room = held[i] - (f[i, 0] if rate > 0.0 else -f[i, 0])
+        for row in range(len(rows)):
+            if abs(room) <= _reach(off, rate, late[int(rows[row, _SLIDER])]):
+                return False
+    return True
+
+
+@njit(cache=True)
+def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
+    """Let the events of an instant happen; return whether no other start may, and none is lost."""
+    for row in range(len(rows)):
+        i, sign = int(rows[row, _SLIDER]), int(rows[row, _SIGN])
+        if rows[row, _HELD] < 0.0:
+            signs[i] = sign
+            for c in range(1, v.shape[1]):
+                v[i, c] = -(f[i, 0] - sign * friction) * late[i, c]
+        else:
+            left = np.zeros(v.shape[1])
+            speed = v[i, 0] * (roundoff / _FLOAT64)  # in float64 it is rounded like this
+            if speed != 0.0:  # a slow one may be stopped where it is
+                left[1:] = sign * speed**2 / (2.0 * abs(f[i, 0] - sign * friction))
+                _move(f, x, springs, i, left)
+            v[i], signs[i], held[i] = 0.0, 0, rows[row, _HELD]
+    for row in range(len(rows)):
+        i, sign = int(rows[row, _SLIDER]), rows[row, _SIGN]
+        if rows[row, _HELD] >= 0.0 and sign * f[i, 0] < 0.0:  # does it turn round?
+            room = held[i] - abs(f[i, 0])
+            if abs(room) <= _reach(f[i], _beside(v, i, 0), late[i]):
+                return False
+    return _largest(x) < LOST and _largest(v) < LOST

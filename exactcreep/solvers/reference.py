@@ -10,7 +10,6 @@ that an avalanche never ends is `motion.runaway`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
@@ -20,7 +19,6 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
-from exactcreep.motion.amplified import AmplifiedErrors
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.cosine_field import MOST_BITS
 from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
@@ -38,23 +36,12 @@ class ChainIntegrator(ChainAtRest):
     ----------
     start, arithmetic, assume
         See `ChainAtRest`.
-    amplifies : bool
-        Whether it is followed what rounding grows to in a rearrangement; of no use to balls.
     """
 
-    def __init__(
-        self,
-        start: Start,
-        arithmetic: Arithmetic,
-        *,
-        assume: bool = False,
-        amplifies: bool = False,
-    ) -> None:
+    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.amplifies = amplifies
         self.way = 0
         self.flow: Flow | None = None
-        self.amplified: AmplifiedErrors | None = None  # what rounding has grown to in it
         self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)
         self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
@@ -70,11 +57,6 @@ class ChainIntegrator(ChainAtRest):
         self.event_number = 0
         self.tally.rearrangements += 1
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
-        if self.amplifies and self.chain.n > 1:
-            largest = float(max(abs(self.rest.forces)) + self.friction)
-            self.amplified = AmplifiedErrors(self.chain.n, self.arithmetic.roundoff, largest)
-            if crossing:  # theta takes them to their threshold, whatever they are off by
-                self.amplified.forces[[n for n, _ in starts]] = 0.0
 
     def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
         """Set sliders in motion, of which those of `crossing` are just at their threshold."""
@@ -155,9 +137,6 @@ class ChainIntegrator(ChainAtRest):
         later = self.time + event.time
         self.crossed.clear()
         moving = np.flatnonzero(flow.signs)
-        if self.amplified is not None:
-            largest = max(map(abs, (*flow.forces, *flow.velocities, *flow.moved)))
-            self.amplified.advance(flow.signs, float(event.time), float(largest))
         for n in moving.tolist():
             for m in (n - 1, n, n + 1):
                 self.rest.pinned.pop(m, None)
@@ -186,8 +165,8 @@ class ChainIntegrator(ChainAtRest):
 
     def resolve(self, flow: Flow, event: FirstEvent) -> Iterator[Event]:
         """Yield the stops and the starts of an event, by the rules of the model."""
-        stops, late = sorted(event.stops), self._lateness(flow, event)
-        ways, starts = {n: int(flow.signs[n]) for n in stops}, dict(event.starts)
+        stops, starts = sorted(event.stops), dict(event.starts)
+        ways = {n: int(flow.signs[n]) for n in stops}
 
         def test(n: int) -> None:
             of = *self.standing(n, flow.forces), ways[n], flow.force_slack
@@ -201,29 +180,8 @@ class ChainIntegrator(ChainAtRest):
             yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
             self._start(flow, sorted(starts.items()), [n for n, _ in event.starts])
-            for n, by in late.items():
-                if self.amplified is not None and n in starts:
-                    drive = float(flow.forces[n]) - starts[n] * float(self.friction)
-                    self.amplified.start(n, drive, by)
             sliders = sorted(starts)
             yield self._event(EventKind.START, sliders, [starts[n] for n in sliders])
-
-    def _lateness(self, flow: Flow, event: FirstEvent) -> dict[int, NDArray[np.float64]]:
-        """Return by how much rounding delays the event of each slider; stops forget their speed."""
-        amplified, late = self.amplified, {}
-        if amplified is not None:
-            speeds = [0.0, *map(float, flow.velocities), 0.0]
-            for n in event.stops:
-                sign = int(flow.signs[n])
-                rate = float(flow.forces[n] - sign * self.friction)
-                late[n] = amplified.late(n, sign, rate)
-                if speeds[n + 1] != 0.0:
-                    left = speeds[n + 1] ** 2 / (2 * abs(rate)) if rate else math.inf
-                    amplified.cut_short(n, sign * left)
-            for n, _ in event.starts:
-                late[n] = amplified.late(n, 0, speeds[n] + speeds[n + 2])
-            amplified.stop(event.stops)
-        return late
 
     def come_to_rest(self, flow: Flow) -> None:
         """Let the present state be a rest."""

@@ -24,7 +24,7 @@ from exactcreep import (
 )
 from exactcreep.model.enclosure import same, same_numbers
 from exactcreep.motion.arithmetic import balls_of, digits_of
-from exactcreep.solvers.exact import solver as exact
+from exactcreep.solvers import estimated
 from exactcreep.solvers.interface import Rearrangement
 from tests.paper import captions, unstable_chain
 
@@ -85,13 +85,13 @@ def test_an_avalanche_is_followed_once_unless_something_is_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked = []
-    estimate = exact.rounding_error
+    estimate = estimated.amplified_error
 
     def counted(*given: object, **named: object) -> object:
         asked.append(given)
         return estimate(*given, **named)
 
-    monkeypatch.setattr(exact, "rounding_error", counted)
+    monkeypatch.setattr(estimated, "amplified_error", counted)
     chain, state = random_start(5)
     result = rearrange(chain, state, direction=0, seed=3)
     assert len(result.events) > 5

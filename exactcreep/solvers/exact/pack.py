@@ -150,18 +150,10 @@ def placed(
 
     They are those of `used`, if that is given: of a chain as long that logged as much.
     """
-    work = readied(chain, origin, seed, logging, used)
-    place(work.cell, work.tally, work.now, origin.numbers, origin.state.draws)
-    prepare(work.cell, work.tally, work.deviate, work.now)
-    return work
-
-
-def readied(
-    chain: Chain, origin: Origin, seed: int, logging: int, used: Workspace | None
-) -> Workspace:
-    """Return the arrays of `placed` before `place` has filled them."""
     work = _room(chain.n, logging) if used is None else used
     _begin(work.now, chain, origin, seed, logging)
+    place(work.cell, work.tally, work.now, origin.numbers, origin.state.draws)
+    prepare(work.cell, work.tally, work.deviate, work.now)
     return work
 
 

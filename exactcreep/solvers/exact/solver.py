@@ -20,6 +20,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
+from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import PAD
@@ -30,11 +31,11 @@ from exactcreep.solvers.exact.pack import (
     placed,
     roomier,
 )
-from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error, undecided_by
 from exactcreep.solvers.exact.rounded import RoundedCopies
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
+    TENSION_TOLERANCE,
     Ending,
     Rearrangement,
     Simulation,
@@ -339,8 +340,8 @@ class ExactSimulation(Simulation):
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Estimated(Rearrangement):
-    """A rearrangement by `Exact`: events, initial state and error are made when asked for.
+class Logged(Estimated):
+    """A rearrangement by `Exact`: events and initial state are made when asked for.
 
     Attributes
     ----------
@@ -350,14 +351,11 @@ class Estimated(Rearrangement):
         ``l0 theta_c``, as two floats.
     log : ndarray of layout.LOGGED_EVENT
         A row for each slider of each event.
-    direction : int
-        Of the ramp; 0: as the chain stood.
     """
 
     begun: Origin
     load: tuple[float, float]
     log: NDArray[Any]
-    direction: int
 
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def events(self) -> tuple[Event, ...]:
@@ -376,28 +374,6 @@ class Estimated(Rearrangement):
             dilation(self.chain, self.load) if len(self.log) else before.theta,
         )
 
-    @cached_property
-    def condition(self) -> RoundingError:
-        """What rounding does to the rearrangement, as far as it can be estimated."""
-        if self.undecided:
-            return undecided_by(self.undecided)
-        return rounding_error(self.chain, self.begun, self.seed, self.direction, self.log)
-
-    @property
-    def evidence(self) -> Evidence:
-        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
-        return self.decided if self.condition.holds else Evidence.UNDECIDED
-
-    @property
-    def error(self) -> float:
-        """The estimate of the largest error; see `Rearrangement`."""
-        return self.condition.error
-
-    @property
-    def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, if it does."""
-        return self.condition.sentence()
-
 
 @dataclass(frozen=True)
 class Exact(Solver):
@@ -407,7 +383,7 @@ class Exact(Solver):
     accepted only after all sliders were certified to have none before (see `taylor`). Each
     event adds rounding of a few 1e-16 of the largest force, which the events that follow amplify.
     The promise is 1e-12 in the tensions after one rearrangement: `rearrange` estimates the error
-    (see `rounding_error`), and where the estimate is larger the evidence is `UNDECIDED`.
+    (see `motion.amplified`), and where the estimate is larger the evidence is `UNDECIDED`.
     Comparisons within the rounding bound of their own evaluation are settled by the model's rules
     and counted as undecided.
     """
@@ -438,14 +414,14 @@ class Exact(Solver):
             if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
                 ended = simulation.ending(reason, limits.reason(stop) if stop else _ENDLESS)
                 break
-        result = Estimated.of(
+        result = Logged.of(
             simulation,
             self.name,
             ended,
+            promised=TENSION_TOLERANCE,
             begun=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
-            direction=direction,
             report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
         if chain.n <= layout.LONGEST_SHORT:

@@ -80,9 +80,7 @@ class ChainAtRest(ABC):
     All calls are made inside ``arithmetic.active()``.
     """
 
-    def __init__(
-        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False
-    ) -> None:
+    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses

@@ -19,13 +19,13 @@ import numpy as np
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
-from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
+from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
     Ending,
@@ -38,39 +38,6 @@ from exactcreep.solvers.interface import (
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
-
-
-@dataclass(frozen=True, eq=False, repr=False, init=False)
-class Rounded(Rearrangement):
-    """A rearrangement in rounded numbers; undecided, too, where rounding has grown too large.
-
-    Attributes
-    ----------
-    rounding : float
-        What it may have grown to, see `AmplifiedErrors`.
-    promised : float
-        How large it may be.
-    """
-
-    rounding: float
-    promised: float
-
-    @property
-    def error(self) -> float:
-        """The estimate of the largest error; see `Rearrangement`."""
-        return math.inf if self.undecided else self.rounding
-
-    @property
-    def evidence(self) -> Evidence:
-        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
-        return self.decided if self.error <= self.promised else Evidence.UNDECIDED
-
-    @property
-    def doubt(self) -> str:
-        """Why `error` breaks the promise, if it does."""
-        if self.undecided or self.rounding <= self.promised:
-            return ""
-        return f"rounding may have grown to {self.rounding:.2g}, beyond {self.promised:g}"
 
 
 class FieldSolver(Solver):
@@ -90,10 +57,9 @@ class FieldSolver(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = ChainIntegrator(start, arithmetic, amplifies=True)
+            mechanics = ChainIntegrator(start, arithmetic)
             result = completed(mechanics, direction, self.name, limits)
-            rounding = mechanics.amplified.largest if mechanics.amplified is not None else 0.0
-            return Rounded(**vars(result), rounding=rounding, promised=self.promised)
+            return Estimated(**vars(result), promised=self.promised)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return FieldSimulation(start, record, self.arithmetic())

@@ -1,0 +1,62 @@
+"""A rearrangement in rounded numbers, with an estimate of what rounding has made of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.outcome import Evidence
+from exactcreep.motion.amplified import amplified_error
+from exactcreep.solvers.interface import Rearrangement
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Estimated(Rearrangement):
+    """A rearrangement that is undecided, too, where rounding may have grown too large.
+
+    Its error is estimated when it is asked for, from its events.
+
+    Attributes
+    ----------
+    promised : float
+        The largest error with which it is called computed.
+    """
+
+    promised: float
+
+    @cached_property
+    def _amplified(self) -> tuple[float, int]:
+        if self.undecided:
+            return math.inf, -1
+        contacts = Contacts(self.chain, self.seed)
+        roundoff = self.arithmetic.roundoff
+        return amplified_error(self.chain, self.initial, self.events, contacts, roundoff)
+
+    @property
+    def error(self) -> float:
+        """The estimate of the largest error; see `Rearrangement`."""
+        return self._amplified[0]
+
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
+        return self.decided if self.error <= self.promised else Evidence.UNDECIDED
+
+    @property
+    def doubt(self) -> str:
+        """Why `error` breaks the promise, if it does."""
+        error, number = self._amplified
+        if error <= self.promised:
+            return ""
+        if math.isfinite(error):
+            return f"rounding may have grown to {error:.2g}, beyond {self.promised:g}"
+        if count := self.undecided:
+            which = "1 comparison lies" if count == 1 else f"{count} comparisons lie"
+            which += " within the rounding bound"
+        else:
+            event = self.events[number]
+            sliders = ", ".join(map(str, event.sliders))
+            which = f"at event {number + 1}, the {event.kind.value} of slider {sliders}"
+        return f"rounding may have changed the order of events: {which}"
