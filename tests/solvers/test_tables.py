@@ -20,7 +20,7 @@ from exactcreep.model.enclosure import Enclosure, as_written, floats, quantity
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
-from exactcreep.solvers.exact import layout, pack
+from exactcreep.solvers.exact import pack
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import (
     COLUMNS,
@@ -197,13 +197,13 @@ def test_the_compiled_rows_are_those_of_a_replay_of_the_events(which: str) -> No
     assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
 
 
-def test_rows_of_an_avalanche_whose_parts_keep_their_own_time_are_those_of_a_replay() -> None:
+def test_rows_of_an_avalanche_of_a_long_chain_are_those_of_a_replay() -> None:
     chain = paper_chain(100)
     tensions = np.random.default_rng(2).normal(0, 0.6, chain.n - 1)
     start = State.prepared(chain, tensions)
     run = creep(chain, Cycles("0.0002", 1), seed=4, start=start, record=ALL)
     table, slips = (rows(run.recorded, name) for name in BOTH)
-    assert table["last"][0] - table["first"][0] >= layout.LEAST_LONG
+    assert table["last"][0] - table["first"][0] > 48
     assert table["events"][0] > 100
     known = replayed(run, table["direction"])
     for name in ("duration", "displacement", "dissipation", "elastic_after", "sliders"):

@@ -1,9 +1,8 @@
 """Memory layout of the compiled exact solver: the rows of its arrays, and its scalars.
 
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
-`deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
-each slider of a chain that is long enough for `local_clocks`, else None), `series` (`SERIES` rows
-of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
+`deviate` (one row for each slider: the batch that holds its next draw), `series` (`SERIES` rows of
+eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
 what is recorded. Compiled code calls this module `cells`: ``cell[cells.SPEED, i]``.
 
@@ -63,17 +62,9 @@ ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
 HORIZON = 1.0
 """Longest step of a cluster, in units of tau_dyn."""
-EPOCH = 0.5625
-"""Long clusters are expanded as a whole that often, in units of tau_dyn."""
-KNOWN = 20
-"""Taylor coefficients kept for an epoch; a multiple of four."""
-LONGEST_SHORT = 80
-"""Chains up to so many sliders are always expanded as a whole."""
-LEAST_LONG = 48
-"""In longer ones a cluster is long from so many sliders between its first and last on. Measured."""
-PAD = 18
+PAD = 2
 """Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
-TAIL = 24
+TAIL = 10
 """Columns after the last slider: a window may reach so far beyond it."""
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
@@ -84,14 +75,14 @@ AT_REST_OFF, EVENT_OFF = 4.0 * ULP, 0.5 * ULP
 In units of the largest force or displacement. The loop rounds by 0.1 ulp, seen over movers in the
 middle, and by 0.4 in nine of ten steps (from event to event, against 50 digits); what is added
 here is an estimate, that all these pull the same way. What events amplify is not in it: see
-`perturbed`.
+`motion.amplified`.
 """
 PROMISED_EVENTS = 200
-"""Up to so many events the tensions after a rearrangement are promised to 1e-12.
+"""Up to so many events the tensions after a rearrangement of a run are promised to 1e-12.
 
-Longer ones are counted. Measured against the certified solver at N = 2 .. 12 and mu_d from 0.001 to
-0.6: of 1740 rearrangements up to here the largest error was 1.2e-13; the shortest beyond 1e-12 had
-496 events. A start near grazing can spoil a shorter one: `Exact.rearrange` estimates that.
+A run counts longer ones, since it estimates no error of each. Measured against the certified solver
+at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the largest error was
+1.2e-13; the shortest beyond 1e-12 had 496 events.
 """
 
 (
@@ -116,24 +107,6 @@ COUNTS = 4
 SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
 """Rows after those of all strips: the factors between a series' terms at the end of a step."""
-
-# rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
-(
-    BASE,  # time of the epoch at which the series begins
-    KEY,  # until then the margin is certified to stay in its range
-    ROOT,  # when it was found to leave its range
-    GUESS,  # when it might
-    NOW_X,  # X and SPEED around the last event, at its time
-    NOW_SPEED,
-    BLUR,  # how far from ROOT it may leave its range
-    *_,
-    MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
-) = range(KNOWN + 2, KNOWN + 13)
-CLOCKS = KNOWN + 15
-"""An odd number, and not 33: strips would fight for the same cache lines as with 32.
-
-After all strips follow rows with the first key of each strip.
-"""
 
 CHAIN = np.dtype(
     [
@@ -166,28 +139,14 @@ COUNTERS = np.dtype(
     [
         *((name, np.int64) for name in (*TALLY, *WORK)),
         ("calm", np.int64),  # steps of clusters since the last event
-        ("retry", np.int64),  # steps until a long cluster is tried as such again
         ("target", np.int64),  # number of the target ahead
     ]
 )
 """Counts since the start; a snapshot holds them as they are."""
-LOCAL = np.dtype(
-    [
-        ("time", np.float64),  # since the beginning of the epoch
-        ("wild", np.float64),  # bound of velocities and accelerations in the epoch
-        ("spent", np.float64),  # what the epoch has left out, in units of it
-        ("on", np.int64),  # whether sliders keep the series of their own last change
-        ("centre", np.int64),  # column around which series are to be renewed
-        ("left", np.int64),  # blocks of eight columns that the epoch has reached
-        ("right", np.int64),
-    ]
-)
-"""The epoch of a long cluster, see `local_clocks`."""
 NOW = np.dtype(
     [
         ("chain", CHAIN),
         ("counts", COUNTERS),
-        ("epoch", LOCAL),
         ("theta", np.float64),  # l0 theta
         ("theta_low", np.float64),
         ("total", np.float64),  # sum of all displacements
@@ -205,7 +164,7 @@ NOW = np.dtype(
         ("logged", np.int64),  # rows of the log in use
     ]
 )
-"""The loop's scalars: three records of their own, and where the chain stands."""
+"""The loop's scalars: two records of their own, and where the chain stands."""
 LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
 """A row for each rearrangement, with l0 theta for theta."""
 LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
@@ -267,14 +226,3 @@ def columns(n: int) -> int:
     """
     eights = -(-(n + PAD + TAIL) // 8)
     return 8 * (eights + 1 - eights % 2)
-
-
-def keys(n: int) -> int:
-    """Return how many rows of a clock hold the first keys of the strips of a chain."""
-    return -(-columns(n) // 64)
-
-
-def forget(clock: NDArray[np.float64], n: int) -> None:
-    """Take all keys out of the clock of a chain of `n` sliders."""
-    clock[KEY::CLOCKS] = NEVER
-    clock[-keys(n) :] = NEVER

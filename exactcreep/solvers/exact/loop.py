@@ -30,7 +30,6 @@ from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips, next_start
 from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
-from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
@@ -344,30 +343,14 @@ def _never_stops(cell, now):
 
 
 @inlined
-def _to_first_event(cell, count, clock, series, now):
+def _to_first_event(cell, count, series, now):
     """Advance several movers to their first event.
 
     Returns of how many sliders it is, and how far its time may be off.
     """
     now.counts.calm += 1
-    now.counts.work += STEP_WORK
-    events = np.int64(-1)
-    if clock is not None:  # known when this is compiled, the rest is not
-        # whether the movers stand far enough apart for clocks of their own
-        long = (
-            now.last - now.first >= cells.LEAST_LONG
-            and now.chain.downhill == 0
-            and now.counts.retry == 0
-        )
-        if now.epoch.on == 1 or long:
-            t, events, blur = advance(cell, count, clock, now)
-            if events < 0:
-                now.time += t
-                now.counts.retry = 1
-    if events < 0:
-        now.counts.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
-        now.counts.retry -= now.counts.retry > 0
-        t, events, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
+    now.counts.work += STEP_WORK + STRIP_WORK * ((now.last - now.first + 10) // 8)
+    t, events, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
     now.time += t
     return events, blur
 
@@ -438,17 +421,13 @@ def _resolve(cell, count, deviate, now, log, events, blur):
 
 
 @inlined
-def _cluster(cell, count, deviate, clock, series, now, log):
+def _cluster(cell, count, deviate, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if now.moving == now.chain.n and _never_stops(cell, now):
         return True
-    events, blur = _to_first_event(cell, count, clock, series, now)
+    events, blur = _to_first_event(cell, count, series, now)
     if events > 0:
         _resolve(cell, count, deviate, now, log, events, blur)
-        if clock is not None:
-            short = now.last - now.first < cells.LEAST_LONG // 2
-            if now.epoch.on == 1 and (short or now.stage != cells.CLUSTER):
-                at_once(cell, clock, now)
     return False
 
 
@@ -466,8 +445,8 @@ def prepare(cell, count, deviate, scalars):
 
 @compiled
 def follow(
-    cell, count, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
-    max_work, single,
+    cell, count, deviate, series, scalars, log, theta, theta_low, targets, max_events, max_work,
+    single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
@@ -507,7 +486,7 @@ def follow(
         elif stage == cells.CLUSTER:
             if series is None:  # known when this is compiled
                 return cells.BUDGET, reached
-            if _cluster(cell, count, deviate, clock, series, now, log):
+            if _cluster(cell, count, deviate, series, now, log):
                 return cells.RUNAWAY, reached
         else:
             _unstable(cell, now, log)

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, ULP, inlined
+from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, SERIES, ULP, inlined
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     choose,
@@ -74,65 +74,62 @@ def forces(cell, friction, i):
 
 
 @inlined
-def expand(cell, table, row, flags, friction, i):
-    """Fill in the first two derivatives of eight columns, and what they do, from row `flags` on.
-
-    Returns 1 for movers, else 0, what pushes them on, and which have no force.
-    """
+def expand(cell, series, row, friction, i):
+    """Fill in the first two derivatives of eight columns, and which move; return the forceless."""
     side = load(cell, cells.SIDE, i)
     moves = side * side
     pull, push, idle = forces(cell, friction, i)
-    put(table, row + flags, moves)
-    put(table, row + flags + 1, 1.0 - moves)
-    put(table, row + flags + 2, 0.0 - moves * load(cell, cells.STIFFNESS, i))
-    put(table, row, fused(1.0 - moves, pull, side * load(cell, cells.SPEED, i)))
-    put(table, row + 1, side * push)
-    return moves, push, idle
+    put(series, row + cells.MOVES, moves)
+    put(series, row + cells.RESTS, 1.0 - moves)
+    put(series, row + cells.HOLDS, 0.0 - moves * load(cell, cells.STIFFNESS, i))
+    put(series, row, fused(1.0 - moves, pull, side * load(cell, cells.SPEED, i)))
+    put(series, row + 1, side * push)
+    return idle
 
 
 @inlined
-def two_orders(table, row, stride, flags, strips, k):
+def two_orders(series, strips, k):
     """Complete the derivatives k + 1 and k + 2 of so many strips and begin k + 3.
 
     A row that has begun holds the movers' part alone.
     """
     before = spread(0.0)
     before_2 = before
-    y = take(table, row + flags) * take(table, row + k)
-    y_2 = take(table, row + k + 1)
+    y = take(series, cells.MOVES) * take(series, k)
+    y_2 = take(series, k + 1)
     for s in range(strips):
+        row = SERIES * s
         following = spread(0.0)
         following_2 = following
         if s + 1 < strips:
-            following = take(table, row + stride + flags) * take(table, row + stride + k)
-            following_2 = take(table, row + stride + k + 1)
+            following = take(series, row + SERIES + cells.MOVES) * take(series, row + SERIES + k)
+            following_2 = take(series, row + SERIES + k + 1)
         around = from_left(before, y) + from_right(y, following)
         around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        moves = take(table, row + flags)
-        rests = take(table, row + flags + 1)
-        holds = take(table, row + flags + 2)
-        put(table, row + k + 1, fused(rests, around, y_2))
+        moves = take(series, row + cells.MOVES)
+        rests = take(series, row + cells.RESTS)
+        holds = take(series, row + cells.HOLDS)
+        put(series, row + k + 1, fused(rests, around, y_2))
         after = fused(moves, around, holds * y)
-        put(table, row + k + 2, fused(rests, around_2, after))
-        put(table, row + k + 3, fused(moves, around_2, holds * y_2))
+        put(series, row + k + 2, fused(rests, around_2, after))
+        put(series, row + k + 3, fused(moves, around_2, holds * y_2))
         before, before_2, y, y_2 = y, y_2, following, following_2
-        row += stride
 
 
 @inlined
-def summed(table, row, orders, factors, first, square, t):
+def summed(series, row, orders, ladder, t):
     """Return in eight lanes the margins at t, and their integrals from 0, of `orders` derivatives.
 
-    `square` times entry k from row `first` of `factors` on is ``t**2 / (k (k + 1))``.
+    Entry k from row `ladder` on is ``t**2 / (k (k + 1))``.
     """
     even = odd = even_sum = odd_sum = spread(0.0)
     for k in range(orders - 2, -1, -2):
-        term = take(table, row + k + 1)
-        step = square * element(factors, first, k + 2)
+        term = take(series, row + k + 1)
+        step = element(series, ladder, k + 2)
         odd = fused(odd, step, term)
-        odd_sum = fused(odd_sum, square * element(factors, first, k + 3), term)
-        term = take(table, row + k)
-        even = fused(even, square * element(factors, first, k + 1), term)
+        odd_sum = fused(odd_sum, element(series, ladder, k + 3), term)
+        term = take(series, row + k)
+        even = fused(even, element(series, ladder, k + 1), term)
         even_sum = fused(even_sum, step, term)
     return fused(t, odd, even), t * fused(t * 0.5, odd_sum, even_sum)
 

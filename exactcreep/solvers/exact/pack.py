@@ -20,7 +20,6 @@ from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_sum
 from exactcreep.solvers.exact.draws import KEPT
 from exactcreep.solvers.exact.layout import (
-    CLOCKS,
     LADDER,
     NEVER,
     PAD,
@@ -46,7 +45,6 @@ class Workspace(NamedTuple):
     cell: NDArray[np.float64]
     tally: NDArray[np.int64]
     deviate: NDArray[np.float64]
-    clock: NDArray[np.float64] | None
     series: NDArray[np.float64] | None
     now: NDArray[Any]
     log: Log
@@ -170,17 +168,15 @@ def _begin(
 
 
 def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[Any, ...]:
-    """Return the first six arrays of a `Workspace` for several simulations before `place`.
+    """Return the first five arrays of a `Workspace` for several simulations before `place`.
 
-    Each holds them one after the other, but for a tuple of clocks, and `series`, which have no
-    memory.
+    Each holds them one after the other, but for `series`, which have no memory.
     """
     n, m = chain.n, cells.columns(chain.n)
     return (
         np.empty((copies, cells.CELLS, m)),
         np.empty((copies, cells.COUNTS, m), dtype=np.int64),
         np.zeros((copies, m, KEPT)),
-        tuple(_clock(n) if n > cells.LONGEST_SHORT else None for _ in range(copies)),
         series_of(n) if n > _ALONE else None,
         _begin(np.empty(copies, dtype=cells.NOW), chain, origin, seed, 0),
     )
@@ -193,7 +189,6 @@ def _room(n: int, logging: int) -> Workspace:
         cell=cell,
         tally=np.zeros((cells.COUNTS, m), dtype=np.int64),
         deviate=deviate,
-        clock=_clock(n) if n > cells.LONGEST_SHORT else None,
         series=series_of(n) if n > _ALONE else None,
         now=np.empty(1, dtype=cells.NOW),
         log=_log(n, m, logging),
@@ -219,12 +214,6 @@ def _log(n: int, m: int, logging: int) -> Log:
 def roomier(work: Workspace) -> Workspace:
     """Return the same arrays with `series`, which have no memory."""
     return work._replace(series=series_of(int(work.now["chain"]["n"][0])))
-
-
-def _clock(n: int) -> NDArray[np.float64]:
-    clock = _aligned((CLOCKS * (cells.columns(n) // 8) + cells.keys(n), 8))[0]
-    cells.forget(clock, n)
-    return clock
 
 
 def series_of(n: int) -> NDArray[np.float64]:

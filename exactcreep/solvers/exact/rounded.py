@@ -73,7 +73,7 @@ class RoundedCopies(PerturbedCopies):
         self._origin, self._nudge = origin, _NUDGE * largest
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
         work = side_by_side(chain, origin, seed, COPIES)
-        self._cell, self._tally, self._deviate, self._clocks, self._series, self._now = work
+        self._cell, self._tally, self._deviate, self._series, self._now = work
         self._numbers = np.empty((COPIES, *origin.numbers.shape))
         self._begin(self._nudge, (1, 2))
 
@@ -132,7 +132,7 @@ class RoundedCopies(PerturbedCopies):
         goes_on = count > 0
         while goes_on:
             goes_on = follow_copies(
-                self._cell, self._tally, self._deviate, self._clocks, self._series, self._now,
+                self._cell, self._tally, self._deviate, self._series, self._now,
                 _NO_LOG, self._numbers, self._at_target, *passed, distance, reached, ends, apart,
                 most_events, _MOST_WORK, self._size, self._mirrored,
             )  # fmt: skip
@@ -185,7 +185,7 @@ def begin_copies(cell, count, deviate, scalars, numbers, draws, size, blocks):
 
 @compiled
 def follow_copies(
-    cell, count, deviate, clocks, series, scalars, log, numbers, at_target, theta, theta_low,
+    cell, count, deviate, series, scalars, log, numbers, at_target, theta, theta_low,
     tensions, slips, distance, reached, ends, apart, most_events, max_work, size, mirrored,
 ):  # fmt: skip
     """Take each copy along the targets of a run, up to where one of them is `apart` from it.
@@ -208,7 +208,7 @@ def follow_copies(
                 return True
             q = reached[number]
             reason, passed = follow(
-                cell[number], count[number], deviate[number], clocks[number], series,
+                cell[number], count[number], deviate[number], series,
                 scalars[number : number + 1], log, theta[q : q + 1], theta_low[q : q + 1], target,
                 most_events - now.counts.events, work, False,
             )  # fmt: skip

@@ -246,7 +246,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
     false: for a constant `loop.follow` would be compiled once more. Returns as that does;
     `layout.DONE` also if it has settled.
     """
-    cell, count, deviate, clock, series, scalars, log = work
+    cell, count, deviate, series, scalars, log = work
     now, search = scalars[0], searches[0]
     worked, happened = now.counts.work, now.counts.events
     while search.since < 0 and search.cycles < most_cycles:
@@ -255,7 +255,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
             return cells.BUDGET
         half = search.reached
         reason, reached = loop.follow(
-            cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
+            cell, count, deviate, series, scalars, log, high[half:], low[half:], targets,
             left, left, single,
         )  # fmt: skip
         search.reached += reached

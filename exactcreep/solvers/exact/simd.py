@@ -1,24 +1,21 @@
-"""Eight sliders at a time: vectors of float64 for the compiled kernel.
+"""Eight sliders at a time: a vector of float64 for the compiled kernel.
 
 Compiled loops over eight columns do not reliably become vector instructions; what is written with
-`Lanes` does: a strip of `WIDTH` lanes, or several strips side by side. Compiled functions add,
-subtract, multiply and divide such vectors, take ``abs``, ``math.sqrt``, ``min`` and ``max`` (the
-second argument where one is not a number), and compare them. Comparing gives a mask, an integer
-whose bit j belongs to lane j. A float among the operands stands for a vector whose lanes all hold
-it. The functions below do the rest.
+`Lanes` does. Compiled functions add, subtract, multiply and divide such vectors, take ``abs``,
+``math.sqrt``, ``min`` and ``max`` (the second argument where one is not a number), and compare
+them. Comparing gives a mask, an integer whose bit j belongs to lane j. A float among the operands
+stands for a vector whose lanes all hold it. The functions below do the rest.
 
 Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
-on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds those on one strip
-against NumPy lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is
-negative.
+on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds them against NumPy
+lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is negative.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -29,8 +26,8 @@ from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import lower_builtin, lower_cast, overload, register_model
 
 WIDTH = 8
-"""Lanes of a strip."""
-_STRIP = ir.VectorType(ir.DoubleType(), WIDTH)
+"""Lanes of a vector."""
+_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _WORD = ir.IntType(64)
@@ -38,61 +35,43 @@ _FIRST = ir.Constant(_WORD, 0)
 
 
 class Lanes(types.Type):  # type: ignore[misc]
-    """The numba type of a vector of so many strips; it exists only inside compiled functions."""
+    """The numba type of a vector; it exists only inside compiled functions."""
 
-    def __init__(self, strips: int) -> None:
-        self.strips = strips
-        super().__init__(name=f"Lanes({strips})")
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
 
 
-_LANES = Lanes(1)
+_LANES = Lanes()
 
 
 @register_model(Lanes)
 class _LanesModel(PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Lanes) -> None:
-        wide = ir.ArrayType(_STRIP, kind.strips)
-        super().__init__(manager, kind, _STRIP if kind.strips == 1 else wide)
-
-
-def _strips(builder: Any, vector: Any) -> list[Any]:
-    if vector.type == _STRIP:
-        return [vector]
-    return [builder.extract_value(vector, s) for s in range(vector.type.count)]
-
-
-def _beside(builder: Any, strips: Sequence[Any]) -> Any:
-    if len(strips) == 1:
-        return strips[0]
-    vector = ir.Constant(ir.ArrayType(_STRIP, len(strips)), ir.Undefined)
-    for s, strip in enumerate(strips):
-        vector = builder.insert_value(vector, strip, s)
-    return vector
+        super().__init__(manager, kind, _VECTOR)
 
 
 def _gathered(builder: Any, kind: Any, values: Sequence[Any]) -> Any:
-    strip = ir.Constant(kind, ir.Undefined)
+    vector = ir.Constant(kind, ir.Undefined)
     for j, value in enumerate(values):
-        strip = builder.insert_element(strip, value, ir.Constant(ir.IntType(32), j))
-    return strip
+        vector = builder.insert_element(vector, value, ir.Constant(ir.IntType(32), j))
+    return vector
 
 
 def _shuffled(builder: Any, a: Any, b: Any, order: Sequence[int]) -> Any:
     indices = ir.VectorType(ir.IntType(32), WIDTH)
-    return builder.shuffle_vector(a, b, ir.Constant(indices, order))
+    return builder.shuffle_vector(a, b, ir.Constant(indices, list(order)))
 
 
 @lower_cast(types.Float, Lanes)
-def _spread(context: Any, builder: Any, source: Any, kind: Lanes, value: Any) -> Any:
-    first = _gathered(builder, _STRIP, [value])
-    strip = _shuffled(builder, first, first, [0] * WIDTH)
-    return _beside(builder, [strip] * kind.strips)
+def _filled(context: Any, builder: Any, source: Any, kind: Lanes, value: Any) -> Any:
+    first = _gathered(builder, _VECTOR, [value])
+    return _shuffled(builder, first, first, [0] * WIDTH)
 
 
 def _called(builder: Any, name: str, *values: Any, reduces: bool = False) -> Any:
-    """Call a function of LLVM on numbers or on strips."""
+    """Call a function of LLVM on numbers or on vectors."""
     kind = values[0].type
-    full = f"llvm.{name}.v{WIDTH}f64" if kind == _STRIP else f"llvm.{name}.f64"
+    full = f"llvm.{name}.v{WIDTH}f64" if kind == _VECTOR else f"llvm.{name}.f64"
     called = ir.FunctionType(kind.element if reduces else kind, [kind] * len(values))
     function = cgutils.get_or_insert_function(builder.module, called, full)
     # a reduction need not look for lanes that are not numbers
@@ -133,26 +112,20 @@ def _function(kind: Callable[..., Any]) -> Callable[[Any], Any]:
     return register
 
 
-def _elementwise(*takes: Any, gives: Any = Lanes, key: Any = None) -> Callable[[Any], Any]:
-    """Decorate what builds the code of a function, or of `key`, for a strip of each argument.
+def _elementwise(*takes: Any, gives: Any = _LANES, key: Any = None) -> Callable[[Any], Any]:
+    """Decorate what builds the code of a function, or of `key`, of vectors and masks.
 
-    `takes` and what it `gives` are vectors, `Lanes`, or masks, `types.Integer`.
+    `takes` and what it `gives` are `_LANES` or, for a mask, `types.int64`.
     """
 
     def kind(*arguments: Any) -> Any:
-        vectors = [argument for argument in arguments if isinstance(argument, Lanes)]
-        if not vectors or len(arguments) != len(takes):
-            return None
-        wide = max(vectors, key=lambda vector: vector.strips)
-        made, *taken = (wide if each is Lanes else types.int64 for each in (gives, *takes))
-        return made(*taken)
+        vectors = any(isinstance(argument, Lanes) for argument in arguments)
+        return gives(*takes) if vectors and len(arguments) == len(takes) else None
 
     def register(emit: Any) -> Any:
         def each(builder: Any, *values: Any) -> Any:
-            count = len(_strips(builder, values[-1]))
-            parts = zip(*(_parts(builder, value, count) for value in values), strict=True)
-            done = [emit(builder, *each) for each in parts]
-            return _beside(builder, done) if gives is Lanes else _mask(builder, done)
+            made = emit(builder, *(_bits(builder, value) for value in values))
+            return made if gives is _LANES else _mask(builder, made)
 
         _define(key or emit, kind, each, *takes)
         return emit
@@ -160,36 +133,28 @@ def _elementwise(*takes: Any, gives: Any = Lanes, key: Any = None) -> Callable[[
     return register
 
 
-def _parts(builder: Any, value: Any, count: int) -> list[Any]:
-    """Return the strips of a vector, or the bits of a mask that belong to each."""
+def _bits(builder: Any, value: Any) -> Any:
+    """Return the lanes' bits of a mask; a vector as it is."""
     if value.type != _WORD:
-        return _strips(builder, value)
-    parts = (builder.lshr(value, ir.Constant(_WORD, WIDTH * s)) for s in range(count))
-    return [builder.bitcast(builder.trunc(part, ir.IntType(WIDTH)), _BITS) for part in parts]
+        return value
+    return builder.bitcast(builder.trunc(value, ir.IntType(WIDTH)), _BITS)
 
 
-def _mask(builder: Any, strips: Sequence[Any]) -> Any:
-    mask = _FIRST
-    for s, bits in enumerate(strips):
-        part = builder.zext(builder.bitcast(bits, ir.IntType(WIDTH)), _WORD)
-        mask = builder.or_(mask, builder.shl(part, ir.Constant(_WORD, WIDTH * s)))
-    return mask
+def _mask(builder: Any, bits: Any) -> Any:
+    return builder.zext(builder.bitcast(bits, ir.IntType(WIDTH)), _WORD)
 
 
 def _picked(symbol: str) -> Callable[..., Any]:
-    """Return what picks one of several strips in each lane, in rounds of pairs."""
+    """Return what picks one of several numbers in each lane, in rounds of pairs."""
 
-    def pick(builder: Any, *strips: Any) -> Any:
-        if len(strips) == 1:
-            return strips[0]
-        half = (len(strips) + 1) // 2
-        a, b = pick(builder, *strips[:half]), pick(builder, *strips[half:])
+    def pick(builder: Any, *values: Any) -> Any:
+        if len(values) == 1:
+            return values[0]
+        half = (len(values) + 1) // 2
+        a, b = pick(builder, *values[:half]), pick(builder, *values[half:])
         return builder.select(builder.fcmp_ordered(symbol, a, b), a, b)
 
     return pick
-
-
-_smaller, _larger = _picked("<"), _picked(">")
 
 
 def _arithmetic(symbol: Any, emit: Callable[..., Any]) -> None:
@@ -197,7 +162,7 @@ def _arithmetic(symbol: Any, emit: Callable[..., Any]) -> None:
 
     As a function of its own, which is then inlined: code emitted in place was 4 % slower at N = 6.
     """
-    operation = _elementwise(Lanes, Lanes)(emit)
+    operation = _elementwise(_LANES, _LANES)(emit)
 
     @overload(symbol)
     def resolve(a, b):  # numba compares the two signatures
@@ -211,25 +176,25 @@ _arithmetic(operator.sub, ir.IRBuilder.fsub)
 _arithmetic(operator.mul, ir.IRBuilder.fmul)
 _arithmetic(operator.truediv, ir.IRBuilder.fdiv)
 for _count in (2, 3, 4):
-    _elementwise(*[Lanes] * _count, key=min)(_smaller)
-    _elementwise(*[Lanes] * _count, key=max)(_larger)
+    _elementwise(*[_LANES] * _count, key=min)(_picked("<"))
+    _elementwise(*[_LANES] * _count, key=max)(_picked(">"))
 for _key, _symbol in (
     (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")
 ):  # fmt: skip
-    _elementwise(Lanes, Lanes, gives=types.Integer, key=_key)(
+    _elementwise(_LANES, _LANES, gives=types.int64, key=_key)(
         lambda builder, a, b, symbol=_symbol: builder.fcmp_ordered(symbol, a, b)
     )
-_elementwise(Lanes, key=abs)(lambda builder, a: _called(builder, "fabs", a))
-_elementwise(Lanes, key=math.sqrt)(lambda builder, a: _called(builder, "sqrt", a))
+_elementwise(_LANES, key=abs)(lambda builder, a: _called(builder, "fabs", a))
+_elementwise(_LANES, key=math.sqrt)(lambda builder, a: _called(builder, "sqrt", a))
 
 
-@_elementwise(types.Integer, Lanes, Lanes)
+@_elementwise(types.int64, _LANES, _LANES)
 def choose(builder: Any, mask: Any, a: Any, b: Any) -> Any:
     """Return lane by lane `a` where the mask is set, else `b`."""
     return builder.select(mask, a, b)
 
 
-@_elementwise(Lanes, Lanes, Lanes)
+@_elementwise(_LANES, _LANES, _LANES)
 def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once; also of three floats."""
     return _called(builder, "fma", a, b, c)
@@ -241,28 +206,23 @@ def _of_floats(*arguments: Any) -> Any:
     return types.float64(*arguments)
 
 
-_define(
-    fused,
-    _of_floats,
-    fused,
-    *[types.Float] * 3,
-)
+_define(fused, _of_floats, fused, *[types.Float] * 3)
 
 
-@_elementwise(Lanes)
+@_elementwise(_LANES)
 def mantissa(builder: Any, a: Any) -> Any:
     """Return m of a = m 2**e with m in [1/2, 1), for positive normal a."""
     bits = builder.bitcast(a, _WORDS)
     fraction = builder.and_(bits, ir.Constant(_WORDS, [2**52 - 1] * WIDTH))
     half = ir.Constant(_WORDS, [1022 << 52] * WIDTH)
-    return builder.bitcast(builder.or_(fraction, half), _STRIP)
+    return builder.bitcast(builder.or_(fraction, half), _VECTOR)
 
 
-@_elementwise(Lanes)
+@_elementwise(_LANES)
 def exponent(builder: Any, a: Any) -> Any:
     """Return e of a = m 2**e, for positive normal a."""
     biased = builder.lshr(builder.bitcast(a, _WORDS), ir.Constant(_WORDS, [52] * WIDTH))
-    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _STRIP)
+    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _VECTOR)
 
 
 def _cell(builder: Any, table: Any, row: Any, column: Any) -> Any:
@@ -277,19 +237,12 @@ def _lane(builder: Any, table: Any, row: Any, lane: Any) -> Any:
     return builder.gep(table.data, [builder.add(first, lane)])
 
 
-def _rows(builder: Any, table: Any, row: Any, stride: Any, count: int) -> Iterator[Any]:
-    """Yield the addresses of so many rows of eight, `stride` rows apart."""
-    for s in range(count):
-        row = builder.add(row, stride) if s else row
-        yield _lane(builder, table, row, _FIRST)
-
-
 def _read(builder: Any, address: Any) -> Any:
-    return builder.load(builder.bitcast(address, _STRIP.as_pointer()), align=8)
+    return builder.load(builder.bitcast(address, _VECTOR.as_pointer()), align=8)
 
 
-def _write(builder: Any, strip: Any, address: Any) -> None:
-    builder.store(strip, builder.bitcast(address, _STRIP.as_pointer()), align=8)
+def _write(builder: Any, vector: Any, address: Any) -> None:
+    builder.store(vector, builder.bitcast(address, _VECTOR.as_pointer()), align=8)
 
 
 @_function(lambda table, row, column: _LANES(table, types.intp, types.intp))
@@ -298,10 +251,10 @@ def load(builder: Any, table: Any, row: Any, column: Any) -> Any:
     return _read(builder, _cell(builder, table, row, column))
 
 
-@_function(lambda table, row, column, strip: types.none(table, types.intp, types.intp, _LANES))
-def store(builder: Any, table: Any, row: Any, column: Any, strip: Any) -> None:
-    """Set table[row, column : column + 8] to `strip`."""
-    _write(builder, strip, _cell(builder, table, row, column))
+@_function(lambda table, row, column, vector: types.none(table, types.intp, types.intp, _LANES))
+def store(builder: Any, table: Any, row: Any, column: Any, vector: Any) -> None:
+    """Set table[row, column : column + 8] to `vector`."""
+    _write(builder, vector, _cell(builder, table, row, column))
 
 
 @_function(lambda table, row: _LANES(table, types.intp))
@@ -310,26 +263,10 @@ def take(builder: Any, table: Any, row: Any) -> Any:
     return _read(builder, _lane(builder, table, row, _FIRST))
 
 
-@_function(lambda table, row, strip: types.none(table, types.intp, _LANES))
-def put(builder: Any, table: Any, row: Any, strip: Any) -> None:
-    """Set table[row] to `strip`."""
-    _write(builder, strip, _lane(builder, table, row, _FIRST))
-
-
-@_function(lambda table, row, stride, like: like(table, types.intp, types.intp, like))
-def across(builder: Any, table: Any, row: Any, stride: Any, like: Any) -> Any:
-    """Return table[row], table[row + stride], .. side by side, as many as `like` has strips."""
-    addresses = _rows(builder, table, row, stride, len(_strips(builder, like)))
-    return _beside(builder, [_read(builder, address) for address in addresses])
-
-
-@_function(lambda table, row, stride, vector: types.none(table, types.intp, types.intp, vector))
-def put_across(builder: Any, table: Any, row: Any, stride: Any, vector: Any) -> None:
-    """Set table[row], table[row + stride], .. to the strips of `vector`."""
-    parts = _strips(builder, vector)
-    addresses = _rows(builder, table, row, stride, len(parts))
-    for strip, address in zip(parts, addresses, strict=True):
-        _write(builder, strip, address)
+@_function(lambda table, row, vector: types.none(table, types.intp, _LANES))
+def put(builder: Any, table: Any, row: Any, vector: Any) -> None:
+    """Set table[row] to `vector`."""
+    _write(builder, vector, _lane(builder, table, row, _FIRST))
 
 
 @_function(lambda table, row, lane: types.float64(table, types.intp, types.intp))
@@ -338,57 +275,39 @@ def element(builder: Any, table: Any, row: Any, lane: Any) -> Any:
     return builder.load(_lane(builder, table, row, lane), align=8)
 
 
-@_function(lambda *strips: Lanes(len(strips))(*[_LANES] * len(strips)))
-def spread(builder: Any, *strips: Any) -> Any:
-    """Return strips side by side; a number among them fills all lanes of its strip."""
-    return _beside(builder, strips)
+@_function(lambda value: _LANES(_LANES))
+def spread(builder: Any, value: Any) -> Any:
+    """Return the vector whose lanes all hold a number."""
+    return value
 
 
-@_function(lambda vector: types.UniTuple(_LANES, vector.strips)(vector))
-def strips(builder: Any, vector: Any) -> Any:
-    """Return the strips one by one."""
-    return vector
-
-
-@_function(lambda vector: Lanes(vector.strips - 2)(vector))
-def inner(builder: Any, vector: Any) -> Any:
-    """Return all strips but the first and the last."""
-    return _beside(builder, _strips(builder, vector)[1:-1])
-
-
-@_function(lambda previous, a: a(a, a) if isinstance(previous, Lanes) else a(_LANES, a))
+@_elementwise(_LANES, _LANES)
 def from_left(builder: Any, previous: Any, a: Any) -> Any:
     """Return in lane j lane j - 1 of a, in lane 0 the last lane of `previous`."""
-    strips = [_strips(builder, previous)[-1], *_strips(builder, a)]
-    order = [WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]
-    return _beside(builder, [_shuffled(builder, *pair, order) for pair in pairwise(strips)])
+    return _shuffled(builder, previous, a, range(WIDTH - 1, 2 * WIDTH - 1))
 
 
-@_function(lambda a, following: a(a, a) if isinstance(following, Lanes) else a(a, _LANES))
+@_elementwise(_LANES, _LANES)
 def from_right(builder: Any, a: Any, following: Any) -> Any:
     """Return in lane j lane j + 1 of a, in the last the first lane of `following`."""
-    strips = [*_strips(builder, a), _strips(builder, following)[0]]
-    order = [*range(1, WIDTH), WIDTH]
-    return _beside(builder, [_shuffled(builder, *pair, order) for pair in pairwise(strips)])
+    return _shuffled(builder, a, following, range(1, WIDTH + 1))
 
 
-@_function(types.float64)
+@_function(lambda a: types.float64(_LANES))
 def least(builder: Any, a: Any) -> Any:
     """Return the smallest of the lanes, all of which are numbers."""
-    strip = _smaller(builder, *_strips(builder, a))
-    return _called(builder, "vector.reduce.fmin", strip, reduces=True)
+    return _called(builder, "vector.reduce.fmin", a, reduces=True)
 
 
-@_function(types.float64)
+@_function(lambda a: types.float64(_LANES))
 def largest(builder: Any, a: Any) -> Any:
     """Return the largest of the lanes, all of which are numbers."""
-    strip = _larger(builder, *_strips(builder, a))
-    return _called(builder, "vector.reduce.fmax", strip, reduces=True)
+    return _called(builder, "vector.reduce.fmax", a, reduces=True)
 
 
 @_function(lambda a, j: types.float64(_LANES, types.intp))
 def lane_of(builder: Any, a: Any, j: Any) -> Any:
-    """Return lane j of a strip."""
+    """Return lane j of a vector."""
     return builder.extract_element(a, j)
 
 
@@ -400,9 +319,9 @@ def lowest_bit(builder: Any, mask: Any) -> Any:
 
 @_function(lambda *values: _LANES(*[types.float64] * len(values)))
 def together(builder: Any, *values: Any) -> Any:
-    """Return the strip of up to eight floats; further lanes are zero."""
+    """Return the vector of up to eight floats; further lanes are zero."""
     zeros = [ir.Constant(ir.DoubleType(), 0.0)] * (WIDTH - len(values))
-    return _gathered(builder, _STRIP, [*values, *zeros])
+    return _gathered(builder, _VECTOR, [*values, *zeros])
 
 
 @_function(lambda *words: _LANES(*[types.uint64] * WIDTH))
@@ -410,7 +329,7 @@ def upper_bits(builder: Any, *words: Any) -> Any:
     """Return the upper 53 bits of eight uint64, as whole numbers."""
     gathered = _gathered(builder, _WORDS, words)
     shifted = builder.lshr(gathered, ir.Constant(_WORDS, [11] * WIDTH))
-    return builder.sitofp(shifted, _STRIP)
+    return builder.sitofp(shifted, _VECTOR)
 
 
 @_function(types.none)

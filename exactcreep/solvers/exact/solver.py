@@ -21,7 +21,7 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.estimated import Estimated
-from exactcreep.solvers.exact import layout, local_clocks, loop
+from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.pack import (
@@ -54,6 +54,7 @@ _KEPT = (
     layout.EXCESS, layout.DOUBTED,
 )  # fmt: skip
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
+_LONGEST_KEPT = 80  # sliders
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _ENDLESS = (
@@ -79,19 +80,9 @@ class ExactSimulation(Simulation):
         self.work = placed(chain, self.origin, seed, _logging(record), used)
         self._begun: list[NDArray[Any]] = []  # logged slips of the rearrangement under way
 
-    @property
-    def _present(self) -> Workspace:
-        """The arrays with all sliders at the present time."""
-        work = self.work
-        if work.clock is None or not work.now["epoch"]["on"][0]:
-            return work
-        present = work._replace(cell=work.cell.copy(), now=work.now.copy())
-        local_clocks.at_once(present.cell, work.clock.copy(), present.now[0])
-        return present
-
     def cell(self, row: int) -> NDArray[np.float64]:
-        """Return a row of `layout`'s cells at the present time, shape (n,)."""
-        return self._present.cell[row, self._own]
+        """Return a row of `layout`'s cells, shape (n,)."""
+        return self.work.cell[row, self._own]
 
     @property
     def _own(self) -> slice:
@@ -243,7 +234,7 @@ class ExactSimulation(Simulation):
     def state(self) -> State:
         """Return the present state."""
         theta = dilation(self.chain, self.load())
-        return State.owning(*self.origin.read(self._present), theta)
+        return State.owning(*self.origin.read(self.work), theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -308,8 +299,6 @@ class ExactSimulation(Simulation):
             other.make_room()
         mine, its = self.work, other.work
         its.cell[:], its.tally[:], its.deviate[:] = mine.cell, mine.tally, mine.deviate
-        if mine.clock is not None and its.clock is not None:
-            its.clock[:] = mine.clock
         its.now[:] = mine.now
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
@@ -394,7 +383,7 @@ class Exact(Solver):
 
     def compiles(self, n: int) -> int:
         """Return a length of chains that need the same compiled code as one of `n` sliders."""
-        return min(max(n, 2), 3) if n <= layout.LONGEST_SHORT else layout.LONGEST_SHORT + 1
+        return min(max(n, 2), 3)
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by the compiled loop, in arrays of a rearrangement that is over."""
@@ -424,7 +413,7 @@ class Exact(Solver):
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
-        if chain.n <= layout.LONGEST_SHORT:
+        if chain.n <= _LONGEST_KEPT:
             _USED.setdefault(chain.n, []).append(simulation.work)
         return result
 

@@ -29,7 +29,6 @@ from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP
 from exactcreep.solvers.exact.margins import falls, is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
-    across,
     element,
     from_left,
     from_right,
@@ -39,7 +38,6 @@ from exactcreep.solvers.exact.simd import (
     load,
     lowest_bit,
     put,
-    put_across,
     spread,
     store,
     take,
@@ -84,27 +82,8 @@ def _expand(cell, series, friction, first, strips):
     forceless = 0
     for s in range(strips):
         row, i = SERIES * s, first + WIDTH * s
-        _, _, idle = margins.expand(cell, series, row, cells.MOVES, friction, i)
-        forceless |= idle
+        forceless |= margins.expand(cell, series, row, friction, i)
     return forceless != 0
-
-
-@inlined
-def _differentiate_all(series, zero, begin, end):
-    """Do what `_differentiate` does in one vector of as many strips as `zero`: the whole window.
-
-    Its outer lanes are at rest: what turns round at its ends is zero.
-    """
-    moves = across(series, cells.MOVES, SERIES, zero)
-    rests = across(series, cells.RESTS, SERIES, zero)
-    holds = across(series, cells.HOLDS, SERIES, zero)
-    y = moves * across(series, begin, SERIES, zero)
-    after = across(series, begin + 1, SERIES, zero)
-    for k in range(begin + 1, end):
-        around = from_left(y, y) + from_right(y, y)
-        put_across(series, k, SERIES, fused(rests, around, after))
-        y, after = after, fused(moves, around, holds * y)
-    put_across(series, end, SERIES, after)
 
 
 @inlined
@@ -115,14 +94,9 @@ def _differentiate(series, strips, begin, end):
     the derivative of the force on the sliders at rest. The row after the last complete one
     holds the movers' part alone.
     """
-    if strips == 1:
-        _differentiate_all(series, spread(0.0), begin, end)
-    elif strips == 2:
-        _differentiate_all(series, spread(0.0, 0.0), begin, end)
-    else:
-        # one more than asked for: `begin` is odd if it is not the first
-        for k in range(begin + begin % 2, end, 2):
-            margins.two_orders(series, 0, SERIES, cells.MOVES, strips, k)
+    # one more than asked for: `begin` is odd if it is not the first
+    for k in range(begin + begin % 2, end, 2):
+        margins.two_orders(series, strips, k)
 
 
 @inlined
@@ -301,7 +275,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         running_following = zero
         if s < strips:
             row = SERIES * s
-            value, moved_on = margins.summed(series, row, orders, series, ladder, 1.0, t)
+            value, moved_on = margins.summed(series, row, orders, ladder, t)
             moves = take(series, row + cells.MOVES)
             following = moves * moved_on
             running_following = moves * value

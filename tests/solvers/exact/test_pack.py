@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import random
+from collections import Counter
 from fractions import Fraction
 from itertools import pairwise
 
@@ -64,7 +67,7 @@ def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays
 def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
     chain = paper_chain(10_000)
     work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
-    arrays = (work.cell, work.tally, work.deviate, work.clock, work.series)
+    arrays = (work.cell, work.tally, work.deviate, work.series)
     assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
 
 
@@ -75,5 +78,15 @@ def test_what_is_compiled_before_a_run_is_what_its_chain_runs_through(n: int) ->
     for length in (n, first):
         chain = paper_chain(length)
         work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
-        rooms.append((work.clock is None, work.series is None))
+        rooms.append(work.series is None)
     assert rooms[0] == rooms[1]
+
+
+def test_no_name_of_the_layout_is_bound_twice() -> None:
+    """A row named like another one would be written over it."""
+    statements = ast.parse(inspect.getsource(layout)).body
+    targets = [part for each in statements if isinstance(each, ast.Assign) for part in each.targets]
+    names = [node for part in targets for node in ast.walk(part) if isinstance(node, ast.Name)]
+    bound = Counter(node.id for node in names)
+    assert bound["FORCE"] == bound["MOVED"] == bound["CHAIN"] == 1
+    assert [name for name, count in bound.items() if count > 1] == []
