@@ -16,7 +16,7 @@ from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 from exactcreep import __version__
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain, unread
-from exactcreep.commands.record import record
+from exactcreep.commands.record import record, roof
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.model.inputs import inputs_kept
@@ -33,6 +33,7 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "animate": files.animate,
     "explore": files.explore,
     "record": record,
+    "roof": roof,
     "plan": studies.plan,
     **dict.fromkeys(studies.QUESTIONS),
     "compare": studies.compare,

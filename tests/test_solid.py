@@ -244,6 +244,21 @@ def test_cycles_in_kelvin_come_down_at_the_rate_of_the_law_in_si_units(command: 
     assert descent.temperatures[:2] == pytest.approx([15, -15], rel=1e-14)
 
 
+def test_a_roof_is_one_command(command: Command) -> None:
+    days = (f"2024-06-{1 + k // 2:02}T{5 + 10 * (k % 2):02}:00,{SWING[k]}" for k in range(60))
+    Path("days.csv").write_text("\n".join(["time,temperature", *days]))
+    words = ("roof", "days.csv", "--length", "3", "--slope-degrees", "15")
+    told = command(*words, "--friction", "0.4,0.5", "--plot", "roof.png", "--json").json
+    slope = f"{math.tan(math.radians(15)):.6f}"
+    mu = ["0.4", "0.5"]
+    sheet = physical(length=3, section="0.003", mu_d=mu, mu_s=mu, tan_alpha=slope, material="lead")
+    descent = sheet.creep(TemperatureRecord("days.csv", kappa=sheet.kappa, T0=10))
+    assert told == {"file": "days.csv"} | descent.summary()
+    wide = command(*words)  # friction is not known
+    assert "for mu_d from 1.0 to 0.2733" in wide.out.replace("from 1 to", "from 1.0 to")
+    assert command("roof", "days.csv", "--length", "3", "--slope-degrees", "91").code == 2
+
+
 @pytest.mark.filterwarnings(ONE_DAY)
 @pytest.mark.parametrize(
     ("change", "told"),

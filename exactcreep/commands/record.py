@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import Answer, Drawing, put, say_written
-from exactcreep.commands.values import File
+from exactcreep.commands.answer import Answer, Drawing, put, say_written, shown
+from exactcreep.commands.values import File, Name, Number, taken
 
 _DRAWN = Drawing()
 
@@ -78,6 +79,72 @@ def record(
 
     remark = "; ".join([*wrong, *readings.doubts()])
     output.deliver(Answer(summary, tell, draw=draw, status=2 * bool(wrong), remark=remark))
+
+
+def roof(
+    file: Annotated[Path, Parameter(help="A CSV file of temperatures; see exactcreep record.")],
+    /,
+    *,
+    length: Number,
+    slope_degrees: Number,
+    material: Name = "lead",
+    friction: Annotated[str | None, taken("LOW,HIGH")] = None,
+    output: Drawing = _DRAWN,
+) -> None:
+    """Say how far a roof creeps in the weather of a file, in millimetres a year, and how surely.
+
+    The file is read as `exactcreep record` guesses. The rate is that of the sliding limit, where
+    the static friction has no effect.
+
+    Parameters
+    ----------
+    length : X
+        Of the sheet along the slope, in m.
+    slope_degrees : X
+        Pitch of the roof.
+    material : NAME
+        lead, copper, zinc or steel.
+    friction : LOW,HIGH
+        Least and largest dynamical friction coefficient; default from 2 % more than holds the sheet
+        to 1, or to the double.
+
+    Examples
+    --------
+    exactcreep roof station.csv --length 8 --slope-degrees 30 --material lead --plot roof.png
+    """
+    from exactcreep.commands.answer import say_rows
+    from exactcreep.model.numbers import exact_number
+    from exactcreep.model.record_format import guessed
+
+    output.check()
+    angle = float(exact_number(slope_degrees, "slope_degrees"))
+    if not 0 < angle < 60:
+        raise exactcreep.InputError("slope_degrees", slope_degrees, "must lie between 0 and 60")
+    slope = math.tan(math.radians(angle))
+    ends = friction.split(",") if friction else [f"{1.02 * slope:.4f}", str(max(1, 2 * slope))]
+    if len(ends) not in (1, 2):
+        raise exactcreep.InputError("friction", friction, "must be a number, or LOW,HIGH")
+    mu = ends if len(ends) == 2 else ends[0]
+    sheet = exactcreep.physical(
+        length=length, section="0.003", mu_d=mu, mu_s=mu, tan_alpha=f"{slope:.6f}",
+        material=material,
+    )  # fmt: skip
+    options = guessed(file).options
+    mean = exactcreep.TemperatureRecord.readings(file, **options).temperatures.mean()
+    weather = exactcreep.TemperatureRecord(
+        file, kappa=sheet.kappa, T0=round(float(mean), 1), **options
+    )
+    with shown(quiet=output.json):
+        descent = sheet.creep(weather)
+        summary, lines = descent.summary(), descent.lines()
+    title = f"{file.name}: {material}, {length} m, {slope_degrees} degrees"
+
+    def draw() -> Any:
+        from exactcreep.figures.run import draw_descent
+
+        return draw_descent(descent, title)
+
+    output.deliver(Answer({"file": str(file), **summary}, lambda: say_rows(lines), draw=draw))
 
 
 def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], list[str]]:

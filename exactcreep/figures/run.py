@@ -357,15 +357,22 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     bottom.margins(x=0.01)
     for place, n in enumerate(descent.contacts):
         less, same, more = (descent.rates[n, factor] * years for factor in descent.solid.friction)
-        if np.isfinite([less, same, more]).all():
-            side.plot([place] * 2, [more, less], color=INKS[place], linewidth=3, alpha=0.5)
+        ends = [rate for rate in (less, same, more) if np.isfinite(rate)]
+        side.plot([place] * len(ends), ends, color=INKS[place], linewidth=3, alpha=0.5)
+        if not np.isfinite(less):  # what less friction does not hold runs away
+            edge = side.get_xaxis_transform()
+            side.plot(place, 0.96, marker="^", color=INKS[place], transform=edge)
+            side.text(place, 0.9, "no\nbound", fontsize=7, ha="center", va="top", transform=edge)
+        low, high = bottom.get_ylim()
+        room = 0.3 * (high - low) if len(ends) < 3 else 0.0
+        bottom.set_ylim(low, max(1.05 * max(ends, default=0.0) + room, high))
         side.plot(place, same, marker="o", color=INKS[place])
     side.set_xticks((0, 1), [f"N=\n{n}" for n in descent.contacts], fontsize=8)
     side.set_xlim(-0.6, 1.6)
     when = "mean" if several else "at the end"
     usual = descent.solid.friction == FRICTION
-    about = "\N{PLUS-MINUS SIGN}10 %" if usual else "from end to end"
-    side.set_title(f"{when},\nfriction {about}", fontsize=8)
+    about = "\N{PLUS-MINUS SIGN}10 %" if usual else "low to high"
+    side.set_title(f"{when},\nfriction\n{about}", fontsize=8)
     side.tick_params(labelleft=False)
     if dates is not None:
         locator: Any = AutoDateLocator()  # type: ignore[no-untyped-call]

@@ -38,6 +38,7 @@ EVERY = {
     "export": (("run.nc",), "to.csv"),
     "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
     "record": (("days.csv",), "plot"),
+    "roof": (("days.csv", "--length", "3", "--slope-degrees", "15"), "plot"),
     "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
     "intercept": (("--n", "6", "--cycles", "100", "--sigma-mu", "0.01"), "out plot"),

@@ -44,7 +44,7 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
          {"time_column": "day", "temperature_column": "a"}, "temperature_column"),
         (columns("2024-03-31,1.5", lambda k, day: f"{day},{k}.5"),
          {"time_column": "1", "temperature_column": "2"}, ""),
-        (columns("31.03.2024 12:00;1,5;19,5", lambda k, day: f"{day:%d.%m.%Y} 12:00;{k},5;{k+20},5"),
+        (columns("31.03.2024 12:00;1,5;50,5", lambda k, d: f"{d:%d.%m.%Y} 12:00;{k},5;5{k % 9},5"),
          {"delimiter": ";", "decimal": ",", "date_format": "%d.%m.%Y %H:%M", "time_column": "1",
           "minimum_column": "2", "maximum_column": "3"}, "minimum_column"),
         (columns("STATION;DATE;TT_TU;RF", lambda k, day: f" 44;{day:%Y%m%d}; {k}.5; {k % 5}.0"),
