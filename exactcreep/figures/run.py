@@ -367,7 +367,8 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         room = 0.3 * (high - low) if len(ends) < 3 else 0.0
         bottom.set_ylim(low, max(1.05 * max(ends, default=0.0) + room, high))
         side.plot(place, same, marker="o", color=INKS[place])
-    side.set_xticks((0, 1), [f"N=\n{n}" for n in descent.contacts], fontsize=8)
+    side.set_xticks((0, 1), [str(n) for n in descent.contacts], fontsize=8)
+    side.set_xlabel("N", fontsize=8)
     side.set_xlim(-0.6, 1.6)
     when = "mean" if several else "at the end"
     usual = descent.solid.friction == FRICTION
