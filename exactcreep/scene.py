@@ -291,22 +291,23 @@ class Scene(Shown):
         places = itertools.product(*self.vary.values())
         return [dict(zip(self.vary, values, strict=True)) for values in places]
 
-    def members(self) -> list[Member]:
-        """Return the members; raise `InputError` with the key of a value out of its range.
+    def members(self) -> Iterator[Member]:
+        """Return an iterator of the members, each made when it is asked for.
 
         Returns
         -------
-        list of Member
-            Each with its `settings` and its `experiment`.
+        iterator of Member
+            Each with its `settings` and its `experiment`; it raises `InputError` with the key of a
+            value out of its range.
 
         Examples
         --------
         >>> from exactcreep import load_scene
-        >>> scene = load_scene("two-sliders-cycles")
-        >>> len(scene.members())
-        1
+        >>> scene = load_scene("two-sliders-cycles").with_settings({"vary.chain.n": [2, 3]})
+        >>> [member.experiment.chain.n for member in scene.members()]
+        [2, 3]
         """
-        return [self._member(settings) for settings in self.settings()]
+        return map(self._member, self.settings())
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         """Return the experiment of the scene with these dotted keys set.

@@ -17,7 +17,7 @@ from exactcreep.model.contacts import EventKind
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.state import State
-from exactcreep.quasistatic.creep import creep, run_members
+from exactcreep.quasistatic.creep import creep, run_alone
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.interface import Rearrangement
@@ -119,7 +119,7 @@ def test_whole_rearrangements_obey_the_model(
 def test_a_scene_obeys_the_model(name: str) -> None:
     scene = load_scene(name)
     experiment = replace(scene.experiment(scene.settings()[-1]), record=("x", "tension", "events"))
-    (result,) = run_members([experiment], limits=Limits(events=400))
+    result = run_alone(experiment, limits=Limits(events=400))
     judged = judge(result)
     assert not judged.faults
     assert judged.events == result.event_count > 100

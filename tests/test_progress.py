@@ -12,10 +12,11 @@ import pytest
 
 from exactcreep import Method, compiling
 from exactcreep.model.drive import Cycles
-from exactcreep.quasistatic.creep import creep, run_members
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
+from exactcreep.studies.members import run_members
 from exactcreep.studies.sweep import sweep
 from exactcreep.studies.thresholds.threshold import threshold
 from exactcreep.watch import display, preparation
@@ -34,7 +35,7 @@ SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
     ("compute", "counted"),
     [
         (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
-        (lambda hear: run_members([GIVEN] * 3, progress=hear), "half-cycles"),
+        (lambda hear: run_members([GIVEN] * 3, 3, progress=hear), "members"),
         (lambda hear: sweep(SMALL, progress=hear), "cells"),
         (lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
         (lambda hear: compare(GIVEN, METHODS, seeds=1, events=20, progress=hear), "runs"),
@@ -49,14 +50,12 @@ def test_every_long_computation_hands_on_the_same_kind_of_progress(
     for progress in heard:
         assert 0 <= progress.done <= (progress.total or math.inf)
         assert progress.seconds >= 0
-        assert 1 <= progress.member <= progress.members
 
 
 @pytest.mark.parametrize(
     ("done", "total", "about", "left"),
     [
         (10, 40, {}, 9),
-        (10, 40, {"member": 2, "members": 4}, 33),
         (5, 10, {"work": 0.1}, 27),  # the count does not tell: a tenth of the work is in half
         (0, 40, {}, math.nan),
         (1, 10**6, {}, math.nan),
@@ -168,7 +167,7 @@ def test_away_from_a_terminal_a_short_or_quiet_computation_says_nothing_but_that
 @pytest.mark.parametrize(
     ("progress", "name", "told"),
     [
-        (Progress("running", 5, 80, 35, 2.0, 2, 4), "", ("member 2/4", "5 of 80 half-cycles")),
+        (Progress("running", 5, 80, 35, 2.0), "", ("running", "5 of 80 half-cycles")),
         (Progress("running", 3, 10, counted="cells", found=2), "map", ("map", "(2 found saved)")),
         (Progress("measuring", 0.25, 1, counted="", text="exact"), "", ("measuring exact", "25 %")),
     ],

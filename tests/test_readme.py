@@ -52,7 +52,7 @@ def test_a_python_block_runs(
 
 @pytest.mark.parametrize("text", blocks("toml"))
 def test_a_toml_block_is_a_scene(text: str) -> None:
-    assert Scene.from_text(text).members()
+    assert list(Scene.from_text(text).members())
 
 
 COMMANDS = [

@@ -40,7 +40,7 @@ def test_every_built_in_scene_has_a_title_and_members() -> None:
 
 
 def test_the_paper_s_jumps_are_driven_one_percent_below_and_above_the_threshold() -> None:
-    members = load_scene("chain-jumps").members()
+    members = list(load_scene("chain-jumps").members())
     assert len(members) == 16
     amplitudes = [member.experiment.drive.parameters()["amplitude"] for member in members]
     assert amplitudes[:8] == [Fraction("0.00360165403178954466")] * 8
@@ -67,14 +67,14 @@ def test_settings_reach_the_experiment_and_another_kind_of_drive_replaces_the_ta
 
 def test_a_set_key_is_no_longer_varied_and_a_varied_one_no_longer_set() -> None:
     scene = load_scene("chain-jumps").with_settings({"run.start": "relaxed"})
-    assert len(scene.members()) == 2
+    assert len(list(scene.members())) == 2
     scene = scene.with_settings({"vary.chain.n": [3, 4, 5], "drive.amplitude": Literal("0.001")})
     assert [member.settings for member in scene.members()] == [{"chain.n": n} for n in (3, 4, 5)]
 
 
 def test_members_are_all_combinations_and_the_first_key_varies_slowest() -> None:
     text = TEXT + '[vary]\nchain.n = [2, 3]\n"drive.amplitude" = [0.001, 0.002]\n'
-    members = Scene.from_text(text).members()
+    members = list(Scene.from_text(text).members())
     assert [tuple(m.settings.values()) for m in members] == [
         (2, "0.001"), (2, "0.002"), (3, "0.001"), (3, "0.002"),
     ]  # fmt: skip
@@ -104,7 +104,7 @@ def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Pa
     ):
         scene.write_text(TEXT.partition("[drive]")[0] + drive.replace(*change))
         with pytest.raises(InputError) as caught:
-            load_scene(scene).members()
+            list(load_scene(scene).members())
         assert caught.value.field == f"drive.{field}"
 
 
@@ -139,7 +139,7 @@ def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Pa
 def test_a_bad_scene_is_refused_by_name(change: tuple[str, str], told: str) -> None:
     assert change[0] in TEXT
     with pytest.raises(InputError) as caught:
-        Scene.from_text(TEXT.replace(*change, 1)).members()
+        list(Scene.from_text(TEXT.replace(*change, 1)).members())
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
 

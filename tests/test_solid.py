@@ -279,7 +279,7 @@ def test_a_scene_in_si_units_is_refused_by_key(change: Any, told: str) -> None:
     else:
         scene, change = Scene.from_text, IN_KELVIN.replace(*change)
     with pytest.raises(InputError, match=re.escape(told)):
-        scene(change).members()
+        list(scene(change).members())
 
 
 def test_a_scene_in_si_units_varies_its_contacts() -> None:

@@ -234,7 +234,7 @@ def animate(
     from exactcreep.watch.limits import Limits
 
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
-    experiment = chosen(wanted.members(), member).experiment
+    experiment = wanted.experiment(chosen(wanted.settings(), member))
     ending = out.suffix.lower() if out is not None else ".gif"
     if ending not in (".gif", ".html"):
         raise exactcreep.InputError("out", str(out), "must end in .gif or .html")

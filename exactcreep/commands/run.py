@@ -6,9 +6,10 @@ import json
 import math
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from exactcreep import Creep, Descent
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
+    from exactcreep.watch.limits import Limits
 
 
 @Parameter(name="*")
@@ -72,44 +74,53 @@ class Session(Output):
     max_events: Whole | None = None
     max_seconds: Seconds | None = None
 
+    def limits(self) -> Limits:
+        """Return the limits of the command, whose time begins now, at its first line."""
+        from exactcreep.studies import members  # noqa: F401 - loading it takes no part of the time
+        from exactcreep.watch.limits import Limits
+
+        return Limits.of(self.max_events, self.max_seconds)
+
     def run(
-        self, members: Sequence[Member], note: Mapping[str, Any], kept: Checkpoint | None
+        self,
+        limits: Limits,
+        settings: Sequence[Mapping[str, Any]],
+        members: Iterator[Member],
+        note: Mapping[str, Any],
+        kept: Checkpoint | None,
     ) -> None:
         """Run members, then save, draw and print them; leave with the exit status they make.
 
         The `note` of the checkpoint: the scene's name and title, and the settings of members.
         """
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
-        from exactcreep.quasistatic.creep import run_members
         from exactcreep.quasistatic.creep_result import save_members
-        from exactcreep.watch.limits import Limits
+        from exactcreep.studies.members import run_members
 
-        limits = Limits.of(self.max_events, self.max_seconds)
         self.check(checkpoint=None if kept is None else Path(kept.path))
-        if self.plot and not any("x_G" in member.experiment.record for member in members):
+        ahead = [*islice(members, _AHEAD)]
+        if self.plot and not any("x_G" in member.experiment.record for member in ahead):
             allowed = "needs x_G among what is recorded"
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
         with shown(quiet=self.json) as display, warnings.catch_warnings():
-            # the summary and the JSON say what these say, the last line of checkpoints
-            for kind in (exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning):
-                warnings.simplefilter("ignore", kind)
+            warnings.simplefilter("ignore", CheckpointWarning)  # the last line says it
             try:
-                experiments = [member.experiment for member in members]
                 results = run_members(
-                    experiments, progress=display.show, limits=limits, checkpoint=kept
-                )
+                    (member.experiment for member in chain(ahead, members)), len(settings),
+                    progress=display.show, limits=limits, checkpoint=kept,
+                )  # fmt: skip
             except exactcreep.Interrupted as interrupted:
                 results, status, remark = interrupted.results, INTERRUPTED, "interrupted"
                 remark += f"; exactcreep resume {kept.path} goes on" if kept else ""
         limited = any(each.outcome is exactcreep.Outcome.LIMIT for each in results)
-        if not status and (limited or len(results) < len(members)):
+        if not status and (limited or len(results) < len(settings)):
             status = LIMIT
         if kept is not None and kept.stale:
             status, remark = max(status, STALE), f"{kept.stale}; it does not hold the last part"
         scene, title = str(note.get("scene", "")), str(note.get("title", ""))
-        settings = [member.settings for member in members]
-        descent = None if status == INTERRUPTED else _descent(results, members)
+        whole = len(settings) == 1 and status != INTERRUPTED
+        descent = _descent(results[0], ahead[0]) if whole else None
         summary = of_members(scene, settings, [result.summary() for result in results])
         if descent is not None:
             summary |= {"descent": descent.summary()}
@@ -130,14 +141,16 @@ class Session(Output):
 
 
 DEFAULT = Session()
+_AHEAD = 256
+"""Members that are made, and so checked, before the first begins; others when they are due."""
 
 
-def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | None:
+def _descent(result: Creep, member: Member) -> Descent | None:
     """Return what a single run comes to in millimetres, if its time is known."""
-    solid, seconds = members[0].solid, members[0].time_unit
-    if len(members) != 1 or solid is None or seconds is None or not results[0].half_cycles:
+    solid, seconds = member.solid, member.time_unit
+    if solid is None or seconds is None or not result.half_cycles:
         return None
-    return exactcreep.Descent.of(solid, results[0], seconds)
+    return exactcreep.Descent.of(solid, result, seconds)
 
 
 def run(
@@ -192,6 +205,7 @@ def run(
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
+    limits = session.limits()
     names = None
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
@@ -199,14 +213,13 @@ def run(
         scene, settings, solver=solver, dt=dt, locate=locate, digits=digits, seed=seed,
         accuracy=accuracy, record=[] if names == ["none"] else names,
     )  # fmt: skip
-    members = [replace(each, experiment=replace(each.experiment, twin=twin))
-               for each in wanted.members()]  # fmt: skip
-    varied = as_json([member.settings for member in members])
-    note = {"scene": wanted.name, "title": wanted.title, "settings": varied}
-    kept = None
+    varied, note, kept = wanted.settings(), {"scene": wanted.name, "title": wanted.title}, None
+    members = (replace(each, experiment=replace(each.experiment, twin=twin))
+               for each in wanted.members())  # fmt: skip
     if checkpoint is not None:
+        note["settings"] = as_json(varied)
         kept = Checkpoint(checkpoint, session.every, force=session.force, note=note)
-    session.run(members, note, kept)
+    session.run(limits, varied, members, note, kept)
 
 
 def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
@@ -226,6 +239,7 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Literal, Member
 
+    limits = session.limits()
     kept = Checkpoint.read(checkpoint, session.every)
     settings: list[dict[str, Any]] = [{} for _ in kept.experiments]
     with kept.refused():
@@ -233,7 +247,7 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
             settings = json.loads(kept.note["settings"], parse_float=Literal)
         pairs = zip(settings, kept.experiments, strict=True)
         members = [Member(dict(setting), experiment) for setting, experiment in pairs]
-    session.run(members, {"scene": checkpoint.stem} | kept.note, kept)
+    session.run(limits, settings, iter(members), {"scene": checkpoint.stem} | kept.note, kept)
 
 
 # --- what is printed of a run ---------------------------------------------------------------------

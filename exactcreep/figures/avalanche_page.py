@@ -9,11 +9,9 @@ from __future__ import annotations
 import base64
 import json
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib import resources
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -22,7 +20,7 @@ from numpy.typing import ArrayLike
 from exactcreep.figures.animation import RunAvalanche, moments_of
 from exactcreep.figures.run import tension_bounds
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
+from exactcreep.quasistatic.creep import PHYSICS, run_alone
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.watch.limits import Limits
@@ -30,20 +28,12 @@ from exactcreep.watch.limits import Limits
 MOST_EVENTS = 40_000
 """Of a run that is drawn: more slips than these make are no picture."""
 _MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
-_ALONE = Lock()  # a thread that silences warnings silences those of all threads
 
 
 def run_to_draw(experiment: Experiment) -> Creep:
     """Return a run that recorded what the page draws, cut after `MOST_EVENTS` events."""
     recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
-    return run_quietly(recording, MOST_EVENTS)
-
-
-def run_quietly(experiment: Experiment, max_events: int) -> Creep:
-    """Return a run of at most so many events, whose warnings are for its caller to say."""
-    with _ALONE, warnings.catch_warnings(action="ignore", category=PhysicsWarning):
-        (run,) = run_members([experiment], limits=Limits.of(max_events))
-    return run
+    return run_alone(recording, limits=Limits.of(MOST_EVENTS))
 
 
 def description_of(experiment: Experiment) -> str:

@@ -17,13 +17,14 @@ import matplotlib as mpl
 import numpy as np
 
 from exactcreep.figures.animation import RunAvalanche, find_avalanche
-from exactcreep.figures.avalanche_page import page, run_quietly, run_to_draw
+from exactcreep.figures.avalanche_page import page, run_to_draw
 from exactcreep.figures.style import STYLE, new_figure, styled
 from exactcreep.figures.sweep import Point, draw_families
 from exactcreep.laws import prediction, threshold_amplitude, threshold_width
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.fate import fate
@@ -267,7 +268,9 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
     ]
     yield list(points)
     for place in sorted(range(len(sizes)), key=lambda place: (place % 3 != 1, place)):
-        run = run_quietly(replace(experiment, drive=drives[place], record=()), _POINT_EVENTS)
+        run = run_alone(
+            replace(experiment, drive=drives[place], record=()), limits=Limits.of(_POINT_EVENTS)
+        )
         points[place] = replace(points[place], measured=run.velocity, error=run.velocity_error)
         yield list(points)
 

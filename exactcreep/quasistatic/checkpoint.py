@@ -15,6 +15,7 @@ import json
 import math
 import os
 import re
+import threading
 import time
 import warnings
 from collections import defaultdict
@@ -80,6 +81,7 @@ class Checkpoint:
         self._seen: tuple[int, ...] = ()  # the file that was read
         self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # rows of it, by members
         self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # what is to be written
+        self._lock = threading.Lock()
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
@@ -149,10 +151,11 @@ class Checkpoint:
 
     def take(self, index: int, run: ObservedRun) -> None:
         """Remember how far a run has come, if it is at rest; write that if it is time to."""
-        if run.simulation.at_rest and not run.recorder.begun:
-            self._ready[index] = run.kept(), run.recorder
-        if time.monotonic() - self._last >= self._wait:
-            self.write()
+        with self._lock:  # runs go on side by side
+            if run.simulation.at_rest and not run.recorder.begun:
+                self._ready[index] = run.kept(), run.recorder
+            if time.monotonic() - self._last >= self._wait:
+                self.write()
 
     def write(self) -> None:
         """Add what was remembered; if that fails, warn, and try again after twice as long."""

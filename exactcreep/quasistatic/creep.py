@@ -223,7 +223,7 @@ def creep(
     )  # fmt: skip
     limits = Limits.of(max_events, max_seconds)
     kept = None if checkpoint is None else Checkpoint(checkpoint, every, force=force)
-    return run_members([experiment], progress=progress, limits=limits, checkpoint=kept)[0]
+    return _warned(run_alone(experiment, progress=progress, limits=limits, checkpoint=kept))
 
 
 @shows_progress
@@ -269,57 +269,59 @@ def resume(
         allowed = f"holds {len(saved.experiments)} runs; the command exactcreep resume goes on"
         raise InputError("checkpoint", saved.path, allowed)
     limits = Limits.of(max_events, max_seconds)
-    return run_members(saved.experiments, progress=progress, limits=limits, checkpoint=saved)[0]
+    (experiment,) = saved.experiments
+    return _warned(run_alone(experiment, progress=progress, limits=limits, checkpoint=saved))
 
 
-def run_members(
-    experiments: Sequence[Experiment],
+def run_alone(
+    experiment: Experiment,
     *,
     progress: Hearer = None,
     limits: Limits = NO_LIMITS,
     checkpoint: Checkpoint | None = None,
-) -> list[Creep]:
-    """Run experiments one after the other and return their results.
+) -> Creep:
+    """Run one experiment in this thread and return its result; Ctrl-C raises `Interrupted`.
 
-    The seconds of `limits` are for all together; members not yet begun when they are over have no
-    result. The other limits are for each. A `checkpoint`
-    that was read from a file goes on from there. Ctrl-C raises `Interrupted`.
+    A `checkpoint` that was read from a file goes on from there.
     """
-    results: list[Creep] = []
-
-    def watch(index: int, run: ObservedRun, phase: str = "running") -> None:
-        if callable(progress):
-            progress(_progress(run, index + 1, len(experiments), phase))
-        if checkpoint is not None and phase == "running":
-            checkpoint.take(index, run)
-
-    kept = nullcontext() if checkpoint is None else checkpoint.begun(experiments)
+    kept = nullcontext() if checkpoint is None else checkpoint.begun([experiment])
     with kept, interrupts.deferred() as interrupted:
-        limits = replace(limits.begun(), interrupted=interrupted)
-        for index, experiment in enumerate(experiments):
-            resumed = checkpoint is not None and index in checkpoint.runs
-            if index and not resumed and limits.passed():
-                break
-            run = ObservedRun(experiment)
-            if checkpoint is not None:
-                checkpoint.restore(index, run)
-            if not run.ended:
-                say = partial(watch, index, run, "compiling")
-                compiled(experiment.algorithm, experiment.chain, experiment.record, say)
-                pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
-                run.advance(limits, partial(watch, index, run), pause)
-            results.append(run.result())
-            _warn(results[-1])
-            if interrupted():
-                break
+        own = replace(limits, interrupted=interrupted)
+        result = run_experiment(experiment, own, progress, checkpoint)
         if checkpoint is not None:
             checkpoint.write()
         if interrupted():
-            raise Interrupted(results)
-    return results
+            raise Interrupted([result])
+    return result
 
 
-def _progress(run: ObservedRun, member: int, members: int, phase: str) -> Progress:
+def run_experiment(
+    experiment: Experiment,
+    limits: Limits,
+    progress: Hearer = None,
+    checkpoint: Checkpoint | None = None,
+    index: int = 0,
+) -> Creep:
+    """Run one experiment, in whichever thread; it is that of this `index` in the checkpoint."""
+
+    def watch(phase: str = "running") -> None:
+        if callable(progress):
+            progress(_progress(run, phase))
+        if checkpoint is not None and phase == "running":
+            checkpoint.take(index, run)
+
+    run = ObservedRun(experiment)
+    if checkpoint is not None:
+        checkpoint.restore(index, run)
+    if not run.ended:
+        say = partial(watch, "compiling")
+        compiled(experiment.algorithm, experiment.chain, experiment.record, say)
+        pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
+        run.advance(limits, watch, pause)
+    return run.result()
+
+
+def _progress(run: ObservedRun, phase: str) -> Progress:
     drive, seed, done = run.experiment.drive, run.experiment.seed, run.done
     theta = float(drive.targets(done, 1, seed)[0]) if done else run.experiment.theta
     part = 0.0
@@ -328,15 +330,16 @@ def _progress(run: ObservedRun, member: int, members: int, phase: str) -> Progre
         way = float(drive.targets(done + 1, 1, seed)[0]) - before
         part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
     work, events = (done + part) / run.total, run.simulation.tally.events
-    return Progress(phase, done, run.total, events, run.seconds, member, members,
-                    work=work, theta=theta)  # fmt: skip
+    return Progress(phase, done, run.total, events, run.seconds, work=work, theta=theta)
 
 
-def _warn(result: Creep) -> None:
+def _warned(result: Creep) -> Creep:
+    """Return a result, and warn where it has left the model's range or is not accurate enough."""
     for name, count in result.warnings.items():
-        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=5)
+        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
     if result.report.get("accuracy_reached") is False:
-        warnings.warn(accuracy_reached(result.report), AccuracyWarning, stacklevel=5)
+        warnings.warn(accuracy_reached(result.report), AccuracyWarning, stacklevel=4)
+    return result
 
 
 def accuracy_reached(report: Mapping[str, Any]) -> str:

@@ -186,11 +186,11 @@ def plan_scene(
     asks for the velocity alone.
     """
     plans: list[tuple[Mapping[str, Any], Plan]] = []
-    members, run = scene.members(), scene.tables["run"]
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    for member in members:
+    total, run = len(scene.settings()), scene.tables["run"]
+    for member in scene.members():
         settings, own = member.settings, member.experiment
-        say("planning", len(plans), len(members), "members")
+        say("planning", len(plans), total, "members")
         if "record" not in run and "run.record" not in settings:
             own = replace(own, record=())
         named = settings.get("run.solver", run.get("solver"))

@@ -30,7 +30,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.user_files import content_of, refused
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.checkpoint import MOST_BYTES
-from exactcreep.quasistatic.creep import PhysicsWarning, run_members
+from exactcreep.quasistatic.creep import PhysicsWarning, run_alone
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf, opened_groups
 from exactcreep.quasistatic.recorder import Recorder
@@ -128,10 +128,7 @@ def sweep(
     with cell_folder(out, scene, resume=resume) as folder:
         cells.keep_in(folder)
         try:
-            with (
-                pool_of(executor, workers) as pool,
-                warnings.catch_warnings(action="ignore", category=PhysicsWarning),  # are counted
-            ):
+            with pool_of(executor, workers) as pool:
                 cells.compute(pool, progress)
         except (KeyboardInterrupt, CellsFailed):
             cells.finished()
@@ -249,7 +246,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
 
     if signals is not None and signals.stop:
         raise KeyboardInterrupt
-    (result,) = run_members([experiment], progress=glance)
+    result = run_alone(experiment, progress=glance)
     recorded = {name: result.recorded[name] for name in experiment.record}
     if experiment.record and not experiment.drive.cyclic:
         recorded["theta"] = experiment.drive.targets(1, result.half_cycles, experiment.seed)

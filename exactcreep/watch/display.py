@@ -88,9 +88,8 @@ class Display(AbstractContextManager["Display"]):
         if self.bar is None:
             self._write(f"{what}: {far}")
             return
-        # members are taken as equally long, so that the bar is that of all of them
-        about = {"total": progress.members, "completed": progress.member - 1 + progress.share}
-        self.bar.update(self.task, description=what, far=far, **(about if progress.total else {}))
+        about = {"total": 1, "completed": progress.share} if progress.total else {}
+        self.bar.update(self.task, description=what, far=far, **about)
 
     def _start(self) -> None:
         console = import_module("rich.console").Console(stderr=True)  # only where it is shown
@@ -113,8 +112,6 @@ class Display(AbstractContextManager["Display"]):
             print(line, file=sys.stderr, flush=True)
 
     def _what(self, progress: Progress) -> str:
-        if progress.members > 1:
-            return f"member {progress.member}/{progress.members}"
         return f"{self.name or progress.phase} {progress.text}".strip()
 
 

@@ -25,8 +25,6 @@ class Progress:
     events, seconds : int, float
         Start and stop events so far; wall time of the phase without compiling, of a
         resumed run over all sessions.
-    member, members : int
-        Which of several experiments it is, from 1.
     counted, text : str
         ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and what is at hand.
     found : int
@@ -48,8 +46,6 @@ class Progress:
     total: float
     events: int = 0
     seconds: float = 0.0
-    member: int = 1
-    members: int = 1
     counted: str = "half-cycles"
     text: str = ""
     found: int = 0
@@ -100,8 +96,6 @@ class Progress:
     def seconds_left(self) -> float:
         """An estimate of the wall time to the end; nan before a thousandth of the work is done.
 
-        Further members are taken to be equally long.
-
         Notes
         -----
         Guarantee: none; what is to come may take longer than what is done.
@@ -113,8 +107,8 @@ class Progress:
         >>> half.seconds_left
         4.0
         """
-        left = self.members - self.member + 1 - self.share
-        return self.seconds * left / self.share if self.share > _TOO_FEW else math.nan
+        share = self.share
+        return self.seconds * (1 - share) / share if share > _TOO_FEW else math.nan
 
 
 Hearer = bool | Callable[[Progress], None] | None

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from exactcreep import Creep, InputError, resume
 from exactcreep.commands.answer import grouped
 from exactcreep.quasistatic import checkpoint, writing
-from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep_result import load_members
+from exactcreep.studies import members as studies
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 
@@ -165,7 +165,7 @@ def test_of_results_under_one_name_none_is_lost(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Other programs take the name during the run, and the next free one just then."""
-    members, free, taken = loop.run_members, writing.free_name, []
+    members, free, taken = studies.run_members, writing.free_name, []
 
     def meanwhile(*arguments: object, **options: object) -> object:
         Path("a.nc").write_bytes(b"of a second program")
@@ -178,7 +178,7 @@ def test_of_results_under_one_name_none_is_lost(
         taken.append(name)
         return name
 
-    monkeypatch.setattr(loop, "run_members", meanwhile)
+    monkeypatch.setattr(studies, "run_members", meanwhile)
     monkeypatch.setattr(writing, "free_name", just_taken)
     done = command(*TWO, "--json", "--out", "a.nc")
     assert done.code == 2

@@ -18,7 +18,7 @@ from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as Targets
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
-from exactcreep.quasistatic.creep import resume, run_members
+from exactcreep.quasistatic.creep import resume, run_alone
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.watch.limits import NO_LIMITS
@@ -195,7 +195,7 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     monkeypatch.setattr(os, "fsync", lambda one: at_once(one) if next(fails, False) else sync(one))
     kept = Checkpoint(file, 0, force=True)
     with pytest.warns(CheckpointWarning, match="No space left"):
-        assert run_members([Experiment(SIX, Cycles("0.005", 20))], checkpoint=kept) == [whole]
+        assert run_alone(Experiment(SIX, Cycles("0.005", 20)), checkpoint=kept) == whole
     assert kept.stale == ""
     assert resume(file) == whole
 
@@ -268,7 +268,7 @@ def test_a_file_that_was_written_since_it_was_read_is_not_written(tmp_path: Path
     early = Checkpoint.read(file)
     whole, content = resume(file), file.read_bytes()
     with pytest.raises(InputError, match="by another process since it was read"):
-        run_members(early.experiments, checkpoint=early)
+        run_alone(early.experiments[0], checkpoint=early)
     assert file.read_bytes() == content
     assert resume(file) == whole
 

@@ -25,6 +25,7 @@ from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.studies.members import run_members
 from exactcreep.watch import preparation
 from exactcreep.watch.limits import Limits
 from tests.conftest import Command
@@ -190,7 +191,7 @@ def test_no_limit_and_no_time_counts_what_is_compiled(monkeypatch: pytest.Monkey
     monkeypatch.setattr(preparation.time, "perf_counter", lambda: moment[0])
     monkeypatch.setattr(preparation, "_spent", [0.0])
     members = [Experiment(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
-    results = loop.run_members(members, limits=Limits.of(max_seconds=1))
+    results = run_members(members, 2, limits=Limits.of(max_seconds=1))
     assert [(result.half_cycles, result.seconds) for result in results] == [(20, 0.0)] * 2
 
 

@@ -21,7 +21,7 @@ from exactcreep.figures.paper import Picture
 from exactcreep.figures.run import draw_run
 from exactcreep.quasistatic import writing
 from exactcreep.quasistatic.checkpoint import Checkpoint
-from exactcreep.quasistatic.creep import run_members
+from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.writing import (
@@ -121,7 +121,7 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
 ) -> None:
     path = tmp_path / {"picture": "it.png", "sweep": "sweep.nc"}.get(writer, "it.nc")
     experiment, out = Experiment(paper_chain(2), Cycles("0.01", 3)), str(path)
-    (result,) = run_members([experiment])
+    result = run_alone(experiment)
     scene = ["two-sliders-cycles", "--set", "drive.cycles=3"]
     blank = Picture("it", "", (0.1, 0.1), [], {}, lambda figure, data, tables: None)
     writers: dict[str, Callable[[], Any]] = {
@@ -129,7 +129,7 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
         "run": lambda: status(["run", *scene, "--out", out, "--force"]),
         "picture": lambda: style.save_picture(draw_run([result]), path),
         "sweep": lambda: status(["sweep", *scene, "--resume", "--workers", "1", "--out", out[:-9]]),
-        "checkpoint": lambda: run_members([experiment], checkpoint=Checkpoint(path, 0, force=True)),
+        "checkpoint": lambda: run_alone(experiment, checkpoint=Checkpoint(path, 0, force=True)),
         "paper": lambda: blank.write({"it": result.dataset}, tmp_path),
     }
     write_file(path, OLD, "out")
