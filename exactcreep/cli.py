@@ -8,10 +8,9 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from difflib import get_close_matches
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from exactcreep import __version__
 from exactcreep.commands import files, studies
@@ -87,8 +86,9 @@ def status(words: Sequence[str]) -> int:
     debug = "--debug" in arguments[:end]  # taken anywhere, so that it can be appended to a line
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        name, near = arguments[0], get_close_matches(arguments[0], COMMANDS, 1)
-        complain(f"No such command {name!r}" + (f" (did you mean {near[0]}?)" if near else ""))
+        from exactcreep.model.numbers import did_you_mean
+
+        complain(f"No such command {arguments[0]!r}{did_you_mean(arguments[0], COMMANDS)}")
         return 2
     code = 0 if arguments else 2
     try:
@@ -111,6 +111,8 @@ def status(words: Sequence[str]) -> int:
 
         if isinstance(error, UnusedCliTokensError):
             complain(f"{arguments[0]} takes no further {' '.join(error.unused_tokens or ())!r}")
+        elif isinstance(error, UnknownOptionError):
+            complain(_no_option(arguments, error))
         elif isinstance(error, (CycloptsError, InputError)):
             complain(str(error))
         elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
@@ -126,6 +128,24 @@ def status(words: Sequence[str]) -> int:
             return 1
         return 2
     return code
+
+
+def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
+    """Return the sentence about an option that a command has not: of its scene, or of another name.
+
+    What is a key of a scene is set by --set.
+    """
+    from exactcreep.model.numbers import did_you_mean
+    from exactcreep.scene import key_of
+
+    command, option = arguments[0], f"{error.token.keyword}"
+    options = [name for each in error.argument_collection if each.parse for name in each.names]
+    key = key_of(option.lstrip("-").replace("-", "_")) if "--set" in options else ""
+    if not key:
+        return f"{command} has no option {option}{did_you_mean(option, options)}"
+    words = [part for word in arguments for part in word.split("=")]
+    value = [*words[1 + words.index(option) :], "..."][0]
+    return f"{command} takes a scene; set its {key} with --set {key}={value}"
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:

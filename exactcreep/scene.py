@@ -6,7 +6,6 @@ known one.
 
 from __future__ import annotations
 
-import difflib
 import itertools
 import math
 import os
@@ -24,7 +23,7 @@ from typing import Any
 from exactcreep.model.chain import ANGLES, Chain, in_degrees
 from exactcreep.model.drive import Drive
 from exactcreep.model.inputs import keep
-from exactcreep.model.numbers import InputError, Shown, exact_number
+from exactcreep.model.numbers import InputError, Shown, did_you_mean, exact_number, meant
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
@@ -388,9 +387,8 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     name, builtin = file_name(scene, "scene"), builtin_scenes()
     path = _BUILTIN / f"{name}.toml" if name in builtin else FilePath(name)
     if not path.exists():
-        near = difflib.get_close_matches(name, builtin, 1, 0.3)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise InputError("scene", name, f"must be a file or one of {', '.join(builtin)}{hint}")
+        allowed = f"must be a file or one of {', '.join(builtin)}{did_you_mean(name, builtin)}"
+        raise InputError("scene", name, allowed)
     text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)
     keep(path)
     return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)
@@ -398,6 +396,11 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
 
 def builtin_scenes() -> dict[str, str]:
     return {file.stem: file.read_text("utf-8") for file in sorted(_BUILTIN.glob("*.toml"))}
+
+
+def key_of(name: str) -> str:
+    """Return the first dotted key that ends in this name, as ``chain.n`` in ``n``; "" if none."""
+    return next((key for key in _settable() if key.rpartition(".")[2] == name), "")
 
 
 def parsed_value(text: str) -> Any:
@@ -430,8 +433,8 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
     for key in table:
         if key in known:
             continue
-        near = difflib.get_close_matches(str(key), known, 1, 0.3)
-        hint = f"; did you mean {prefix}{near[0]}?" if near else ""
+        near = meant(key, known)
+        hint = f"; did you mean {prefix}{near}?" if near else ""
         if str(key).rpartition(".")[2] in ANGLES:
             hint = f"; {in_degrees(table[key])}"
         if not near and len(known) <= _MOST_LISTED:

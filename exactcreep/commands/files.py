@@ -68,35 +68,34 @@ ALL, DEFAULT = "all", Printed()
 _MOST_ROWS = 50  # points of a sweep that are printed
 
 
-def scenes(*, show: Name | None = None, output: Printed = DEFAULT) -> None:
+def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
     """List the built-in scenes, or print one as a start for your own.
 
     A scene is a TOML file: a chain, its drive, what is recorded, and what varies.
 
     Parameters
     ----------
-    show : NAME
+    scene : NAME
         Print the TOML text of this scene.
 
     Examples
     --------
-    exactcreep scenes --show chain-jumps > my-scene.toml
+    exactcreep scenes chain-jumps > my-scene.toml
     """
     from exactcreep.scene import builtin_scenes
 
     texts = builtin_scenes()
-    if show is not None:
-        if show not in texts:
-            raise exactcreep.InputError("show", show, one_of(show, texts))
-        about = {"name": show, "toml": texts[show]}
-        return output.deliver(Answer(about, lambda: put(texts[show], end="")))
+    if scene is not None:
+        if scene not in texts:
+            raise exactcreep.InputError("scene", scene, one_of(scene, texts))
+        about = {"name": scene, "toml": texts[scene]}
+        return output.deliver(Answer(about, lambda: put(texts[scene], end="")))
     loaded = [exactcreep.load_scene(name) for name in texts]
     listed = [
-        {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
-        for scene in loaded
+        {"name": each.name, "title": each.title, "members": len(each.settings())} for each in loaded
     ]
-    width = max(len(scene.name) for scene in loaded)
-    lines = "\n".join(f"{scene.name:<{width}}  {scene.title}" for scene in loaded)
+    width = max(len(each.name) for each in loaded)
+    lines = "\n".join(f"{each.name:<{width}}  {each.title}" for each in loaded)
     output.deliver(Answer({"scenes": listed}, lambda: put(lines)))
 
 

@@ -111,10 +111,9 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
 
 def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
     """Return what is allowed, and the name that was meant."""
-    import difflib
+    from exactcreep.model.numbers import did_you_mean
 
-    near = difflib.get_close_matches(name, known, 1, 0.5)
-    return "must be one of " + ", ".join(known) + (f" (did you mean {near[0]}?)" if near else "")
+    return f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
 
 
 # --- docstrings -----------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from exactcreep import solvers
 from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
-from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.numbers import InputError, did_you_mean, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
 from exactcreep.watch.limits import Limits
@@ -30,16 +29,14 @@ SOLVERS: dict[str, Callable[[], type[Solver]]] = {
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
-        near = difflib.get_close_matches(str(name).lower(), SOLVERS, 1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise InputError("solver", name, f"must be one of {', '.join(SOLVERS)}{hint}")
+        allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"
+        raise InputError("solver", name, allowed)
     algorithm: Any  # every solver is a dataclass, which its base class cannot say
     with preparing():
         algorithm = SOLVERS[name]()
     options_taken = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in options_taken):
-        near = difflib.get_close_matches(option, options_taken, 1)
-        hint = f" (did you mean {near[0]}?)" if near else ""
+        hint = did_you_mean(option, options_taken)
         takes = f"it takes {', '.join(options_taken) or 'no options'}"
         raise InputError("option", option, f"solver {name!r} does not take it{hint}; {takes}")
     return algorithm(**options)  # type: ignore[no-any-return]

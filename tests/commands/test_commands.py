@@ -30,7 +30,7 @@ QUICK = "run six-sliders-cycles --set drive.cycles=10"
 SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 VARIED = (*SHORT, "--set", "vary.drive.amplitude=[0.005,0.01]")
 EVERY = {
-    "scenes": (("--show", "six-sliders-cycles"), ""),
+    "scenes": (("six-sliders-cycles",), ""),
     "run": (("chain-jumps", "--set", "drive.cycles=2"), "out plot"),
     "resume": (("begun.ckpt",), "out plot"),
     "sweep": ((*VARIED, "--out", "cells", "--resume"), "plot"),
@@ -197,8 +197,8 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     listed = {scene["name"]: scene["members"] for scene in scenes}
     assert listed["chain-jumps"] == 16
     assert all(name in command("scenes").out for name in listed)
-    toml = command("scenes", "--show", "six-sliders-cycles").out
-    assert command("scenes", "--json", "--show", "six-sliders-cycles").json["toml"] == toml
+    toml = command("scenes", "six-sliders-cycles").out
+    assert command("scenes", "--json", "six-sliders-cycles").json["toml"] == toml
     Path("mine.toml").write_text(toml)
     short = ["--set", "drive.cycles=5", "--json"]
     mine = command("run", "mine.toml", *short).json

@@ -338,7 +338,7 @@ IMPOSSIBLE = """
     sweep chain-size --workers 0
     compare two-sliders-cycles --digits zero
     reproduce nothing
-    scenes --show ../../etc/passwd
+    scenes ../../etc/passwd
 """.strip().splitlines()
 
 
