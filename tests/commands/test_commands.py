@@ -238,7 +238,10 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         ("explore --port 70000", "port = "),
-        ("scenes chain-jumps twice", "scenes takes no further 'chain-jumps twice'"),
+        ("scenes chain-jumps twice", "scenes takes no further 'twice'"),
+        (f"{QUICK} --n 8", "run takes a scene; set its chain.n with --set chain.n=8"),
+        (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
+        ("xyzzy", "exactcreep: No such command 'xyzzy'"),
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(
@@ -462,7 +465,7 @@ def test_no_option_is_switched_off_or_emptied_but_one(command: Command) -> None:
         negative |= {*re.findall(r"--(?:no|empty)-[a-z-]+", command(name, "--help").out)}
     assert negative == {"--no-locate"}
     for option in ("--empty-set", "--no-json", "--sett"):
-        assert f"Unknown option: {option}" in command(*QUICK.split(), option).sentence
+        assert f"run has no option {option}" in command(*QUICK.split(), option).sentence
 
 
 @pytest.mark.parametrize("name", QUESTIONS)

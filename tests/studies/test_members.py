@@ -15,7 +15,12 @@ from tests.paper import captions
 
 MEMBERS = [
     Experiment(captions(n), Cycles("0.003", cycles), solver=solver)
-    for n, cycles, solver in ((6, 80, "exact"), (2, 5, "exact"), (3, 40, "sliding"), (4, 9, "exact"))
+    for n, cycles, solver in (
+        (6, 80, "exact"),
+        (2, 5, "exact"),
+        (3, 40, "sliding"),
+        (4, 9, "exact"),
+    )
 ]
 
 
