@@ -433,12 +433,11 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
     for key in table:
         if key in known:
             continue
-        near = meant(key, known)
-        hint = f"; did you mean {prefix}{near}?" if near else ""
+        hint = "; known are " + ", ".join(known) if len(known) <= _MOST_LISTED else ""
+        if near := meant(key, known):
+            hint = f"; did you mean {prefix}{near}?"
         if str(key).rpartition(".")[2] in ANGLES:
             hint = f"; {in_degrees(table[key])}"
-        if not near and len(known) <= _MOST_LISTED:
-            hint = "; known are " + ", ".join(known)
         named = f"{prefix}{key}"
         if not named.isprintable() or len(named) > 80:
             named = repr(named[:60])

@@ -241,7 +241,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("scenes chain-jumps twice", "scenes takes no further 'twice'"),
         (f"{QUICK} --n 8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
-        ("xyzzy", "exactcreep: No such command 'xyzzy'"),
+        ("xyzzy", "No such command 'xyzzy'"),
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(
