@@ -86,7 +86,7 @@ def status(words: Sequence[str]) -> int:
     debug = "--debug" in arguments[:end]  # taken anywhere, so that it can be appended to a line
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        from exactcreep.model.numbers import did_you_mean
+        from exactcreep.model.names import did_you_mean
 
         complain(f"No such command {arguments[0]!r}{did_you_mean(arguments[0], COMMANDS)}")
         return 2
@@ -135,7 +135,7 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
 
     What is a key of a scene is set by --set.
     """
-    from exactcreep.model.numbers import did_you_mean
+    from exactcreep.model.names import did_you_mean
     from exactcreep.scene import key_of
 
     command, option = arguments[0], f"{error.token.keyword}"

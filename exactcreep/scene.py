@@ -23,7 +23,8 @@ from typing import Any
 from exactcreep.model.chain import ANGLES, Chain, in_degrees
 from exactcreep.model.drive import Drive
 from exactcreep.model.inputs import keep
-from exactcreep.model.numbers import InputError, Shown, did_you_mean, exact_number, meant
+from exactcreep.model.names import did_you_mean, meant
+from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind

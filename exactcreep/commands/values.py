@@ -111,7 +111,7 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
 
 def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
     """Return what is allowed, and the name that was meant."""
-    from exactcreep.model.numbers import did_you_mean
+    from exactcreep.model.names import did_you_mean
 
     return f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
 

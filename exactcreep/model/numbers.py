@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from decimal import Decimal
-from difflib import get_close_matches
 from enum import Enum
 from fractions import Fraction
 from html import escape
@@ -37,8 +36,6 @@ class Scalar(Protocol):
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _RATIO = re.compile(r"[+-]?\d+/\d+")
 _INTEGERS = re.compile(r"-?\d+(/\d+)?")
-_BETWEEN = re.compile(r"[.\s_-]")  # the parts of a name
-_NEAR = 0.6  # share of the letters that agree
 _LONGEST = 10_000  # characters of a number; more is a mistake or an attack, not a parameter
 _LONGEST_RATIO = 250_000  # characters of one that a solver has made, of 100 000 digits at most
 _WIDEST = 5_000  # largest decimal exponent
@@ -80,27 +77,6 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
         return (type(self), (self.field, self.value, self.allowed))
-
-
-def meant(name: object, known: Iterable[str]) -> str:
-    """Return the known name that somebody who wrote `name` most likely meant; "" if none is near.
-
-    A name is near one of whose parts it is, else if more than six tenths of its letters agree.
-
-    >>> meant("amplitude", ["drive.amplitude", "chain.n"]), meant("verlett", ["exact", "verlet"])
-    ('drive.amplitude', 'verlet')
-    >>> meant("xyzzy", ["exact", "verlet"])
-    ''
-    """
-    word = str(name).lower()
-    parts = [each for each in known if word in _BETWEEN.split(each)]
-    return next(iter(get_close_matches(word, parts or known, 1, 0.0 if parts else _NEAR)), "")
-
-
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Return the end of a sentence that asks for the known name that was meant, if any is near."""
-    near = meant(name, known)
-    return f" (did you mean {near}?)" if near else ""
 
 
 def shown(value: Any) -> str:

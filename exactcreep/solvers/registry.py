@@ -9,7 +9,8 @@ from typing import Any
 from exactcreep import solvers
 from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
-from exactcreep.model.numbers import InputError, did_you_mean, whole_number
+from exactcreep.model.names import did_you_mean
+from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
 from exactcreep.watch.limits import Limits
