@@ -14,7 +14,6 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
 from inspect import signature
 from pathlib import Path as FilePath
@@ -473,17 +472,19 @@ def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
         raise InputError(f"{key}.step", span["step"], allowed)
     if steps >= MOST_MEMBERS:
         raise InputError(f"{key}.step", span["step"], f"must make at most {MOST_MEMBERS} members")
-    return [_as_written(first + k * step) for k in range(int(steps) + 1)]
+    parts = math.lcm(first.denominator, step.denominator)
+    places = next(k for k in itertools.count() if 10**k % parts == 0)
+    begin, by = int(first * 10**places), int(step * 10**places)
+    return [_as_written(begin + k * by, places) for k in range(int(steps) + 1)]
 
 
-def _as_written(value: Fraction) -> Any:
-    """Return a decimal number as TOML gives it: an integer, or the text of its digits."""
-    if value.denominator == 1:
-        return int(value)
-    places = 0
-    while (value * 10**places).denominator != 1:
-        places += 1
-    digits = f"{abs(int(value * 10**places)):0{places + 1}}"
+def _as_written(value: int, places: int) -> Any:
+    """Return ``value / 10**places`` as TOML gives it: an integer, or the text of its digits."""
+    while places and value % 10 == 0:
+        value, places = value // 10, places - 1
+    if not places:
+        return value
+    digits = f"{abs(value):0{places + 1}}"
     return Literal(f"{'-' * (value < 0)}{digits[:-places]}.{digits[-places:]}")
 
 
