@@ -94,9 +94,20 @@ def _differentiate(series, strips, begin, end):
     the derivative of the force on the sliders at rest. The row after the last complete one
     holds the movers' part alone.
     """
-    # one more than asked for: `begin` is odd if it is not the first
-    for k in range(begin + begin % 2, end, 2):
-        margins.two_orders(series, strips, k)
+    if strips > 1:  # of one they stay in registers: a tenth of all time at N = 6
+        # one more than asked for: `begin` is odd if it is not the first
+        for k in range(begin + begin % 2, end, 2):
+            margins.two_orders(series, strips, k)
+        return
+    moves, rests = take(series, cells.MOVES), take(series, cells.RESTS)
+    holds = take(series, cells.HOLDS)
+    y = moves * take(series, begin)
+    after = take(series, begin + 1)
+    for k in range(begin + 1, end):
+        around = from_left(y, y) + from_right(y, y)  # the outermost lanes rest
+        put(series, k, fused(rests, around, after))
+        y, after = after, fused(moves, around, holds * y)
+    put(series, end, after)
 
 
 @inlined
