@@ -287,8 +287,11 @@ class Scene(Shown):
         count = math.prod(map(len, self.vary.values()))
         if count > MOST_MEMBERS:
             raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
+        return [*self._settings()]
+
+    def _settings(self) -> Iterator[dict[str, Any]]:
         places = itertools.product(*self.vary.values())
-        return [dict(zip(self.vary, values, strict=True)) for values in places]
+        return (dict(zip(self.vary, values, strict=True)) for values in places)
 
     def members(self) -> Iterator[Member]:
         """Return an iterator of the members, each made when it is asked for.
@@ -306,7 +309,7 @@ class Scene(Shown):
         >>> [member.experiment.chain.n for member in scene.members()]
         [2, 3]
         """
-        return map(self._member, self.settings())
+        return map(self._member, self._settings())
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         """Return the experiment of the scene with these dotted keys set.

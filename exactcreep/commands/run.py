@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -76,7 +77,8 @@ class Session(Output):
 
     def limits(self) -> Limits:
         """Return the limits of the command, whose time begins now, at its first line."""
-        from exactcreep.studies import members  # noqa: F401 - loading it takes no part of the time
+        import_module("exactcreep.scene")  # loading is no part of the time
+        import_module("exactcreep.studies.members")
         from exactcreep.watch.limits import Limits
 
         return Limits.of(self.max_events, self.max_seconds)
