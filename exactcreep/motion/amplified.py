@@ -30,7 +30,7 @@ from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
 DIRECTIONS = 4
 """Of errors that are followed; their signs are random, and the same every time."""
 MARGIN = 2.0
-"""The estimate over the largest error followed, or, if these cancel, half a rounding an event."""
+"""The estimate over the largest error followed, or, if these cancel, one rounding an event."""
 LOST = 1e-3
 """An error of that size is no longer a small one: nothing is known from there on."""
 _SIGNS = np.random.default_rng(20110603).choice((-1.0, 1.0), 4099)
@@ -119,7 +119,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
         if not _happen(f, v, x, springs, signs, held, friction, roundoff, rows[row:end], late):
             return np.inf, number
         row = end
-    return MARGIN * max(_largest(x), 0.5 * roundoff * size * len(rows)), -1
+    return MARGIN * max(_largest(x), roundoff * size * len(rows)), -1
 
 
 @njit(cache=True)
