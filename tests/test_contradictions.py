@@ -1,0 +1,238 @@
+"""The parts of the program answer one question: how fast does a chain creep in the long run?
+
+Every part that claims something about it states an interval of velocities, and whether the claim is
+proved. Two claims about the same chain, drive and start contradict each other if their intervals
+have nothing in common. The chains are drawn by a seed, with answers of every kind among them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from random import Random
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    Evidence,
+    InputError,
+    Outcome,
+    State,
+    Threshold,
+    creep,
+    fate,
+    laws,
+    survival,
+    threshold,
+)
+from exactcreep.laws.theorems import edges
+
+F = Fraction
+STILL = Outcome.AT_REST, Outcome.CYCLING
+SURE = 5.0
+"""Standard errors, or deviations of a measured law, beyond which nothing is met by chance."""
+SLACK = 1e-9  # of velocities, unit g tau_dyn^2 per half-cycle; theirs are some .1
+pytestmark = pytest.mark.filterwarnings("ignore")  # a doubt that is said is no contradiction
+
+
+class Claim(NamedTuple):
+    """An interval of the mean velocity in the long run, and who claims it."""
+
+    who: str
+    low: float
+    high: float
+    proved: bool
+
+    def contradicts(self, other: Claim) -> bool:
+        return self.low > other.high + SLACK or other.low > self.high + SLACK
+
+
+@dataclass(frozen=True)
+class Case:
+    """A chain, the amplitude of its cycles, and its start; None: relaxed."""
+
+    chain: Chain
+    amplitude: Fraction
+    start: State | None = None
+
+
+def drawn(random: Random) -> Case:
+    """Return a random case: N from 1 to 9, of every slope, with and without slips and disorder."""
+    n, mu_d = random.randint(1, 9), F(random.randint(2, 8), 10)
+    mu_s = mu_d + random.choice([F(0), F(1, 10), F(random.randint(1, 300), 1000)])
+    sigma = random.choice([F(0), F(0), (mu_s - mu_d) / random.choice([5, 10])])
+    steep = [F(0), mu_d / (2 * n), mu_d * random.randint(1, 99) / 100, mu_d * 97 / 100]
+    tan = random.choice([1, 1, 1, -1]) * random.choice(steep)
+    chain = Chain(n, random.choice([1000, 1, F(1, 1000)]), mu_d, mu_s, sigma, tan_alpha=tan)
+    scale = n * (mu_d - abs(tan)) / 2 + random.choice([0, 1]) * (mu_s - mu_d)
+    amplitude = F(float(scale) * random.uniform(0.4, 3)).limit_denominator(10**6) / chain.l0
+    return Case(chain, amplitude, random.choice([None, None, of_its_own(chain, random)]))
+
+
+def of_its_own(chain: Chain, random: Random) -> State | None:
+    """Return a start with tensions and coefficients of its own; None for one slider."""
+    if chain.n == 1:
+        return None
+    tensions = [chain.mu_s * random.randint(-9, 9) / 20 for _ in range(chain.n - 1)]
+    start = State.prepared(chain, tensions)
+    if chain.slides or random.random() < 0.5:
+        return start
+    own = [float(chain.mu_s) + random.randint(0, 9) / 100 for _ in range(chain.n)]
+    return replace(start, coefficients=np.array(own))
+
+
+def claims_of(case: Case, *, enclosed: bool) -> Iterator[Claim]:
+    """Ask every part of the program how fast the chain creeps in the long run."""
+    chain, amplitude, start = case.chain, case.amplitude, case.start
+    yield from of_theorems(case)
+    yield from of_law(case)
+    solver = "sliding" if chain.slides else "exact"
+    for cycles in (60, 120):
+        yield from of_run(creep(chain, Cycles(amplitude, cycles), solver=solver, start=start))
+    if chain.slides:
+        return
+    if clean := chain.sigma_mu == 0:
+        yield from of_fate(fate(chain, amplitude, start=start, solver="exact", cycles=1000))
+    if enclosed and chain.n <= 5:
+        drive = Cycles(amplitude, 10)
+        yield from of_run(creep(chain, drive, solver="certified", start=start))
+        if clean:
+            yield from of_fate(fate(chain, amplitude, start=start, cycles=30))
+
+
+def of_theorems(case: Case) -> Iterator[Claim]:
+    lasting = edges(case.chain).get("no_lasting_creep", 0.0)
+    if case.amplitude < lasting * (1 - 1e-9):
+        yield Claim("no_lasting_creep_amplitude", 0, 0, True)
+    if abs(case.chain.tan_alpha) < case.chain.mu_d:
+        yield Claim("no runaway below mu_d", -1e300, 1e300, True)
+
+
+def of_law(case: Case) -> Iterator[Claim]:
+    law = laws.prediction(case.chain, Cycles(case.amplitude, 10), case.start)
+    if law is not None and not math.isnan(law.deviation):
+        off = SURE * law.deviation
+        low, high = min(law.values) - off, max(law.values) + off
+        yield Claim(law.law, low, high, law.deviation == 0)
+
+
+def of_run(run: Creep) -> Iterator[Claim]:
+    who = f"{run.solver}, {run.half_cycles} half-cycles: {run.outcome.value}"
+    proved = run.outcome_evidence is Evidence.PROVED
+    if run.outcome is Outcome.RUNAWAY:
+        yield Claim(who, math.inf, math.inf, proved)
+    elif run.outcome_evidence is Evidence.UNDECIDED or run.outcome is Outcome.LIMIT:
+        return
+    elif proved and run.outcome in STILL:
+        yield Claim(who, 0, 0, True)
+    elif proved:
+        yield Claim(who, run.velocity, run.velocity, True)
+    if not math.isnan(run.velocity_error) and not math.isinf(run.velocity):
+        off = SURE * run.velocity_error
+        yield Claim(f"{who} (mean)", run.velocity - off, run.velocity + off, False)
+
+
+def of_fate(found: Any) -> Iterator[Claim]:
+    who, proved = f"fate by {found.solver}", found.evidence is Evidence.PROVED
+    if found.evidence is Evidence.UNDECIDED or found.outcome is Outcome.LIMIT:
+        return
+    if found.outcome is Outcome.RUNAWAY:
+        yield Claim(who, math.inf, math.inf, proved)
+    else:
+        yield Claim(who, found.velocity, found.velocity, proved)
+
+
+def contradictions(claims: list[Claim]) -> list[tuple[Claim, Claim]]:
+    """Return the pairs that contradict each other, where one at least is proved or both claim."""
+    return [pair for pair in itertools.combinations(claims, 2) if pair[0].contradicts(pair[1])]
+
+
+def of_threshold(edge: Threshold, *, creeps: bool) -> Claim:
+    if not creeps:
+        return Claim("threshold, lower", 0, 0, edge.evidence is Evidence.PROVED)
+    down = edge.direction in ("+x", "downhill") and edge.chain.tan_alpha >= 0
+    down |= edge.direction == "uphill" and edge.chain.tan_alpha < 0
+    away = (SLACK, math.inf) if down else (-math.inf, -SLACK)  # from 0, however slowly
+    return Claim("threshold, upper", *away, edge.evidence is Evidence.PROVED)
+
+
+def told(case: Case, found: list[tuple[Claim, Claim]]) -> str:
+    """Return the case and what contradicts, as a failure shows it."""
+    return "\n".join([repr(case), *(f"  {a}\n  {b}" for a, b in found)])
+
+
+def drawn_cases(seed: int, count: int) -> list[Case]:
+    random = Random(seed)
+    return [drawn(random) for _ in range(count)]
+
+
+@pytest.mark.parametrize("part", range(10))
+def test_no_two_parts_contradict_each_other_on_a_mean_velocity(part: int) -> None:
+    for k, case in enumerate(drawn_cases(part, 30)):
+        found = contradictions(list(claims_of(case, enclosed=k % 5 == 0)))
+        assert not found, told(case, found)
+
+
+def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
+    """A test that asks nobody finds no contradiction: each part claims something."""
+    asked = [claim for case in drawn_cases(0, 30) for claim in claims_of(case, enclosed=True)]
+    for who in ("no_lasting", "sliding", "exact", "certified", "fate by exact", "fate by cert"):
+        assert any(claim.who.startswith(who) for claim in asked)
+    assert any(claim.proved and claim.low > 0 for claim in asked)
+    assert any(claim.proved and claim.low == claim.high == 0 for claim in asked)
+
+
+def edges_drawn(seed: int, count: int) -> Iterator[tuple[Chain, int | None, Threshold]]:
+    """Return thresholds of random chains without disorder; half of them slide without slips."""
+    random = Random(seed)
+    for after in itertools.islice(itertools.cycle((None, 1, 2, 3)), count):
+        chain = replace(drawn(random).chain, n=random.randint(2, 5), sigma_mu=F(0))
+        if random.random() < 0.5:
+            chain = replace(chain, mu_s=chain.mu_d)
+        solver = "certified" if chain.n <= 2 else "exact"
+        with contextlib.suppress(InputError):  # nothing creeps in the scan
+            yield chain, after, threshold(chain, after=after, digits=6, points=60, solver=solver)
+
+
+@pytest.mark.parametrize("part", range(3))
+def test_at_a_threshold_runs_fates_and_laws_say_the_same(part: int) -> None:
+    for chain, after, edge in edges_drawn(part, 16):
+        if edge.lower is None or edge.upper is None:
+            continue
+        for creeps, amplitude in enumerate(map(F, (edge.lower, edge.upper))):
+            if after is not None:
+                assert (advance_in(chain, amplitude, after) > 1e-6) == creeps, (edge, amplitude)
+                continue
+            case = Case(chain, amplitude)
+            claims = list(claims_of(case, enclosed=chain.n == 2))
+            found = contradictions([of_threshold(edge, creeps=bool(creeps)), *claims])
+            assert not found, told(case, found)
+
+
+def advance_in(chain: Chain, amplitude: Fraction, cycle: int) -> float:
+    """Return how far x_G goes down the incline in a cycle from the relaxed chain."""
+    solver = "sliding" if chain.slides else "exact"
+    run = creep(chain, Cycles(amplitude, cycle), solver=solver, record=["x_G"])
+    begin, *_, end = [0.0, *run.recorded["x_G"]][-3:]
+    return float(end - begin) * (-1 if chain.tan_alpha < 0 else 1)
+
+
+def test_no_start_creeps_on_where_no_creep_lasts() -> None:
+    random = Random(5)
+    for _ in range(10):
+        chain = drawn(random).chain
+        if chain.n == 1 or chain.slides:
+            continue
+        amplitude = edges(chain)["no_lasting_creep"] * 0.99
+        if amplitude > 0:
+            many = survival(chain, amplitude, starts=4, cycles=400)
+            assert many.arrested.all(), (chain, many)
