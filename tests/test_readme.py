@@ -32,7 +32,7 @@ def blocks(language: str) -> list[str]:
 
 
 def test_the_map_of_the_rooms_says_of_each_what_it_says_of_itself() -> None:
-    told = re.findall(r"^\| `exactcreep/(\w+)` \| (.*) \|$", README, re.MULTILINE)
+    told = re.findall(r"^\| `exactcreep/(\w+)` \| (.*) \|$", TOLD, re.MULTILINE)
     folders = {path.parent.name for path in (ROOT / "exactcreep").glob("*/__init__.py")}
     floors = [room for rooms in ROOMS for room in rooms if room in folders]
     assert [room for room, _ in told] == floors

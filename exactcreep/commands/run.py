@@ -328,9 +328,9 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
     rows += [("  law that holds", held)] if (held := _held(result)) else []
     rows += [] if descent is None else descent.lines()
-    ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
-    course = f": {result.course}" if result.course else ""
-    rows.append(("evidence", result.evidence.value + ties + course))
+    ties = f"; the model's rules settled {result.undecided} ties" if result.undecided else ""
+    known = result.course or result.evidence.value
+    rows.append(("trajectory", known + ties))
     if "accuracy" in result.report:
         from exactcreep.quasistatic.creep import accuracy_reached
 
@@ -379,14 +379,10 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(result.seconds for result in results):.3g} s"
     )
-    courses = counted(result.evidence.value for result in results)
-    outcomes = counted(result.outcome_evidence.value for result in results)
-    say(f"evidence: {courses}" + (f"; of outcomes {outcomes}" if outcomes != courses else ""))
+    say(f"trajectories: {known_of(results) or counted(run.evidence.value for run in results)}")
     if sentences := [result.metastable for result in results if result.metastable]:
         say(f"{len(sentences)} members creep, but {sentences[0]}")
     if long := sum(result.long_rearrangements for result in results):
         say(f"accuracy: {_accuracy(long)}")
     if outside := sum((Counter(result.warnings) for result in results), Counter()):
         say(f"outside the model: {counted(outside)}")
-    if sentence := known_of(results):
-        say(f"what is known: {sentence}")

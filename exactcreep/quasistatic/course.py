@@ -11,55 +11,39 @@ if TYPE_CHECKING:
 
 
 def known_of(results: Sequence[Creep]) -> str:
-    """Return one sentence: what outcome and velocity are worth, and how far courses are known.
+    """Return up to which half-cycle trajectories are known, and what holds beyond it.
 
-    The course of a run is what happens when. "" where there is nothing to say but the evidence.
+    "" if there is no more to say than the evidence.
     """
     lost = [run for run in results if run.followed is not None and run.followed < run.half_cycles]
     targets = "half-cycle" if all(run.drive.cyclic for run in results) else "target"
     if not lost:
-        return _followed_throughout(results, targets)
+        return _known_throughout(results, targets)
     ends = sorted(run.followed or 0 for run in lost)
     reach = f"{targets} {ends[0]}" if ends[0] == ends[-1] else f"{targets} {ends[0]} to {ends[-1]}"
     if len(lost) < len(results):
         reach += f" ({len(lost)} of {len(results)} runs)"
-    return (
-        f"{_worth(lost, len(results))}; positions are known to 1e-9 up to {reach}{_events(lost)}:"
-        " beyond that trust averages of x_G(t) and events only"
-    )
+    return f"known to 1e-9 up to {reach}; {_beyond(lost, len(results))}"
 
 
-def _followed_throughout(results: Sequence[Creep], targets: str) -> str:
-    """Return how far copies of the runs have taken the same course; "" unless that is all of it."""
+def _known_throughout(results: Sequence[Creep], targets: str) -> str:
+    """Return for how long perturbed copies have stayed close to all runs; "" if not all did."""
     if not results or any(run.half_cycles != run.trusted_half_cycles for run in results):
         return ""
     least = min(run.half_cycles for run in results)
     if not least:
         return ""
-    same = "copies that are a few roundings off take the same course"
     if all(run.half_cycles == run.drive.half_cycles for run in results):
-        return f"{same} to the end"
-    return f"{same} for the first {least} {targets}s"
+        return "known to 1e-9 to the end"
+    return f"known to 1e-9 for the first {least} {targets}s"
 
 
-def _worth(lost: Sequence[Creep], runs: int) -> str:
-    """Return what outcomes and velocities are worth where the course of a run is lost."""
+def _beyond(lost: Sequence[Creep], runs: int) -> str:
+    """Return what holds of runs beyond the half-cycle up to which they are known."""
     if all(run.velocity_error == 0 for run in lost):
-        return "outcome and velocity are what the course ended in"
-    unknown = sum(math.isnan(run.velocity_error) for run in lost)
-    if runs == 1:
-        error = "of unknown error" if unknown else "to within its standard error"
-        return f"outcome and velocity are statistics, the latter {error}"
-    several = "outcomes and velocities are statistics, the latter"
-    if unknown == len(lost):
-        return f"{several} of unknown errors"
-    if unknown:
-        return f"{several} with their standard errors (of {unknown} not known)"
-    return f"{several} with their standard errors"
-
-
-def _events(lost: Sequence[Creep]) -> str:
-    """Return how much further than positions the events of runs are known."""
-    if any(run.undecided or run.long_rearrangements for run in lost):
-        return ", unless a rule that settled a comparison, or a long avalanche, ended it there"
-    return ", events until somewhat later"
+        return "the outcome is where float64 ended"
+    short = sum(math.isnan(run.velocity_error) for run in lost)
+    holds = "averages hold for the whole run"
+    if not short:
+        return holds
+    return f"{holds}, {'with' if runs == 1 else f'{short} of them with'} an unknown standard error"
