@@ -105,6 +105,8 @@ def _lacks(dotted: str) -> list[str]:
             errors.pop("PR01", None)
     elif not member and isinstance(public, enum.EnumType):
         errors.pop("PR01", None)  # its parameters are Python's
+    if member and not callable(inspect.getattr_static(public, member)):
+        errors.pop("EX01", None)  # one line says what a property is
     return sorted(SECTIONS & errors.keys())
 
 

@@ -207,7 +207,7 @@ def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     slope, sigma = abs(float(parameters["tan_alpha"])), float(parameters["sigma_mu"])
     excess = float(parameters["mu_s"]) - friction
     gain, unit = sticking_gain(parameters), excess * float(cosine(slope))
-    least = max(2, 12 / n)
+    least = max(2.0, 12 / float(n))
     bounds = {
         f"N is not between {_FEWEST} and {_MOST}": not _FEWEST <= n <= _MOST,
         f"|tan_alpha| exceeds {_STEEPEST} mu_d": slope > _STEEPEST * friction,

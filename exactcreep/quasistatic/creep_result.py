@@ -428,7 +428,7 @@ class Creep(Result):
         >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
         >>> run = creep(chain, Cycles("0.001", 50))
         >>> run.course
-        'copies that are a few roundings off take the same course to the end'
+        'known to 1e-9 to the end'
         """
         return known_of([self])
 

@@ -165,7 +165,7 @@ def intercept(
     --------
     >>> from exactcreep import Chain
     >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> line = intercept(chain, cycles=100)
+    >>> line = intercept(chain, cycles=200)
     >>> round(line.intercept / line.law_seuil, 1)
     1.3
     """
