@@ -84,7 +84,8 @@ class Question(NamedTuple):
 
 QUESTIONS = {
     "threshold": Question(
-        "Return the least amplitude of temperature cycles at which a chain creeps for ever.",
+        "Return the least amplitude of temperature cycles at which a relaxed chain creeps for"
+        " ever.",
         "of_threshold",
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),

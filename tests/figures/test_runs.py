@@ -126,7 +126,7 @@ def test_a_runaway_before_the_first_rest_is_told_in_words_not_by_a_blank_frame()
         settings = [{"chain.tan_alpha": float(run.chain.tan_alpha)} for run in runs]
         _, bottom = draw_run(runs, settings).axes
         (words,) = (text.get_text() for text in bottom.texts)
-        assert words == "runaway downhill\nbefore the end of a first half-cycle"
+        assert words == "runaway downhill (computed)\nbefore the end of a first half-cycle"
 
 
 def test_sliders_have_other_colours_than_their_mean_and_the_law() -> None:

@@ -153,7 +153,7 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     ends, others = _whole("lifetimes", lifetimes), _whole("censored", censored)
     lives = _Lives.of(ends, others)
     if lives.lived == lives.arrests:  # each has lived for one cycle at most
-        if not lives.arrests:
+        if not ends.size:
             return _refused("no rate: no start was followed for a cycle")
         return _refused(f"no rate: every start was arrested up to cycle {ends.max(initial=0):.0f}")
     if not lives.arrests:

@@ -23,7 +23,6 @@ from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.sliding import relaxed_cycle
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
@@ -190,12 +189,12 @@ class WithoutSlips(Question):
         self.limits.require()
         tangent, evidence = self.chain.tan_alpha, Evidence.PROVED
         way = 1 if tangent > 0 else -1
-        asked = relaxed_cycle(self.chain, amplitude, self.cycles)
+        asked = solvers.relaxed_cycle(self.chain, amplitude, self.cycles)
         advances = [way * advance for advance, _ in asked]
         creeps = bool(sum(advances) > len(advances) * self.least)
         if any((advance > self.least) is not creeps for advance in advances):
             evidence = Evidence.UNDECIDED
-        lasting = asked if self.cycles > 1 else relaxed_cycle(self.chain, amplitude, 2)
+        lasting = asked if self.cycles > 1 else solvers.relaxed_cycle(self.chain, amplitude, 2)
         advance, slid = lasting[0]
         outcome = Outcome.CREEPING if advance.sign() else Outcome.CYCLING
         if not slid.sign():
