@@ -178,13 +178,13 @@ def drawn_cases(seed: int, count: int) -> list[Case]:
 @pytest.mark.parametrize("part", range(10))
 def test_no_two_parts_contradict_each_other_on_a_mean_velocity(part: int) -> None:
     for k, case in enumerate(drawn_cases(part, 30)):
-        found = contradictions(list(claims_of(case, enclosed=k % 5 == 0)))
+        found = contradictions(list(claims_of(case, enclosed=k % 6 == 0)))
         assert not found, told(case, found)
 
 
 def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
     """A test that asks nobody finds no contradiction: each part claims something."""
-    asked = [claim for case in drawn_cases(0, 30) for claim in claims_of(case, enclosed=True)]
+    asked = [claim for case in drawn_cases(0, 20) for claim in claims_of(case, enclosed=True)]
     for who in ("no_lasting", "sliding", "exact", "certified", "fate by exact", "fate by cert"):
         assert any(claim.who.startswith(who) for claim in asked)
     assert any(claim.proved and claim.low > 0 for claim in asked)
