@@ -269,14 +269,14 @@ def grouped(
 
 
 def _range(values: Sequence[Any]) -> str:
-    first = setting_text(values[0])
-    return first if len(values) == 1 else f"{first} … {setting_text(values[-1])}"
+    first = value_text(values[0])
+    return first if len(values) == 1 else f"{first} … {value_text(values[-1])}"
 
 
-def setting_text(value: Any) -> str:
+def value_text(value: Any) -> str:
     """Return one value that a member sets, in short."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {setting_text(part)}" for key, part in value.items())
+        return ", ".join(f"{key} {value_text(part)}" for key, part in value.items())
     if isinstance(value, list):
         return f"({len(value)} values)"
     try:

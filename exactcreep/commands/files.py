@@ -31,8 +31,8 @@ from exactcreep.commands.answer import (
     say_heading,
     say_table,
     say_written,
-    setting_text,
     shown,
+    value_text,
 )
 from exactcreep.commands.values import (
     File,
@@ -399,7 +399,7 @@ def _print_grid(grid: xr.Dataset) -> None:
         for row in zip(*words, strict=True)
     ]
     rows = [
-        (*map(setting_text, point.varied.values()), with_error(point.measured, point.error),
+        (*map(value_text, point.varied.values()), with_error(point.measured, point.error),
          counted(happened) if len(happened) > 1 else happened[0])
         for point, happened in zip(points, cells, strict=True)
     ]  # fmt: skip

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
@@ -69,15 +68,12 @@ class Question(NamedTuple):
     ----------
     summary : str
         The first sentence of its docstring, for a list of commands that does not import it.
-    say : str
-        What says its answer in one sentence, in `exactcreep.commands.sentences`.
     group : type
         The options that say where the answer goes.
     examples : tuple of str
     """
 
     summary: str
-    say: str
     group: type[Printed]
     examples: tuple[str, ...]
 
@@ -86,19 +82,16 @@ QUESTIONS = {
     "threshold": Question(
         "Return the least amplitude of temperature cycles at which a relaxed chain creeps for"
         " ever.",
-        "of_threshold",
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),
     "intercept": Question(
         "Return the amplitude at which the straight part of v(A) meets zero.",
-        "of_intercept",
         Output,
         ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
     ),
     "fate": Question(
         "Follow a chain without disorder under temperature cycles until it has settled for ever.",
-        "of_fate",
         Drawing,
         (
             "--n 5 --amplitude 0.000765",
@@ -107,7 +100,6 @@ QUESTIONS = {
     ),
     "survival": Question(
         "Follow many starts under temperature cycles and return how long creep lasted in each.",
-        "of_survival",
         Output,
         (
             "--n 6 --amplitude 0.000969",
@@ -160,7 +152,7 @@ def question(command: str) -> Callable[..., None]:
         summary = result.summary()
 
         def tell() -> None:
-            say(resolve_name(f"exactcreep.commands.sentences.{about.say}")(result), markup=False)
+            say(result.sentence[0].upper() + result.sentence[1:], markup=False)
             say_summary({name: summary[name] for name in summary if name not in result.worded})
 
         output.deliver(Answer(
@@ -377,7 +369,7 @@ def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bo
                 say(settings_text(setting))
             _print_plan(plan)
         return
-    words = [f"{plan.solver}: {plan.reason}" for _, plan in plans]
+    words = [plan.sentence for _, plan in plans]
     for texts, alike in grouped([setting for setting, _ in plans], words):
         many = f" ({len(alike)} members)" if len(alike) > 1 else ""
         which = settings_text(dict(zip(plans[0][0], texts, strict=True)))
@@ -387,7 +379,7 @@ def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bo
 def _print_plan(plan: Plan) -> None:
     needs = [(one.name, "needed" if one.needed else "not needed", one.reason) for one in plan.needs]
     say_table(("", "", ""), needs, folded=("",), padding=(0, 2), show_header=False)
-    say(f"[bold]{plan.solver}[/bold]: {plan.reason}")
+    say(f"[bold]{plan.finding}[/bold]: {plan.reason}")
     if plan.law:
         values = " or ".join(f"{value:.10g}" for value in plan.law)
         off = f" ± {plan.law_deviation:.2g}" if plan.law_deviation > 0 else ""

@@ -62,7 +62,7 @@ def draw_survival(found: Survival) -> Figure:
     curve, rate, cut = found.curve, found.rate, found.censored
     end = max(float(curve.cycles.max(initial=1.0)), 1.0)
     bounded = np.isfinite(curve.low).any()
-    title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}, {found.starts} starts"
+    title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}: {found.finding}"
     figure = new_figure(6.0, 4.2, title)
     axes = figure.subplots()
     steps = np.append(0.0, curve.cycles)

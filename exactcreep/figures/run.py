@@ -115,7 +115,7 @@ def draw_run(
     top.set_title(shared, fontsize=8)
     top.set_ylabel(r"dilation $\theta$")
     top.margins(x=0.01)
-    top.yaxis.set_major_formatter(_in_full)
+    top.yaxis.set_major_formatter(_theta_label)
     if not any(map(_moved, results)):
         words = "\n".join(dict.fromkeys(run.finding for run in results))
         bottom.text(0.5, 0.5, f"{words}\nbefore the end of a first half-cycle",
@@ -132,7 +132,7 @@ def draw_run(
     return figure
 
 
-def _in_full(theta: float, _: object) -> str:
+def _theta_label(theta: float, _: object) -> str:
     """Return the label of a tick without a power of ten aside, which would stand in the title."""
     return f"{round(theta, 12) + 0.0:g}".replace("-", "\N{MINUS SIGN}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, setting_text, styled
+from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
 from exactcreep.laws import edges
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
@@ -31,7 +32,7 @@ _FURTHER, _MOST_CYCLES = 8, 200
 _SPARE = 10
 """Decimal digits of the runs on both sides, beyond those of the threshold."""
 _MOST_SIGNS = 45
-"""Of an amplitude in a legend, and of a line in each of its two columns."""
+"""Of a line in each of two columns of a legend."""
 _OPEN = 1.05
 """The axis ends in a window that the scan has not seen the end of, so much above its beginning."""
 
@@ -51,14 +52,9 @@ def draw_threshold(found: Threshold | Intercept) -> Figure:
     Figure
     """
     chain = found.chain
-    asked = getattr(found, "what", found.criterion)
-    disorder = setting_text("sigma_mu", chain.sigma_mu)
-    if isinstance(found, Threshold) and len(found.windows or ()) > 1:
-        asked += ", its first edge"  # the scan alone has seen the others
-    title = f"N = {chain.n}, {disorder}: {asked} ({found.evidence.value})"
+    title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"
     sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None
-    figure = new_figure(6.0, 5.6 if sides else 4.0)
-    figure.suptitle(title, fontsize=10)
+    figure = new_figure(6.0, 5.6 if sides else 4.0, title)
     axes, *under = figure.subplots(1 + sides, 1, height_ratios=(1, 2.4)[: 1 + sides],
                                    squeeze=False)[:, 0]  # fmt: skip
     if isinstance(found, Intercept):
@@ -116,15 +112,14 @@ def _advance(axes: Axes, found: Threshold) -> None:
         run = creep(found.chain, Cycles(str(side), cycles), solver=found.solver, **options)
         x_g = floats(run.recorded["x_G"][1::2])
         axes.plot(np.arange(x_g.size + 1), np.append(0.0, x_g), color=ink, marker=".",
-                  linewidth=1.0, label=f"{words}: A = {_in_full(side)}")  # fmt: skip
+                  linewidth=1.0, label=f"{words}: A = {_cut(str(side))}")  # fmt: skip
     axes.set(xlabel="cycle", ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
 
 
-def _in_full(amplitude: str | None) -> str:
-    """Return an end of a bracket with all its digits, which tell it from the other one."""
-    text = str(amplitude)
-    return text if len(text) <= _MOST_SIGNS else f"{text[:_MOST_SIGNS]}..."
+def _cut(text: str) -> str:
+    """Return a text whose decimals have at most 45 digits."""
+    return re.sub(r"(\.\d{45})\d+", r"\1...", text)
 
 
 def _velocities(axes: Axes, found: Intercept) -> None:

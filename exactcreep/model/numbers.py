@@ -135,6 +135,10 @@ class Shown:
         """Return the units of what is shown, by name, where there are any."""
         return {}
 
+    def _caption(self) -> str:
+        """Return the title of its table in a notebook."""
+        return self.shown_as or type(self).__name__
+
     def __repr__(self) -> str:
         facts = self._facts().items()
         known = (f"{name}={shown(value)}" for name, value in facts if not is_missing(value))
@@ -148,8 +152,7 @@ class Shown:
             for name, value in self._facts().items()
             if not is_missing(value)
         ]
-        name = self.shown_as or type(self).__name__
-        return f"<table><caption>{name}</caption>{''.join(rows)}</table>"
+        return f"<table><caption>{escape(self._caption())}</caption>{''.join(rows)}</table>"
 
 
 def in_words(value: Any) -> str:

@@ -76,11 +76,17 @@ def direction_of(advance: Any, tan_alpha: Any) -> str:
     return "downhill" if (advance > 0) == (tan_alpha > 0) else "uphill"
 
 
-def said_after(count: int) -> str:
-    """Return after how many cycles a chain has settled, in words."""
-    return f", settled after {count} cycle{'s' * (count != 1)}"
-
-
 def with_direction(outcome: Outcome, direction: str) -> str:
-    """Return what a chain does, and which way if it goes one: ``creeping uphill``."""
+    """Return the outcome, and the direction if there is one: ``creeping uphill``."""
     return outcome.value if direction == "none" else f"{outcome.value} {direction}"
+
+
+def cycles_text(count: int) -> str:
+    """Return a number of cycles in words: ``1 cycle``, ``2 cycles``."""
+    return f"{count} cycle{'s' * (count != 1)}"
+
+
+def found_text(outcome: Outcome, direction: str, when: str, evidence: Evidence) -> str:
+    """Return the finding of a run or a fate: ``at rest, settled after 1 cycle (proved)``."""
+    found = with_direction(outcome, direction).replace("_", " ")
+    return f"{', '.join(filter(None, (found, when)))} ({evidence.value})"

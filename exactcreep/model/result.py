@@ -28,12 +28,12 @@ class Result(Shown):
     told: ClassVar[tuple[str, ...]] = ()
     """Attributes that the summary holds; default: all fields."""
 
-    worded: ClassVar[tuple[str, ...]] = ()
-    """Entries of the summary that `sentence` says, of which a table beside it says no more."""
+    worded: ClassVar[tuple[str, ...]] = ("reason",)
+    """Entries of the summary that `sentence` says: a table beside it leaves them out."""
 
     @property
     def finding(self) -> str:
-        """What was found and how well that is known, in the words of titles; "" if in none.
+        """What was found and how well that is known, in a line; "" if no line says it.
 
         Examples
         --------
@@ -128,6 +128,9 @@ class Result(Shown):
 
     def _facts(self) -> Mapping[str, Any]:
         return self._numbers()
+
+    def _caption(self) -> str:
+        return super()._caption() + (f": {self.finding}" if self.finding else "")
 
     def _compared(self) -> Mapping[str, Any]:
         return {name: getattr(self, name) for name in _names(self) if name != "seconds"}

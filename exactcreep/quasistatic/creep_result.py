@@ -20,9 +20,9 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import (
     Evidence,
     Outcome,
+    cycles_text,
     direction_of,
-    said_after,
-    with_direction,
+    found_text,
 )
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
@@ -224,14 +224,13 @@ class Creep(Result):
         """
         when = ""
         if self.settled:
-            when = said_after(self.since or 0)
+            when = f"settled after {cycles_text(self.since or 0)}"
         elif self.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
             after = self.burn_in if self.since is None else 2 * self.since
             after = after if after < self.half_cycles else 0
             named = "half-cycle" if self.drive.cyclic else "target"
-            when = f", seen in this run only, from {named} {after + 1} on"
-        found = with_direction(self.outcome, self.direction).replace("_", " ")
-        return f"{found}{when} ({self.outcome_evidence.value})"
+            when = f"seen in this run only, from {named} {after + 1} on"
+        return found_text(self.outcome, self.direction, when, self.outcome_evidence)
 
     @property
     def x_G(self) -> float:

@@ -121,7 +121,7 @@ class MeanVelocity(Observer):
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
     def _may_rest_for_longer(self, begin: int) -> bool:
-        """Return whether rests may make the mean that this run is too short to show."""
+        """Return whether the chain may rest for longer than this run: its mean is then unknown."""
         chain, advances = self.experiment.chain, np.diff(self.values[begin:])
         if alternates(chain, self.drive):
             return bool(advances.any()) and not rests_are_short(advances, jump_of(chain))

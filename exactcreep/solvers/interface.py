@@ -18,7 +18,7 @@ from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import same_numbers
 from exactcreep.model.numbers import InputError, Scalar
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome, found_text
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
@@ -191,7 +191,7 @@ class Rearrangement(Result):
         >>> rearrange(chain, State.relaxed(chain), direction=+1).finding
         'at rest (computed)'
         """
-        return f"{self.outcome.value.replace('_', ' ')} ({self.evidence.value})"
+        return found_text(self.outcome, "none", "", self.evidence)
 
     @property
     def evidence(self) -> Evidence:

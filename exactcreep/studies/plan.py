@@ -103,6 +103,11 @@ class Plan(Result):
     law_name: str = ""
     law_deviation: float = math.nan
 
+    @property
+    def finding(self) -> str:
+        """The solver that answers the question."""
+        return self.solver
+
     told = (
         "solver", "reason", "law", "events", "seconds", "course",
         "explicit", "digits", "theorems", "trusted_half_cycles", "law_name", "law_deviation",

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, load_scene
-from exactcreep.commands import sentences
 from exactcreep.studies.fates.escape import Rate
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import StartRecord, Survival
@@ -37,37 +36,35 @@ LINE = Intercept(
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({}, "Creeping downhill, settled after 30 cycles (proved)"),
+        ({}, "creeping downhill, settled after 30 cycles (proved)"),
         ({"advance": -0.1, "period": 4, "evidence": Evidence.COMPUTED},
-         "Creeping uphill, settled after 30 cycles (computed)"),
-        ({"outcome": Outcome.CYCLING, "advance": 0.0}, "Cycling, settled after 30 cycles (pro"),
-        ({"outcome": Outcome.AT_REST, "settled_after": 1}, "At rest, settled after 1 cycle (pro"),
+         "creeping uphill, settled after 30 cycles (computed)"),
+        ({"outcome": Outcome.CYCLING, "advance": 0.0}, "cycling, settled after 30 cycles (pro"),
+        ({"outcome": Outcome.AT_REST, "settled_after": 1}, "at rest, settled after 1 cycle (pro"),
         ({"outcome": Outcome.RUNAWAY, "settled_after": None, "reason": "as it is steep"},
-         "Runaway downhill (proved): as it is steep"),
+         "runaway downhill (proved): as it is steep"),
         ({"outcome": Outcome.LIMIT, "settled_after": None, "reason": "time"},
-         "Limit, not settled in 50 cycles (proved): time"),
+         "limit, not settled in 50 cycles (proved): time"),
     ],
 )  # fmt: skip
 def test_a_fate_is_said_in_one_sentence(changed: dict[str, object], said: str) -> None:
-    assert said in sentences.of_fate(replace(FATE, **changed))  # type: ignore[arg-type]
+    assert said in replace(FATE, **changed).sentence  # type: ignore[arg-type]
 
 
 def test_an_edge_is_said_with_both_ends_or_why_it_is_not_known() -> None:
-    assert sentences.of_threshold(EDGE) == (
-        "Creep for ever begins between A = 0.00045 and 0.00046 (proved)"
-    )
+    assert EDGE.sentence == ("creep for ever begins between A = 0.00045 and 0.00046 (proved)")
     after = replace(EDGE, criterion="horizon", cycles=3, evidence=Evidence.UNDECIDED)
-    assert sentences.of_threshold(after).startswith("An advance in cycle 3 begins between")
-    unknown = sentences.of_threshold(replace(EDGE, upper=None, reason="its time is over"))
-    assert unknown == "It is not known where creep for ever begins: its time is over"
+    assert after.sentence.startswith("an advance in cycle 3 begins between")
+    unknown = replace(EDGE, upper=None, reason="its time is over").sentence
+    assert unknown == "it is not known where creep for ever begins: its time is over"
 
 
 def test_an_intercept_is_said_with_its_error() -> None:
-    assert sentences.of_intercept(LINE) == (
-        "The straight part of v(A) meets zero at A = 0.0007262 ± 0.0000064, by up to 1.4e-05"
-        " elsewhere in the range; Eq. 22 says 0.000727"
+    assert LINE.sentence == (
+        "the straight part of v(A) meets zero at A = 0.0007262 ± 0.0000064 (computed); half of"
+        " the range moves it by up to 1.4e-05; Eq. 22 says 0.000727"
     )
-    assert "is not known where" in sentences.of_intercept(replace(LINE, intercept=math.nan))
+    assert "is not known where" in replace(LINE, intercept=math.nan).sentence
 
 
 def lives(rate: Rate, *outcomes: Outcome, reason: str = "") -> Survival:
@@ -83,14 +80,14 @@ def lives(rate: Rate, *outcomes: Outcome, reason: str = "") -> Survival:
 
 def test_lives_are_said_as_one_in_so_many_cycles() -> None:
     locked = lives(Rate(1 / 745, 1 / 1220, 1 / 480), *[Outcome.CYCLING] * 3, Outcome.AT_REST)
-    assert sentences.of_survival(locked) == (
-        "Creep ends at 1 in 745 cycles (480 to 1220, 95 %); 3 of 4 starts are locked, 1 at rest"
+    assert locked.sentence == (
+        "creep ends once in 745 cycles (95 %: 480 to 1220); starts: 3 locked, 1 at rest"
     )
     unsure = lives(Rate(0.01, 0.0, 0.1), Outcome.CYCLING)
-    assert "(10 to any number, 95 %); 1 of 1 starts are locked" in sentences.of_survival(unsure)
+    assert "(95 %: 10 to any number); starts: 1 locked" in unsure.sentence
     nothing = lives(Rate(math.nan, math.nan, math.nan, reason="too few"), reason="time")
-    assert sentences.of_survival(nothing) == (
-        "At which rate creep ends is not known (too few); 0 of 0 starts are followed: time"
+    assert nothing.sentence == (
+        "it is not known how soon creep ends (too few); no start was followed: time"
     )
 
 

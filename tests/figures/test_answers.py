@@ -39,7 +39,7 @@ def test_a_threshold_shows_the_displacements_below_and_above_it() -> None:
     assert_allclose(beyond[1:], run.recorded["x_G"][1::2], atol=1e-9)
     (legend,) = above.figure.legends
     said = [text.get_text() for text in legend.get_texts()]
-    assert above.figure.get_suptitle() == r"N = 2, $\sigma_\mu$ = 0: creep (proved)"
+    assert above.figure.get_suptitle() == f"N = 2, sigma_mu = 0: {found.finding}"
     assert {f"below: A = {found.lower}", f"above: A = {found.upper}"} <= {*said}
 
 

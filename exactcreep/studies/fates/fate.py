@@ -32,15 +32,12 @@ from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
+from exactcreep.studies.sense import CHAOTIC, require_sense
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 from exactcreep.watch.progress import Hearer, reporter
 
-CHAOTIC = 6
-"""Sliders from which on creep is chaotic."""
-MOST_SLIDERS = 10_000
-"""Of a chain whose fate over many cycles is asked for."""
 _TRIED = 100  # cycles in float64 before a proof of at least as many is tried
 _SAYING = 0.1  # seconds between two reports of progress
 _SILENT = reporter(None)
@@ -97,11 +94,7 @@ def fate(
     """
     drive = Cycles(amplitude, cycles)
     experiment = Experiment(chain, drive, solver=solver, start=start, record=())
-    if chain.sigma_mu != 0:
-        allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
-        raise InputError("sigma_mu", chain.sigma_mu, allowed + " creep lives")
-    refuse_long(chain)
-    refuse_sliding(chain)
+    require_sense(chain, "fate")
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
@@ -124,20 +117,6 @@ def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) ->
             ' tells how long it creeps, solver="exact" (--solver exact) follows it in float64',
             stacklevel=4,
         )
-
-
-def refuse_long(chain: Chain) -> None:
-    """Raise `InputError` for a chain so long that a limit of time could not be kept."""
-    if chain.n > MOST_SLIDERS:
-        allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
-        raise InputError("n", chain.n, f"{allowed} creep and run take more, for a few")
-
-
-def refuse_sliding(chain: Chain) -> None:
-    """Raise `InputError` for a chain that slides with theta without slips."""
-    if chain.slides:
-        allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
-        raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
 
 
 def numerical_fate(

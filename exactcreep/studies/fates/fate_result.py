@@ -11,13 +11,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import (
-    Evidence,
-    Outcome,
-    direction_of,
-    said_after,
-    with_direction,
-)
+from exactcreep.model.outcome import Evidence, Outcome, cycles_text, direction_of, found_text
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 
@@ -138,11 +132,12 @@ class Fate(Result):
         >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").finding
         'creeping downhill, settled after 1 cycle (proved)'
         """
-        when = "" if self.settled_after is None else said_after(self.settled_after)
+        when = ""
         if self.outcome is Outcome.LIMIT:
-            when = said_after(self.cycles).replace("settled after", "not settled in")
-        found = with_direction(self.outcome, self.direction).replace("_", " ")
-        return f"{found}{when} ({self.evidence.value})"
+            when = f"not settled in {cycles_text(self.cycles)}"
+        elif self.settled_after is not None:
+            when = f"settled after {cycles_text(self.settled_after)}"
+        return found_text(self.outcome, self.direction, when, self.evidence)
 
     told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",

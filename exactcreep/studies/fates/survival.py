@@ -25,14 +25,15 @@ from numpy.typing import NDArray
 from exactcreep import solvers
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import Number, exact_number, plain_data, whole_number
+from exactcreep.model.numbers import Number, exact_number, in_full, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
-from exactcreep.studies.fates.fate import numerical_fate, refuse_long, refuse_sliding
+from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.pool import Signals, pool_of
+from exactcreep.studies.sense import require_sense
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits, Stop
 from exactcreep.watch.progress import Hearer, reporter
@@ -44,6 +45,10 @@ MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
 """Of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
+_WORDS = {
+    "locked": "locked", "at_rest": "at rest", "creeping": "still creeping",
+    "dormant": "dormant", "runaway": "running away", "undecided": "undecided",
+}  # fmt: skip
 
 
 class Share(NamedTuple):
@@ -376,6 +381,19 @@ class Survival(Result):
     def _undecided(self) -> int:
         return int((self._column("evidence") == Evidence.UNDECIDED.value).sum())
 
+    @property
+    def finding(self) -> str:
+        """How soon creep ends, with its interval, and what the starts came to."""
+        rate = self.rate
+        ends = "it is not known how soon creep ends" + f" ({rate.reason})" * bool(rate.reason)
+        if rate.rate > 0:
+            longest = in_full(1 / rate.low) if rate.low > 0 else "any number"
+            between = f"95 %: {in_full(1 / rate.high)} to {longest}"
+            ends = f"creep ends once in {in_full(1 / rate.rate)} cycles ({between})"
+        shares = self.fractions if self.records else {}
+        came = [f"{share.starts} {_WORDS[kind]}" for kind, share in shares.items() if share.starts]
+        return f"{ends}; {'starts: ' + ', '.join(came) if came else 'no start was followed'}"
+
     def _about(self) -> dict[str, Any]:
         names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
         return plain_data(self.chain.parameters() | {name: getattr(self, name) for name in names})
@@ -512,8 +530,7 @@ def survival(
     """
     drive = Cycles(amplitude, cycles)
     Experiment(chain, drive, record=())
-    refuse_long(chain)
-    refuse_sliding(chain)
+    require_sense(chain, "survival")
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")

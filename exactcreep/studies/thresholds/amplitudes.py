@@ -1,4 +1,4 @@
-"""Search for amplitudes: which question makes sense, scans, bisection, decimals."""
+"""Search for amplitudes: scans, bisection, decimals."""
 
 from __future__ import annotations
 
@@ -11,41 +11,8 @@ from typing import Any, NamedTuple
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
-from exactcreep.studies.fates.fate import CHAOTIC, refuse_long
 
 Bracket = tuple[Fraction, Fraction]
-SHORT = CHAOTIC - 1
-"""Sliders: longer chains creep chaotically, and for a while only."""
-
-
-def require_sense(chain: Any, question: str) -> None:
-    """Raise `InputError` if a question has no sense for a chain; it names the one that has."""
-    if not isinstance(chain, Chain):
-        raise InputError("chain", chain, "must be a Chain")
-    if abs(chain.tan_alpha) >= chain.mu_s:
-        allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
-        raise InputError("tan_alpha", chain.tan_alpha, allowed)
-    if chain.tan_alpha == 0 and chain.n > 1:
-        allowed = "must not be 0: on the level what starts symmetric, as the relaxed chain does,"
-        allowed += " stays where it is; `survival` has starts that creep one way or the other"
-        if question == "intercept":
-            allowed = "must not be 0: on the level chains creep one way or the other, and no v(A)"
-            allowed += " is left; `survival` counts both"
-        raise InputError("tan_alpha", 0, allowed)
-    if question != "intercept" and chain.sigma_mu != 0:
-        allowed = "must be 0: with disorder no edge is sharp; `intercept` says where v(A) begins"
-        raise InputError("sigma_mu", chain.sigma_mu, allowed)
-    if question == "threshold" and chain.n > SHORT and not chain.slides:
-        allowed = f"must be at most {SHORT}: longer chains creep chaotically, and for a while only;"
-        allowed += " ask `survival`, or `threshold` with `after` for a cycle"
-        raise InputError("n", chain.n, allowed)
-    if question == "intercept":
-        refuse_long(chain)
-        if chain.n < 2:
-            raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
-        if chain.slides:
-            allowed = "equal to mu_d leaves no slips: `threshold` is exact, whatever the start"
-            raise InputError("mu_s", chain.mu_s, allowed)
 
 
 class Span(NamedTuple):

@@ -14,11 +14,19 @@ from numpy.typing import NDArray
 from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    whole_number,
+    with_error,
+)
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
-from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
+from exactcreep.studies.sense import require_sense
+from exactcreep.studies.thresholds.amplitudes import two_numbers
 from exactcreep.studies.thresholds.beside_laws import BesideLaws
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits, Stop
@@ -92,6 +100,17 @@ class Intercept(BesideLaws):
     def evidence(self) -> Evidence:
         """How well it is known: `COMPUTED` in float64, or `UNDECIDED`; `reason` then says why."""
         return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
+
+    @property
+    def finding(self) -> str:
+        """Where the straight part meets zero, how sure that is, and what the paper's law says."""
+        if math.isnan(self.intercept):
+            return "it is not known where the straight part of v(A) meets zero"
+        where = f"A = {with_error(self.intercept, self.error)} ({self.evidence.value})"
+        if self.systematic > 0:
+            where += f"; half of the range moves it by up to {self.systematic:.2g}"
+        law = f"Eq. 22 says {self.law_seuil:.6g}"
+        return f"the straight part of v(A) meets zero at {where}; {law}"
 
     def _numbers(self) -> dict[str, Any]:
         measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
@@ -171,8 +190,6 @@ def intercept(
     """
     require_sense(chain, "intercept")
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    if not abs(chain.tan_alpha) < chain.mu_d:
-        raise InputError("tan_alpha", chain.tan_alpha, "must be less than mu_d in size")
     fit = ("1.2", "2") if fit is None else fit
     low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)

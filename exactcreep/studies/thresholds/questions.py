@@ -27,7 +27,8 @@ from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.fate_result import Fate
-from exactcreep.studies.thresholds.amplitudes import SHORT, Bracket
+from exactcreep.studies.sense import CHAOTIC
+from exactcreep.studies.thresholds.amplitudes import Bracket
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import reporter
 
@@ -220,11 +221,7 @@ def _last_outcome(
             start = rearrangement.events[0]
             moves.update(dict(zip(start.sliders, start.signs, strict=True)))
         return None if any(moves.values()) else Outcome.CYCLING, evidence
-    return (Outcome.CYCLING, weaker(evidence, Evidence.COMPUTED)) if returned else (None, evidence)
-
-
-def weaker(a: Evidence, b: Evidence) -> Evidence:
-    return max(a, b, key=list(Evidence).index)
+    return (Outcome.CYCLING, evidence.and_then(Evidence.COMPUTED)) if returned else (None, evidence)
 
 
 @dataclass(eq=False)
@@ -287,7 +284,7 @@ class Lasting(Question):
                 break
         else:
             return creeps
-        if fate.outcome is not Outcome.LIMIT and self.chain.n <= SHORT:
+        if fate.outcome is not Outcome.LIMIT and self.chain.n < CHAOTIC:
             trial = self.tried(amplitude, self.solver, {})
             if trial.evidence is Evidence.PROVED:
                 self.certified[amplitude] = trial.creeps

@@ -28,7 +28,7 @@ from exactcreep.solvers.interface import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
-from exactcreep.studies.thresholds.questions import Log, Observation, Question, side_by_side, weaker
+from exactcreep.studies.thresholds.questions import Log, Observation, Question, side_by_side
 from exactcreep.watch.limits import OutOfTime
 
 MOST_DIGITS = {"certified": 5_000, "exact": 12}
@@ -306,7 +306,7 @@ def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> E
     edge = Edge(
         text_of(below, decimals.unit),
         text_of(above, decimals.unit),
-        evidence=weaker(lower.evidence, upper.evidence),
+        evidence=lower.evidence.and_then(upper.evidence),
         deciding_event=Difference.of(lower, upper),
     )
     return _with_sides(edge, lower, upper)
@@ -369,7 +369,7 @@ def _settled(question: Question, edge: Edge) -> Iterator[Edge]:
         later = replace(question, cycles=times * question.cycles)
         question.say("behaviour below", later.cycles, most, "cycles")
         trial = later.tried(Fraction(edge.lower or 0), "exact", {})
-        edge = replace(edge, outcome_evidence=weaker(trial.outcome_evidence, Evidence.COMPUTED))
+        edge = replace(edge, outcome_evidence=trial.outcome_evidence.and_then(Evidence.COMPUTED))
         if trial.outcome is not None and not trial.creeps:
             yield replace(edge, outcome_at_lower=trial.outcome)
             return

@@ -13,7 +13,8 @@ from exactcreep.model.numbers import InputError, Number, nearest_float, whole_nu
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate_result import Fate
-from exactcreep.studies.thresholds.amplitudes import Span, require_sense
+from exactcreep.studies.sense import require_sense
+from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.beside_laws import BesideLaws, laws_beside
 from exactcreep.studies.thresholds.questions import (
     ADVANCE,
@@ -165,6 +166,17 @@ class Threshold(BesideLaws):
         """
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
+    @property
+    def finding(self) -> str:
+        """Between which amplitudes the edge lies, and how sure that is."""
+        what = "creep for ever" if self.criterion == "lasting" else f"an {self.what}"
+        if self.lower is None or self.upper is None:
+            return f"it is not known where {what} begins"
+        more = len(self.windows or ()) - 1
+        first = f", the first of {more + 1} edges" if more > 0 else ""
+        where = f"{what} begins between A = {self.lower} and {self.upper}{first}"
+        return f"{where} ({self.evidence.value})"
+
     told = (
         "lower", "upper", "cycles", "digits", "solver", "criterion",
         "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
@@ -272,14 +284,16 @@ def threshold(
     ('0.00016923076923076', 'lasting', 'proved')
     """
     lasting = after is None
-    require_sense(chain, "threshold" if lasting else "threshold after")
+    if after is not None:
+        after = whole_number(after, "after", least=1, most=10**7)
+    require_sense(chain, "threshold", after)
+    most = after or MOST_CYCLES
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket, points)
     if solver not in tuple(MOST_DIGITS):  # it may be no word at all
         raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
-    most = MOST_CYCLES if after is None else whole_number(after, "after", least=1, most=10**7)
     places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
     if windows and span.bracket is not None:
         raise InputError("windows", windows, "needs a scan, and a bracket skips it")
@@ -293,10 +307,6 @@ def threshold(
     else:
         asked: Any = Lasting if lasting else Question
         if chain.slides:
-            if chain.n % 2 and most > 1 and chain.n * abs(chain.tan_alpha) <= chain.mu_d:
-                allowed = "must exceed mu_d/N in size: without slips the middle slider of an odd"
-                allowed += " chain nearer to the level is the pivot, and the chain does not creep"
-                raise InputError("tan_alpha", chain.tan_alpha, allowed)
             asked = partial(WithoutSlips, least=Fraction(0) if lasting else ADVANCE)
             solver, span = "sliding", span._replace(points=1)  # it advances the more the larger A
         question = asked(chain, most, State.relaxed(chain), limits, solver, say)

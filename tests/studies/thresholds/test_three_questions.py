@@ -19,7 +19,7 @@ from exactcreep import (
     survival,
     threshold,
 )
-from exactcreep.studies.thresholds import amplitudes
+from exactcreep.studies import sense
 from exactcreep.studies.thresholds import threshold as search
 from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.questions import Lasting
@@ -115,7 +115,7 @@ def test_creep_that_does_not_settle_has_an_interval_and_no_edge(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(search, "MOST_CYCLES", 1000)
-    monkeypatch.setattr(amplitudes, "SHORT", 6)
+    monkeypatch.setattr(sense, "CHAOTIC", 7)
     chain, step = captions(6), Fraction("0.00001")
     found = threshold(chain, low="0.00096", high="0.00104", points=8)
     assert found.evidence is Evidence.UNDECIDED

@@ -1,0 +1,66 @@
+"""Which question makes sense for which chain; a refusal names the question that does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError, nearest_float
+
+CHAOTIC = 6
+"""Sliders from which on creep is chaotic, and lasts for a while only."""
+MOST_SLIDERS = 10_000
+"""Of a chain that is asked about many cycles: a limit of time could not be kept with more."""
+
+
+def require_sense(chain: Any, question: str, cycles: int | None = None) -> None:
+    """Raise `InputError` if a question makes no sense for a chain.
+
+    The questions are ``fate``, ``survival``, ``intercept`` and ``threshold``: of creep for ever, or
+    of an advance in the last of so many `cycles`.
+    """
+    if not isinstance(chain, Chain):
+        raise InputError("chain", chain, "must be a Chain")
+    slope, edge = abs(chain.tan_alpha), question == "threshold"
+    if chain.n > MOST_SLIDERS and not edge:
+        allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
+        raise InputError("n", chain.n, f"{allowed} creep and run take more, for a few")
+    if chain.sigma_mu != 0 and question == "fate":
+        allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
+        raise InputError("sigma_mu", chain.sigma_mu, f"{allowed} creep lives")
+    if chain.slides and question in ("fate", "survival"):
+        allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
+        raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
+    if question in ("fate", "survival"):
+        return
+    if slope >= chain.mu_s:
+        allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
+        raise InputError("tan_alpha", chain.tan_alpha, allowed)
+    if slope == 0 and chain.n > 1:
+        allowed = "must not be 0: on the level a relaxed chain stays where it is;"
+        allowed += " `survival` counts the starts that creep one way or the other"
+        raise InputError("tan_alpha", 0, allowed)
+    if edge and chain.sigma_mu != 0:
+        allowed = "must be 0: with disorder no edge is sharp; `intercept` says where v(A) begins"
+        raise InputError("sigma_mu", chain.sigma_mu, allowed)
+    middle = chain.slides and chain.n % 2 and chain.n > 1 and chain.n * slope <= chain.mu_d
+    if edge and middle and cycles != 1:
+        allowed = "must exceed mu_d/N: on a flatter slope the pivot of an odd chain without slips"
+        raise InputError(
+            "tan_alpha",
+            chain.tan_alpha,
+            f"{allowed} is its middle slider, and the chain never creeps",
+        )
+    if edge and cycles is None and chain.n >= CHAOTIC and not chain.slides:
+        allowed = f"must be at most {CHAOTIC - 1}: longer chains creep chaotically, and for a while"
+        allowed += " only; ask `survival`, or `threshold` with `after` for a cycle"
+        raise InputError("n", chain.n, allowed)
+    if edge:
+        return
+    if chain.n < 2:
+        raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
+    if chain.slides:
+        allowed = "equal to mu_d leaves no slips: `threshold` is exact, whatever the start"
+        raise InputError("mu_s", chain.mu_s, allowed)
+    if slope >= chain.mu_d:
+        raise InputError("tan_alpha", chain.tan_alpha, "must be less than mu_d in size")
