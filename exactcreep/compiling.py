@@ -44,7 +44,7 @@ _KEPT = _find_place()
 def _compiled_modules() -> dict[Path, bytes]:
     """Return the sources of the modules of this package that have something compiled."""
     sources = {path: path.read_bytes() for path in Path(__file__).parent.rglob("*.py")}
-    return {path: source for path, source in sources.items() if b"compiling import njit" in source}
+    return {path: source for path, source in sources.items() if b"compiling import" in source}
 
 
 @lru_cache
@@ -105,6 +105,21 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
         return dispatcher
 
     return compiled
+
+
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_WITHIN = _OPTIONS | {
+    "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True
+}  # fmt: skip
+compiled = njit(cache=True, **_OPTIONS)
+"""Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
+merged = njit(**_WITHIN)
+"""Compile into the caller, and call from there alone. Each caller keeps what it has merged."""
+inlined = njit(cache=True, **_WITHIN)
+"""The same, kept on disk by itself, too: another variant of a caller is compiled in half the time.
+
+For functions of a module; those that are made in another function cannot be kept.
+"""
 
 
 class _Listener(event.Listener):  # type: ignore[misc]

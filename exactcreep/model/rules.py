@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from exactcreep.compiling import njit
+from exactcreep.compiling import merged
 
 
 class Rules(NamedTuple):
@@ -100,17 +100,6 @@ def in_turn(freeze: Any, draw: Any, test: Any, compiled: Any = lambda rule: rule
             test(n, *chain)
 
     return resolve
-
-
-merged = njit(
-    nogil=True,
-    error_model="numpy",
-    _nrt=False,
-    forceinline=True,
-    no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
-)
-"""Compile into the caller. Nothing is kept on disk here: each caller keeps what it has merged."""
 
 
 @merged

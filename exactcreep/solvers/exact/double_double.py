@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.solvers.exact.layout import inlined
+from exactcreep.compiling import inlined
 
 
 def split(value: Fraction) -> tuple[float, float]:

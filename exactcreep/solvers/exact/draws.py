@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from exactcreep.compiling import compiled, inlined
 from exactcreep.model import deviates
 from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact.layout import PAD, compiled, inlined
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     choose,
@@ -83,11 +84,11 @@ def coefficient(now, deviate):
 def renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
     mu, above = coefficient(now, deviate)
-    cell[cells.COEFFICIENT, i] = mu
+    cell[layout.COEFFICIENT, i] = mu
     if above < 0.0:
         now.counts.below += 1
         above = 0.0
-    cell[cells.EXCESS, i] = above * now.chain.cosine
+    cell[layout.EXCESS, i] = above * now.chain.cosine
 
 
 @inlined
@@ -100,12 +101,12 @@ def draw_ahead(deviate, now, i, k):
 
 
 @inlined
-def draw(cell, count, deviate, now, i):
+def draw(cell, whole, deviate, now, i):
     """Give slider i its next static coefficient."""
-    k = count[cells.DRAWS, i]
-    count[cells.DRAWS, i] = k + 1
+    k = whole[layout.DRAWS, i]
+    whole[layout.DRAWS, i] = k + 1
     if now.chain.constant == 1:
-        cell[cells.EXCESS, i] = now.chain.mean_excess
+        cell[layout.EXCESS, i] = now.chain.mean_excess
         return
     if k % BATCH == 0:
         draw_ahead(deviate, now, i, k)

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from exactcreep.compiling import compiled, inlined
 from exactcreep.model.rules import FLOATS
-from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus
 from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw_ahead, renew
-from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
+from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import choose, lane_of, together
 
 _, _, _is_before, _order, _ = FLOATS
@@ -56,11 +57,11 @@ def next_start(cell, now, target, target_low):
     theta_low = now.theta_low
     far = (target - theta) + (target_low - theta_low)
     up = 1.0 if far > 0.0 else -1.0
-    room_top = now.chain.friction + cell[cells.EXCESS, top]
-    room_end = now.chain.friction + cell[cells.EXCESS, end]
+    room_top = now.chain.friction + cell[layout.EXCESS, top]
+    room_end = now.chain.friction + cell[layout.EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = plus(cell[cells.FORCE, top], cell[cells.FORCE_LOW, top], up * room_top)
-    end_high, end_low = plus(-cell[cells.FORCE, end], -cell[cells.FORCE_LOW, end], up * room_end)
+    top_high, top_low = plus(cell[layout.FORCE, top], cell[layout.FORCE_LOW, top], up * room_top)
+    end_high, end_low = plus(-cell[layout.FORCE, end], -cell[layout.FORCE_LOW, end], up * room_end)
     far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
     far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
     far *= up
@@ -88,7 +89,7 @@ def _plus_in_lanes(high, low, term):
 
 
 @inlined
-def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
+def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     """Let the end that starts first slip, again and again, as long as that is plain.
 
     Each slip adds the same length to four sums of two floats: they stay in registers, in four
@@ -107,24 +108,24 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
     neighbour = PAD + 1
     way = 1.0
     # up times the critical l0 theta of both ends
-    first = friction + cell[cells.EXCESS, i] + up * cell[cells.FORCE, i]
-    second = friction + cell[cells.EXCESS, other] - up * cell[cells.FORCE, other]
+    first = friction + cell[layout.EXCESS, i] + up * cell[layout.FORCE, i]
+    second = friction + cell[layout.EXCESS, other] - up * cell[layout.FORCE, other]
     if second < first:
         first, second = second, first
         i, other = other, i
         neighbour = i - 1
         way = -1.0
     side = -up * way
-    excess = cell[cells.EXCESS, i]
-    spare = cell[cells.EXCESS, neighbour]
+    excess = cell[layout.EXCESS, i]
+    spare = cell[layout.EXCESS, neighbour]
     between = side * (
-        cell[cells.FORCE, i] + cell[cells.FORCE, neighbour]
+        cell[layout.FORCE, i] + cell[layout.FORCE, neighbour]
     )  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[cells.EXCESS, other] + spare
+    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[layout.EXCESS, other] + spare
     scale += (
-        abs(cell[cells.FORCE, i])
-        + abs(cell[cells.FORCE, other])
-        + abs(cell[cells.FORCE, neighbour])
+        abs(cell[layout.FORCE, i])
+        + abs(cell[layout.FORCE, other])
+        + abs(cell[layout.FORCE, neighbour])
     )
     slack = _SLACK * scale
     if first <= up * now.theta + slack:
@@ -142,19 +143,19 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         wall -= slack
     most -= slack
     high = together(
-        cell[cells.FORCE, i], cell[cells.FORCE, neighbour], cell[cells.TRAVEL, i], now.total
+        cell[layout.FORCE, i], cell[layout.FORCE, neighbour], cell[layout.TRAVEL, i], now.total
     )
     low = together(
-        cell[cells.FORCE_LOW, i],
-        cell[cells.FORCE_LOW, neighbour],
-        cell[cells.TRAVEL_LOW, i],
+        cell[layout.FORCE_LOW, i],
+        cell[layout.FORCE_LOW, neighbour],
+        cell[layout.TRAVEL_LOW, i],
         now.total_low,
     )
     ways = together(-side, side, side, side)
     high_before = high
     low_before = low
     excess_before = excess
-    k = count[cells.DRAWS, i]
+    k = whole[layout.DRAWS, i]
     slips = 0
     allowed = (stop_at - now.counts.events + 1) // 2
     while slips < allowed:
@@ -176,31 +177,31 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         k += 1
     if slips == 0:
         return
-    cell[cells.FORCE, i] = lane_of(high, 0)
-    cell[cells.FORCE_LOW, i] = lane_of(low, 0)
-    cell[cells.FORCE, neighbour] = lane_of(high, 1)
-    cell[cells.FORCE_LOW, neighbour] = lane_of(low, 1)
-    cell[cells.REST, neighbour] = lane_of(high, 1)
-    cell[cells.TRAVEL, i] = lane_of(high, 2)
-    cell[cells.TRAVEL_LOW, i] = lane_of(low, 2)
+    cell[layout.FORCE, i] = lane_of(high, 0)
+    cell[layout.FORCE_LOW, i] = lane_of(low, 0)
+    cell[layout.FORCE, neighbour] = lane_of(high, 1)
+    cell[layout.FORCE_LOW, neighbour] = lane_of(low, 1)
+    cell[layout.REST, neighbour] = lane_of(high, 1)
+    cell[layout.TRAVEL, i] = lane_of(high, 2)
+    cell[layout.TRAVEL_LOW, i] = lane_of(low, 2)
     now.total = lane_of(high, 3)
     now.total_low = lane_of(low, 3)
     now.theta, now.theta_low = plus(
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
-    count[cells.DRAWS, i] = k
+    whole[layout.DRAWS, i] = k
     if constant:
-        cell[cells.EXCESS, i] = chain.mean_excess
+        cell[layout.EXCESS, i] = chain.mean_excess
     else:
         renew(cell, now, i, deviate[i, (k - 1) % KEPT])
-    count[cells.SLIPS, i] += slips
+    whole[layout.SLIPS, i] += slips
     now.counts.slips += slips
     now.counts.rearrangements += slips
     now.counts.events += 2 * slips
 
 
 @compiled
-def end_slips(cell, count, deviate, now, target, target_low, stop_at):
+def end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `loop` does in a ramp, a lone slip and at rest, without what such a slip can skip.
@@ -208,4 +209,4 @@ def end_slips(cell, count, deviate, now, target, target_low, stop_at):
     before = -1
     while before < now.counts.events < stop_at:
         before = now.counts.events
-        _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)
+        _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at)

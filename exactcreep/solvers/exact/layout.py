@@ -1,10 +1,10 @@
 """Memory layout of the compiled exact solver: the rows of its arrays, and its scalars.
 
-The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
+The loop works on arrays that Python owns: `cell` and `whole` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `series` (`SERIES` rows of
 eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
-what is recorded. Compiled code calls this module `cells`: ``cell[cells.SPEED, i]``.
+what is recorded.
 
 What stands in the column of a slider:
 
@@ -23,7 +23,7 @@ What stands in the column of a slider:
 | DRIVE | force minus friction, along the motion, with which it started |
 | COEFFICIENT | the static coefficient, as drawn |
 | DOUBTED | number of the rearrangement in which it was last counted as undecided |
-| `count` | int64 |
+| `whole` | int64 |
 | DRAWS | static coefficients drawn so far |
 | SLIPS | slips since the last target, where they are recorded |
 | EVENT | of the k-th slider of the event under way (in column k) its own column |
@@ -37,26 +37,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.compiling import njit
 from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.tables import EVENT_TABLE
-
-compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-"""Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
-inlined = njit(
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-    _nrt=False,
-    forceinline=True,
-    no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
-)
-"""The same, merged into the caller: one call costs as much as a slip.
-
-Only compiled code can call it. It is kept on disk within its callers and by itself: another
-variant of a caller is then compiled in half the time.
-"""
 
 ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
@@ -90,8 +72,10 @@ at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the
     COEFFICIENT, DOUBTED,
 ) = range(14)  # rows of `cell`, see above  # fmt: skip
 CELLS = 14
-DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `count`
-COUNTS = 4
+DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
+WHOLES = 4
+IN_SNAPSHOTS = [FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED]
+"""Rows of `cell` that tell all of a chain at rest, with those of `whole` before EVENT."""
 
 # rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then
 (

@@ -23,13 +23,13 @@ import math
 
 import numpy as np
 
-from exactcreep.model.rules import FLOATS, in_turn, merged
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact import rows
+from exactcreep.compiling import compiled, inlined, merged
+from exactcreep.model.rules import FLOATS, in_turn
+from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips, next_start
-from exactcreep.solvers.exact.layout import PAD, ULP, compiled, inlined
+from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
@@ -63,48 +63,48 @@ def _place_ends(cell, now):
     n = now.chain.n
     if n > 1:
         for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
-            low = cell[cells.FORCE_LOW, i] + way * now.theta_low
-            cell[cells.REST, i], _ = plus(cell[cells.FORCE, i], low, way * now.theta)
+            low = cell[layout.FORCE_LOW, i] + way * now.theta_low
+            cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, way * now.theta)
 
 
 @inlined
 def _present_force(cell, i):
-    around = cell[cells.X, i - 1] + cell[cells.X, i + 1]
-    return cell[cells.REST, i] + (around - cell[cells.STIFFNESS, i] * cell[cells.X, i])
+    around = cell[layout.X, i - 1] + cell[layout.X, i + 1]
+    return cell[layout.REST, i] + (around - cell[layout.STIFFNESS, i] * cell[layout.X, i])
 
 
 @inlined
 def _start(cell, now, log, i, sign, drive):
-    cell[cells.SIDE, i] = sign
-    cell[cells.SPEED, i] = 0.0
-    cell[cells.FRESH, i] = 1.0
-    cell[cells.DRIVE, i] = drive
+    cell[layout.SIDE, i] = sign
+    cell[layout.SPEED, i] = 0.0
+    cell[layout.FRESH, i] = 1.0
+    cell[layout.DRIVE, i] = drive
     now.moving += 1
     now.first = min(now.first, i)
     now.last = max(now.last, i)
     now.touched_first = min(now.touched_first, i)
     now.touched_last = max(now.touched_last, i)
     rows.start(cell, now, log.tables, i)
-    if now.chain.logging & cells.LOGS_EVENTS != 0:
-        _write(now, log.events, cells.START, i, sign)
+    if now.chain.logging & layout.LOGS_EVENTS != 0:
+        _write(now, log.events, layout.START, i, sign)
 
 
 @inlined
-def _freeze(cell, count, now, log, i):
-    if now.chain.logging & cells.LOGS_EVENTS != 0:
-        _write(now, log.events, cells.STOP, i, cell[cells.SIDE, i])
-    cell[cells.SIDE, i] = 0.0
-    cell[cells.SPEED, i] = 0.0
-    cell[cells.FRESH, i] = 0.0
+def _freeze(cell, whole, now, log, i):
+    if now.chain.logging & layout.LOGS_EVENTS != 0:
+        _write(now, log.events, layout.STOP, i, cell[layout.SIDE, i])
+    cell[layout.SIDE, i] = 0.0
+    cell[layout.SPEED, i] = 0.0
+    cell[layout.FRESH, i] = 0.0
     now.moving -= 1
-    now.size = max(now.size, abs(cell[cells.X, i]))
+    now.size = max(now.size, abs(cell[layout.X, i]))
     now.counts.slips += 1
-    count[cells.SLIPS, i] += 1
+    whole[layout.SLIPS, i] += 1
 
 
 @inlined
-def _renew(cell, count, deviate, now, log, i):
-    draw(cell, count, deviate, now, i)
+def _renew(cell, whole, deviate, now, log, i):
+    draw(cell, whole, deviate, now, i)
     rows.stop(cell, now, log.tables, i)
 
 
@@ -116,7 +116,7 @@ def _begin(cell, now, log, way):
     now.last = now.touched_last = 0
     now.time = 0.0
     now.size = 2.0 * now.chain.friction + now.chain.mean_excess
-    now.inherited = cells.AT_REST_OFF * now.size
+    now.inherited = layout.AT_REST_OFF * now.size
     rows.begin(cell, now, log.tables, way)
 
 
@@ -128,39 +128,39 @@ def _settle(cell, now, log):
     last = now.touched_last
     for i in range(max(first - 1, PAD), min(last + 2, PAD + now.chain.n)):
         # the neighbours' sum first: the mirror image adds the same two numbers
-        total, error = two_sum(cell[cells.X, i - 1], cell[cells.X, i + 1])
-        cell[cells.FORCE_LOW, i] += error
-        add(cell, cells.FORCE, cells.FORCE_LOW, i, total)
-        add(cell, cells.FORCE, cells.FORCE_LOW, i, -cell[cells.STIFFNESS, i] * cell[cells.X, i])
-        cell[cells.REST, i] = cell[cells.FORCE, i]  # at sliders 1 and N once theta is known again
+        total, error = two_sum(cell[layout.X, i - 1], cell[layout.X, i + 1])
+        cell[layout.FORCE_LOW, i] += error
+        add(cell, layout.FORCE, layout.FORCE_LOW, i, total)
+        add(cell, layout.FORCE, layout.FORCE_LOW, i, -cell[layout.STIFFNESS, i] * cell[layout.X, i])
+        cell[layout.REST, i] = cell[layout.FORCE, i]  # at sliders 1 and N once theta is known again
     for i in range(first, last + 1):
-        moved = cell[cells.X, i]
+        moved = cell[layout.X, i]
         if moved != 0.0:
-            add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
+            add(cell, layout.TRAVEL, layout.TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
-            cell[cells.X, i] = 0.0
-    if now.number > cells.PROMISED_EVENTS:
+            cell[layout.X, i] = 0.0
+    if now.number > layout.PROMISED_EVENTS:
         now.counts.long += 1
-    now.stage = cells.AT_REST
+    now.stage = layout.AT_REST
 
 
 @inlined
 def _decompose(cell, now, log):
     """End an event: choose how to go on with the sliders that move now, if any do."""
     now.counts.events += 1
-    now.inherited += cells.EVENT_OFF * now.size
+    now.inherited += layout.EVENT_OFF * now.size
     if now.moving == 0:
         _settle(cell, now, log)
         return
     first = now.first
     last = now.last
-    while cell[cells.SIDE, first] == 0.0:
+    while cell[layout.SIDE, first] == 0.0:
         first += 1
-    while cell[cells.SIDE, last] == 0.0:
+    while cell[layout.SIDE, last] == 0.0:
         last -= 1
     now.first = first
     now.last = last
-    now.stage = cells.LONE if first == last else cells.CLUSTER
+    now.stage = layout.LONE if first == last else layout.CLUSTER
 
 
 @inlined
@@ -169,7 +169,7 @@ def _threshold(cell, now, i, pull, slack):
 
     The force on it is known to `slack`, and to some roundings.
     """
-    threshold = now.chain.friction + cell[cells.EXCESS, i]
+    threshold = now.chain.friction + cell[layout.EXCESS, i]
     return threshold, 8.0 * ULP * (abs(pull) + threshold) + slack
 
 
@@ -187,10 +187,10 @@ def _ramp(cell, now, log, target, target_low):
     _begin(cell, now, log, up)
     _place_ends(cell, now)
     if top:
-        _start(cell, now, log, PAD, -up, cell[cells.EXCESS, PAD])
+        _start(cell, now, log, PAD, -up, cell[layout.EXCESS, PAD])
     if end:
         i = PAD + now.chain.n - 1
-        _start(cell, now, log, i, up, cell[cells.EXCESS, i])
+        _start(cell, now, log, i, up, cell[layout.EXCESS, i])
     now.number += 1
     _decompose(cell, now, log)
     return True
@@ -203,7 +203,7 @@ def _unstable(cell, now, log):
     began = False
     _place_ends(cell, now)
     for i in range(PAD, PAD + n):
-        pull = cell[cells.REST, i]
+        pull = cell[layout.REST, i]
         end = n > 1 and (i == PAD or i == PAD + n - 1)
         of_theta = 2.0 * ULP * abs(now.theta) if end else 0.0
         threshold, slack = _threshold(cell, now, i, pull, of_theta)
@@ -215,10 +215,10 @@ def _unstable(cell, now, log):
             _start(cell, now, log, i, sign, abs(pull) - now.chain.friction)
         elif close:
             now.counts.undecided += 1
-            cell[cells.DOUBTED, i] = now.counts.rearrangements + (
+            cell[layout.DOUBTED, i] = now.counts.rearrangements + (
                 not began
             )  # not again in what follows
-    now.stage = cells.AT_REST
+    now.stage = layout.AT_REST
     if began:
         now.number += 1
         _decompose(cell, now, log)
@@ -226,15 +226,15 @@ def _unstable(cell, now, log):
 
 
 @inlined
-def _lone(cell, count, deviate, now, log):
+def _lone(cell, whole, deviate, now, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
-    side = cell[cells.SIDE, i]
-    stiff = cell[cells.STIFFNESS, i]
-    speed = cell[cells.SPEED, i]
+    side = cell[layout.SIDE, i]
+    stiff = cell[layout.STIFFNESS, i]
+    speed = cell[layout.SPEED, i]
     friction = now.chain.friction
-    drive = cell[cells.DRIVE, i]  # exactly what made it start
-    if cell[cells.FRESH, i] == 0.0:
+    drive = cell[layout.DRIVE, i]  # exactly what made it start
+    if cell[layout.FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
     swing = 0.0
     if stiff == 0.0:
@@ -248,19 +248,19 @@ def _lone(cell, count, deviate, now, log):
         length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)
     room_left = np.inf
     room_right = np.inf
-    scale = 2.0 * friction + cell[cells.EXCESS, i] + length + abs(drive)
+    scale = 2.0 * friction + cell[layout.EXCESS, i] + length + abs(drive)
     if stiff > 0.0:
         if i > PAD:
-            scale += cell[cells.EXCESS, i - 1]
-            threshold = friction + cell[cells.EXCESS, i - 1]
+            scale += cell[layout.EXCESS, i - 1]
+            threshold = friction + cell[layout.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
         if i < PAD + now.chain.n - 1:
-            scale += cell[cells.EXCESS, i + 1]
-            threshold = friction + cell[cells.EXCESS, i + 1]
+            scale += cell[layout.EXCESS, i + 1]
+            threshold = friction + cell[layout.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
     bound = 8.0 * ULP * scale
-    cell[cells.FRESH, i] = 0.0
+    cell[layout.FRESH, i] = 0.0
     starts, close = _is_before(room, length, bound)
     now.counts.undecided += close
     if not starts:
@@ -271,13 +271,13 @@ def _lone(cell, count, deviate, now, log):
                 now.time += math.pi / math.sqrt(stiff) if length > 0.0 else 0.0
             elif length > 0.0:
                 now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
-        cell[cells.X, i] += side * length
+        cell[layout.X, i] += side * length
         # its acceleration has turned to the opposite of what a start from rest would need
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
-            pull = cell[cells.REST, i]
-        _freeze(cell, count, now, log, i)
-        _renew(cell, count, deviate, now, log, i)
+            pull = cell[layout.REST, i]
+        _freeze(cell, whole, now, log, i)
+        _renew(cell, whole, deviate, now, log, i)
         now.number += 1
         threshold, slack = _threshold(cell, now, i, pull, 0.0)
         turn, close = _reversal(pull, threshold, side, slack)
@@ -299,17 +299,17 @@ def _lone(cell, count, deviate, now, log):
         )
         if turned > 0.0:
             now.time += turned / omega
-    cell[cells.X, i] += side * room
-    cell[cells.SPEED, i] = faster
+    cell[layout.X, i] += side * room
+    cell[layout.SPEED, i] = faster
     order, close = _order(room_left, room_right, bound)
     now.counts.undecided += close
     if order <= 0:
-        _start(cell, now, log, i - 1, side, cell[cells.EXCESS, i - 1])
+        _start(cell, now, log, i - 1, side, cell[layout.EXCESS, i - 1])
     if order >= 0:
-        _start(cell, now, log, i + 1, side, cell[cells.EXCESS, i + 1])
+        _start(cell, now, log, i + 1, side, cell[layout.EXCESS, i + 1])
     if faster == 0.0:
-        cell[cells.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
-        cell[cells.DRIVE, i] = drive
+        cell[layout.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
+        cell[layout.DRIVE, i] = drive
     now.number += 1
     _decompose(cell, now, log)
     return False
@@ -324,72 +324,72 @@ def _never_stops(cell, now):
         return False
     total = 0.0
     for i in range(PAD, PAD + n):
-        if cell[cells.SIDE, i] != down:
+        if cell[layout.SIDE, i] != down:
             return False
-        total += cell[cells.SPEED, i]
+        total += cell[layout.SPEED, i]
     mean = total / n
     energy = 0.0
     tension = 0.0
     scale = 0.0
     for i in range(PAD, PAD + n):
-        energy += (cell[cells.SPEED, i] - mean) ** 2
+        energy += (cell[layout.SPEED, i] - mean) ** 2
         tension += _present_force(cell, i) - now.chain.sine
         if i < PAD + n - 1:
             energy += tension * tension
-        scale += abs(tension) + cell[cells.SPEED, i]
+        scale += abs(tension) + cell[layout.SPEED, i]
     # outward: the sums above are good to n ulp of their largest term
     energy = energy * (1.0 + 8.0 * n * ULP) + (8.0 * n * ULP * scale) ** 2
     return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
 @inlined
-def _to_first_event(cell, count, series, now):
+def _to_first_event(cell, whole, series, now):
     """Advance several movers to their first event.
 
     Returns of how many sliders it is, and how far its time may be off.
     """
     now.counts.calm += 1
     now.counts.work += STEP_WORK + STRIP_WORK * ((now.last - now.first + 10) // 8)
-    t, events, blur = step(cell, count, series, now, now.first - 1, now.last + 1)
+    t, events, blur = step(cell, whole, series, now, now.first - 1, now.last + 1)
     now.time += t
     return events, blur
 
 
 @inlined
-def _in_order(count, events):
-    """Sort the columns in ``count[EVENT]``: which of them was found first must not matter."""
+def _in_order(whole, events):
+    """Sort the columns in ``whole[EVENT]``: which of them was found first must not matter."""
     for k in range(1, events):
-        i = count[cells.EVENT, k]
-        while k > 0 and count[cells.EVENT, k - 1] > i:
-            count[cells.EVENT, k] = count[cells.EVENT, k - 1]
+        i = whole[layout.EVENT, k]
+        while k > 0 and whole[layout.EVENT, k - 1] > i:
+            whole[layout.EVENT, k] = whole[layout.EVENT, k - 1]
             k -= 1
-        count[cells.EVENT, k] = i
+        whole[layout.EVENT, k] = i
 
 
 @inlined
-def _freeze_kth(k, cell, count, deviate, now, log, blur, number):
-    i = count[cells.EVENT, k]
-    count[cells.STOPPED, k] = cell[cells.SIDE, i]
-    if count[cells.STOPPED, k] != 0:
-        _freeze(cell, count, now, log, i)
+def _freeze_kth(k, cell, whole, deviate, now, log, blur, number):
+    i = whole[layout.EVENT, k]
+    whole[layout.STOPPED, k] = cell[layout.SIDE, i]
+    if whole[layout.STOPPED, k] != 0:
+        _freeze(cell, whole, now, log, i)
 
 
 @inlined
-def _renew_kth(k, cell, count, deviate, now, log, blur, number):
-    if count[cells.STOPPED, k] != 0:
-        _renew(cell, count, deviate, now, log, count[cells.EVENT, k])
+def _renew_kth(k, cell, whole, deviate, now, log, blur, number):
+    if whole[layout.STOPPED, k] != 0:
+        _renew(cell, whole, deviate, now, log, whole[layout.EVENT, k])
         now.number = number + 1
 
 
 @inlined
-def _test_kth(k, cell, count, deviate, now, log, blur, number):
-    i = count[cells.EVENT, k]
+def _test_kth(k, cell, whole, deviate, now, log, blur, number):
+    i = whole[layout.EVENT, k]
     pull = _present_force(cell, i)
     turn = 1.0 if pull > 0.0 else -1.0
-    drive = cell[cells.EXCESS, i]
-    way = count[cells.STOPPED, k]
+    drive = cell[layout.EXCESS, i]
+    way = whole[layout.STOPPED, k]
     if way != 0:
-        beside = cell[cells.SPEED, i - 1] + cell[cells.SPEED, i + 1]
+        beside = cell[layout.SPEED, i - 1] + cell[layout.SPEED, i + 1]
         threshold, slack = _threshold(cell, now, i, pull, blur * beside)
         turn, close = _reversal(pull, threshold, float(way), slack)
         now.counts.undecided += close
@@ -402,16 +402,16 @@ _in_turn = in_turn(_freeze_kth, _renew_kth, _test_kth, merged)
 
 
 @inlined
-def _resolve(cell, count, deviate, now, log, events, blur):
+def _resolve(cell, whole, deviate, now, log, events, blur):
     """Let the sliders of an event stop and start by the rules of the model.
 
     The time of the event is known to `blur`; in that time movers beside a slider change the force
     on it.
     """
     now.counts.calm = 0
-    _in_order(count, events)
+    _in_order(whole, events)
     slips, moving = now.counts.slips, now.moving
-    _in_turn(range(events), cell, count, deviate, now, log, blur, now.number)
+    _in_turn(range(events), cell, whole, deviate, now, log, blur, now.number)
     stops = now.counts.slips - slips
     if now.moving > moving - stops:  # some have started
         now.number += 1
@@ -421,31 +421,31 @@ def _resolve(cell, count, deviate, now, log, events, blur):
 
 
 @inlined
-def _cluster(cell, count, deviate, series, now, log):
+def _cluster(cell, whole, deviate, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if now.moving == now.chain.n and _never_stops(cell, now):
         return True
-    events, blur = _to_first_event(cell, count, series, now)
+    events, blur = _to_first_event(cell, whole, series, now)
     if events > 0:
-        _resolve(cell, count, deviate, now, log, events, blur)
+        _resolve(cell, whole, deviate, now, log, events, blur)
     return False
 
 
 @compiled
-def prepare(cell, count, deviate, scalars):
+def prepare(cell, whole, deviate, scalars):
     """Fill the batches of deviates that hold the next draws."""
     now = scalars[0]
     if now.chain.constant == 0:
         for i in range(PAD, PAD + now.chain.n):
-            batch = count[cells.DRAWS, i] // BATCH
+            batch = whole[layout.DRAWS, i] // BATCH
             fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, batch)
-            if count[cells.DRAWS, i] % BATCH != 0:
+            if whole[layout.DRAWS, i] % BATCH != 0:
                 fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, batch + 1)
 
 
 @compiled
 def follow(
-    cell, count, deviate, series, scalars, log, theta, theta_low, targets, max_events, max_work,
+    cell, whole, deviate, series, scalars, log, theta, theta_low, targets, max_events, max_work,
     single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
@@ -463,33 +463,33 @@ def follow(
     room = log.events.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage
-        if max(now.number, now.counts.calm) > now.chain.longest and stage != cells.AT_REST:
-            return cells.ENDLESS, reached  # and no step further, whoever asks again
+        if max(now.number, now.counts.calm) > now.chain.longest and stage != layout.AT_REST:
+            return layout.ENDLESS, reached  # and no step further, whoever asks again
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
-            return cells.BUDGET, reached
-        if now.chain.logging & cells.LOGS_EVENTS != 0 and now.logged > room:
-            return cells.LOG_FULL, reached
+            return layout.BUDGET, reached
+        if now.chain.logging & layout.LOGS_EVENTS != 0 and now.logged > room:
+            return layout.LOG_FULL, reached
         if rows.room(log.tables) <= now.chain.n:
-            return cells.LOG_FULL, reached
-        if stage == cells.AT_REST:
+            return layout.LOG_FULL, reached
+        if stage == layout.AT_REST:
             if now.chain.logging == 0 and now.chain.n > 1 and not single:
-                end_slips(cell, count, deviate, now, theta[reached], theta_low[reached], stop_at)
+                end_slips(cell, whole, deviate, now, theta[reached], theta_low[reached], stop_at)
                 if now.counts.events >= stop_at:
                     continue
             if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
-                rows.at_target(cell, count, now, targets, reached)
+                rows.at_target(cell, whole, now, targets, reached)
                 reached += 1
                 now.counts.target += 1
-        elif stage == cells.LONE:
-            if _lone(cell, count, deviate, now, log):
-                return cells.RUNAWAY, reached
-        elif stage == cells.CLUSTER:
+        elif stage == layout.LONE:
+            if _lone(cell, whole, deviate, now, log):
+                return layout.RUNAWAY, reached
+        elif stage == layout.CLUSTER:
             if series is None:  # known when this is compiled
-                return cells.BUDGET, reached
-            if _cluster(cell, count, deviate, series, now, log):
-                return cells.RUNAWAY, reached
+                return layout.BUDGET, reached
+            if _cluster(cell, whole, deviate, series, now, log):
+                return layout.RUNAWAY, reached
         else:
             _unstable(cell, now, log)
-        if single and now.stage == cells.AT_REST and now.counts.rearrangements > 0:
-            return cells.ONE_DONE, reached
-    return cells.DONE, reached
+        if single and now.stage == layout.AT_REST and now.counts.rearrangements > 0:
+            return layout.ONE_DONE, reached
+    return layout.DONE, reached

@@ -23,8 +23,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, SERIES, ULP, inlined
+from exactcreep.compiling import inlined
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, SERIES, ULP
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     choose,
@@ -63,26 +64,26 @@ def forces(cell, friction, i):
 
     A mover that has started with no more than friction has none.
     """
-    around = load(cell, cells.X, i - 1) + load(cell, cells.X, i + 1)
-    pull = load(cell, cells.REST, i) + (
-        around - load(cell, cells.STIFFNESS, i) * load(cell, cells.X, i)
+    around = load(cell, layout.X, i - 1) + load(cell, layout.X, i + 1)
+    pull = load(cell, layout.REST, i) + (
+        around - load(cell, layout.STIFFNESS, i) * load(cell, layout.X, i)
     )
-    push = load(cell, cells.SIDE, i) * pull - friction
-    fresh = load(cell, cells.FRESH, i) > 0.0
-    push = choose(fresh, load(cell, cells.DRIVE, i), push)
+    push = load(cell, layout.SIDE, i) * pull - friction
+    fresh = load(cell, layout.FRESH, i) > 0.0
+    push = choose(fresh, load(cell, layout.DRIVE, i), push)
     return pull, push, fresh & (push <= 0.0)
 
 
 @inlined
 def expand(cell, series, row, friction, i):
     """Fill in the first two derivatives of eight columns, and which move; return the forceless."""
-    side = load(cell, cells.SIDE, i)
+    side = load(cell, layout.SIDE, i)
     moves = side * side
     pull, push, idle = forces(cell, friction, i)
-    put(series, row + cells.MOVES, moves)
-    put(series, row + cells.RESTS, 1.0 - moves)
-    put(series, row + cells.HOLDS, 0.0 - moves * load(cell, cells.STIFFNESS, i))
-    put(series, row, fused(1.0 - moves, pull, side * load(cell, cells.SPEED, i)))
+    put(series, row + layout.MOVES, moves)
+    put(series, row + layout.RESTS, 1.0 - moves)
+    put(series, row + layout.HOLDS, 0.0 - moves * load(cell, layout.STIFFNESS, i))
+    put(series, row, fused(1.0 - moves, pull, side * load(cell, layout.SPEED, i)))
     put(series, row + 1, side * push)
     return idle
 
@@ -95,20 +96,20 @@ def two_orders(series, strips, k):
     """
     before = spread(0.0)
     before_2 = before
-    y = take(series, cells.MOVES) * take(series, k)
+    y = take(series, layout.MOVES) * take(series, k)
     y_2 = take(series, k + 1)
     for s in range(strips):
         row = SERIES * s
         following = spread(0.0)
         following_2 = following
         if s + 1 < strips:
-            following = take(series, row + SERIES + cells.MOVES) * take(series, row + SERIES + k)
+            following = take(series, row + SERIES + layout.MOVES) * take(series, row + SERIES + k)
             following_2 = take(series, row + SERIES + k + 1)
         around = from_left(before, y) + from_right(y, following)
         around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        moves = take(series, row + cells.MOVES)
-        rests = take(series, row + cells.RESTS)
-        holds = take(series, row + cells.HOLDS)
+        moves = take(series, row + layout.MOVES)
+        rests = take(series, row + layout.RESTS)
+        holds = take(series, row + layout.HOLDS)
         put(series, row + k + 1, fused(rests, around, y_2))
         after = fused(moves, around, holds * y)
         put(series, row + k + 2, fused(rests, around_2, after))
@@ -137,8 +138,8 @@ def summed(series, row, orders, ladder, t):
 @inlined
 def watched(cell, i):
     """Return the mask of the lanes that move or have a moving neighbour."""
-    beside = abs(load(cell, cells.SIDE, i - 1)) + abs(load(cell, cells.SIDE, i + 1))
-    return abs(load(cell, cells.SIDE, i)) + beside > 0.0
+    beside = abs(load(cell, layout.SIDE, i - 1)) + abs(load(cell, layout.SIDE, i + 1))
+    return abs(load(cell, layout.SIDE, i)) + beside > 0.0
 
 
 @inlined
@@ -148,12 +149,12 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
     Those whose margin lies between `low` and `high` on (0, t], and is `at_0` at 0; of the `scale`
     of its terms some ulp may have been rounded away.
     """
-    side = load(cell, cells.SIDE, i)
+    side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
-    fresh = load(cell, cells.FRESH, i) > 0.0
+    fresh = load(cell, layout.FRESH, i) > 0.0
     low = min(low, choose(fresh, low, at_0))
     high = max(high, choose(fresh, high, at_0))
-    threshold = load(cell, cells.EXCESS, i) + friction
+    threshold = load(cell, layout.EXCESS, i) + friction
     bound = (16.0 * ULP) * (scale + choose(resting, threshold + friction, t * friction))
     never = spread(NEVER)
     floor = choose(resting, threshold, choose(side < 0.0, never, 0.0))
@@ -168,17 +169,17 @@ def approach(cell, table, row, friction, i):
     Its coefficients, of the distance from the end that it is heading for; of a slider that has just
     started, whose distance is zero, of the distance over the time.
     """
-    side = load(cell, cells.SIDE, i)
+    side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
     c1 = take(table, row + 1)
     c2 = take(table, row + 2)
     heading = choose(c1 + c2 * 0.5 < 0.0, spread(-1.0), 1.0)
     way = choose(resting, heading, 0.0 - side)
-    edge = choose(resting, load(cell, cells.EXCESS, i) + friction, 0.0)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
     p0 = max(edge - way * take(table, row), 0.0)
     p1 = 0.0 - way * c1
     p2 = 0.0 - way * (c2 * 0.5)
-    fresh = load(cell, cells.FRESH, i) > 0.0
+    fresh = load(cell, layout.FRESH, i) > 0.0
     p0 = choose(fresh, p1, p0)
     p1 = choose(fresh, p2, p1)
     p2 = choose(fresh, 0.0 - way * (take(table, row + 3) * (1.0 / 6.0)), p2)
@@ -291,12 +292,12 @@ def soon_after(cell, table, row, friction, inherited, i, late, t):
     Their order and that of an event that may be so late is not decided. The state from which they
     move is off by what it has `inherited` from earlier roundings.
     """
-    side = load(cell, cells.SIDE, i)
+    side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
-    at = take(table, row + cells.AT_END)
-    slope = take(table, row + cells.SLOPE_AT_END)
+    at = take(table, row + layout.AT_END)
+    slope = take(table, row + layout.SLOPE_AT_END)
     way = choose(resting, choose(slope < 0.0, spread(-1.0), 1.0), 0.0 - side)
-    edge = choose(resting, load(cell, cells.EXCESS, i) + friction, 0.0)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
     out = way * slope
     room = edge - way * at
     bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction)) + inherited
@@ -307,15 +308,15 @@ def soon_after(cell, table, row, friction, inherited, i, late, t):
 def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
-    if cell[cells.SIDE, i] != 0.0:
+    if cell[layout.SIDE, i] != 0.0:
         return 16.0 * ULP * (scale + t * now.chain.friction)
-    return 16.0 * ULP * (scale + 2.0 * now.chain.friction + cell[cells.EXCESS, i])
+    return 16.0 * ULP * (scale + 2.0 * now.chain.friction + cell[layout.EXCESS, i])
 
 
 @inlined
 def end_of_range(cell, now, i):
     """Return how far the margin of a slider may be from zero, on the side of its next event."""
-    return 0.0 if cell[cells.SIDE, i] != 0.0 else now.chain.friction + cell[cells.EXCESS, i]
+    return 0.0 if cell[layout.SIDE, i] != 0.0 else now.chain.friction + cell[layout.EXCESS, i]
 
 
 @inlined
@@ -330,7 +331,7 @@ def outwards(side, slope):
 @inlined
 def refined(cell, series, now, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
-    side = cell[cells.SIDE, i]
+    side = cell[layout.SIDE, i]
     limit = end_of_range(cell, now, i)
     at_0 = element(series, row, lane)
     slope_0 = element(series, row + 1, lane)

@@ -5,6 +5,7 @@ Numbers that float64 does not hold travel as two floats whose sum they are.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -12,22 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.compiling import compiled
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact import rows
+from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_sum
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import (
-    LADDER,
-    NEVER,
-    PAD,
-    SERIES,
-    Log,
-    Tables,
-    compiled,
-)
+from exactcreep.solvers.exact.layout import LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.interface import longest_avalanche
@@ -43,7 +36,7 @@ class Workspace(NamedTuple):
     """The arrays of the compiled loop; their rows and cells are named in `layout`."""
 
     cell: NDArray[np.float64]
-    tally: NDArray[np.int64]
+    whole: NDArray[np.int64]
     deviate: NDArray[np.float64]
     series: NDArray[np.float64] | None
     now: NDArray[Any]
@@ -91,7 +84,7 @@ class Origin(NamedTuple):
         n = self.numbers.shape[1]
         present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
         _read(
-            work.cell, work.tally, work.now, self.numbers, *self.load,
+            work.cell, work.whole, work.now, self.numbers, *self.load,
             self.state.draws, *present,
         )  # fmt: skip
         return present
@@ -123,8 +116,8 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
     """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
-    made = np.zeros(1, dtype=cells.NOW)
-    made["stage"], made["counts"]["target"] = cells.UNSTABLE, 1
+    made = np.zeros(1, dtype=layout.NOW)
+    made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
     constants["friction"] = chain.friction
     constants["mu_d"], constants["mu_d_low"] = split(chain.mu_d)
@@ -150,8 +143,8 @@ def placed(
     """
     work = _room(chain.n, logging) if used is None else used
     _begin(work.now, chain, origin, seed, logging)
-    place(work.cell, work.tally, work.now, origin.numbers, origin.state.draws)
-    prepare(work.cell, work.tally, work.deviate, work.now)
+    place(work.cell, work.whole, work.now, origin.numbers, origin.state.draws)
+    prepare(work.cell, work.whole, work.deviate, work.now)
     return work
 
 
@@ -172,41 +165,41 @@ def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[
 
     Each holds them one after the other, but for `series`, which have no memory.
     """
-    n, m = chain.n, cells.columns(chain.n)
+    n, m = chain.n, layout.columns(chain.n)
     return (
-        np.empty((copies, cells.CELLS, m)),
-        np.empty((copies, cells.COUNTS, m), dtype=np.int64),
+        np.empty((copies, layout.CELLS, m)),
+        np.empty((copies, layout.WHOLES, m), dtype=np.int64),
         np.zeros((copies, m, KEPT)),
         series_of(n) if n > _ALONE else None,
-        _begin(np.empty(copies, dtype=cells.NOW), chain, origin, seed, 0),
+        _begin(np.empty(copies, dtype=layout.NOW), chain, origin, seed, 0),
     )
 
 
 def _room(n: int, logging: int) -> Workspace:
-    m = cells.columns(n)
-    cell, deviate = _aligned((cells.CELLS, m), (m, KEPT))
+    m = layout.columns(n)
+    cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
     return Workspace(
         cell=cell,
-        tally=np.zeros((cells.COUNTS, m), dtype=np.int64),
+        whole=np.zeros((layout.WHOLES, m), dtype=np.int64),
         deviate=deviate,
         series=series_of(n) if n > _ALONE else None,
-        now=np.empty(1, dtype=cells.NOW),
+        now=np.empty(1, dtype=layout.NOW),
         log=_log(n, m, logging),
     )
 
 
 def _log(n: int, m: int, logging: int) -> Log:
-    count = 4 * n + _ROWS if logging & cells.LOGS_EVENTS else 0
-    events = np.empty(count, dtype=cells.LOGGED_EVENT)
-    if not logging & cells.LOGS_AVALANCHES:
+    most = 4 * n + _ROWS if logging & layout.LOGS_EVENTS else 0
+    events = np.empty(most, dtype=layout.LOGGED_EVENT)
+    if not logging & layout.LOGS_AVALANCHES:
         return Log(events, None)
     most = 2 * n + _ROWS
     tables = Tables(
-        rests=np.empty(most, dtype=cells.LOGGED_REST),
+        rests=np.empty(most, dtype=layout.LOGGED_REST),
         slips=np.empty(most, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
-        track=np.zeros((cells.TRACKS, m)),
-        sums=np.zeros(1, dtype=cells.UNDER_WAY),
+        track=np.zeros((layout.TRACKS, m)),
+        sums=np.zeros(1, dtype=layout.UNDER_WAY),
     )
     return Log(events, tables)
 
@@ -218,7 +211,7 @@ def roomier(work: Workspace) -> Workspace:
 
 def series_of(n: int) -> NDArray[np.float64]:
     """Return room for the series of a chain of `n` sliders."""
-    return _aligned((SERIES * (cells.columns(n) // 8) + LADDER, 8))[0]
+    return _aligned((SERIES * (layout.columns(n) // 8) + LADDER, 8))[0]
 
 
 def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
@@ -232,13 +225,41 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
     return tables
 
 
+def snapshot(
+    cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any, n: int
+) -> dict[str, NDArray[Any]]:
+    """Return how far a simulation is, at rest, or several side by side, of which these are."""
+    own = slice(PAD, PAD + n)
+    return {
+        "numbers": cell[..., layout.IN_SNAPSHOTS, own],  # a copy
+        "whole": whole[..., : layout.EVENT, own].copy(),
+        "theta": np.array(now[["theta", "theta_low"]].tolist()),
+        "total": np.array(now[["total", "total_low"]].tolist()),
+        "counts": np.array(now["counts"].tolist()),
+    }
+
+
+def restore(
+    snapshot: Mapping[str, Any], cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any
+) -> None:
+    """Go on from a `snapshot`, once the draws are prepared."""
+    own = slice(PAD, PAD + snapshot["numbers"].shape[-1])
+    cell[..., layout.IN_SNAPSHOTS, own] = snapshot["numbers"]
+    cell[..., layout.REST, own] = cell[..., layout.FORCE, own]
+    whole[..., : layout.EVENT, own] = snapshot["whole"]
+    now["theta"], now["theta_low"] = snapshot["theta"].T
+    now["total"], now["total_low"] = snapshot["total"].T
+    now["counts"] = snapshot["counts"].view(layout.COUNTERS)[..., 0]
+    now["stage"] = layout.AT_REST
+
+
 @compiled
-def place(cell, count, scalars, numbers, draws):
+def place(cell, whole, scalars, numbers, draws):
     """Fill in forces, displacements and contacts, all but the draws that `prepare` makes."""
     now = scalars[0]
     n = now.chain.n
     cell[:] = 0.0
-    count[:] = 0
+    whole[:] = 0
     before, before_low = 0.0, 0.0
     for k in range(n):
         i = k + PAD
@@ -251,31 +272,31 @@ def place(cell, count, scalars, numbers, draws):
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
             force, low = rows.increased((force, low), way * now.theta, way * now.theta_low)
-        cell[cells.FORCE, i] = force
-        cell[cells.REST, i] = force
-        cell[cells.FORCE_LOW, i] = low
-        cell[cells.TRAVEL, i] = numbers[PLACE, k]
-        cell[cells.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
+        cell[layout.FORCE, i] = force
+        cell[layout.REST, i] = force
+        cell[layout.FORCE_LOW, i] = low
+        cell[layout.TRAVEL, i] = numbers[PLACE, k]
+        cell[layout.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
         before, before_low = after, after_low
     for i in range(cell.shape[1]):
-        cell[cells.STIFFNESS, i] = 2.0
-        cell[cells.EXCESS, i] = NEVER
+        cell[layout.STIFFNESS, i] = 2.0
+        cell[layout.EXCESS, i] = NEVER
     for k in range(n):
         i = k + PAD
         held = numbers[HELD, k]
         above = ((held - now.chain.mu_d) - now.chain.mu_d_low) + numbers[HELD_LOW, k]
-        cell[cells.EXCESS, i] = max(above, 0.0) * now.chain.cosine
+        cell[layout.EXCESS, i] = max(above, 0.0) * now.chain.cosine
         if now.chain.constant == 1 and held == now.chain.mean:
-            cell[cells.EXCESS, i] = now.chain.mean_excess
-        cell[cells.COEFFICIENT, i] = held
-        count[cells.DRAWS, i] = draws[k]
-    cell[cells.STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
-    cell[cells.STIFFNESS, PAD + n - 1] = cell[cells.STIFFNESS, PAD]
+            cell[layout.EXCESS, i] = now.chain.mean_excess
+        cell[layout.COEFFICIENT, i] = held
+        whole[layout.DRAWS, i] = draws[k]
+    cell[layout.STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
+    cell[layout.STIFFNESS, PAD + n - 1] = cell[layout.STIFFNESS, PAD]
 
 
 @compiled
 def _read(
-    cell, count, scalars, begun, load, load_low, drawn,
+    cell, whole, scalars, origin, load, load_low, drawn,
     tensions, displacements, coefficients, draws,
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
@@ -283,8 +304,8 @@ def _read(
     for k in range(draws.size):
         i = k + PAD
         displacements[k] = rows.displacement(cell, i)
-        draws[k] = count[cells.DRAWS, i]
+        draws[k] = whole[layout.DRAWS, i]
         renewed = now.chain.constant == 1 and draws[k] > drawn[k]
-        coefficients[k] = now.chain.mean if renewed else cell[cells.COEFFICIENT, i]
+        coefficients[k] = now.chain.mean if renewed else cell[layout.COEFFICIENT, i]
     for k in range(tensions.size):
-        tensions[k] = rows.tension(cell, now, begun, load, load_low, k)
+        tensions[k] = rows.tension(cell, now, origin, load, load_low, k)

@@ -15,9 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.solvers.exact import layout as cells
+from exactcreep.compiling import inlined
+from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus, two_sum
-from exactcreep.solvers.exact.layout import PAD, inlined
+from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.tables import TargetRows
 
 _BOUNDLESS = 2**60
 _LEAST_FRESH = 64
@@ -30,30 +32,23 @@ TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
 class AtTargets(NamedTuple):
     """What the loop writes at every target; an array without rows is not written."""
 
-    total: NDArray[np.float64]  # of all displacements; always
+    rows: TargetRows
     doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
-    x: NDArray[np.float64]
-    tension: NDArray[np.float64]
-    slips: NDArray[np.int64]  # since the target before
-    begun: NDArray[np.float64]  # the start, see `TENSION`
+    origin: NDArray[np.float64]  # the start, see `TENSION`
     load: float  # l0 theta then, as two floats
     load_low: float
 
     @classmethod
     def of(
-        cls, count: int, record: tuple[str, ...], begun: NDArray[Any], load: float, low: float
+        cls, count: int, record: tuple[str, ...], origin: NDArray[Any], load: float, low: float
     ) -> AtTargets:
         """Return room for what is to be recorded at `count` targets."""
-        n = begun.shape[1]
-        x, tension, slips = (count if name in record else 0 for name in ("x", "tension", "slips"))
-        whole = np.empty(count, np.int64), np.empty((slips, n), np.int64)
-        places, tensions = np.empty((x, n)), np.empty((tension, n - 1))
-        return cls(np.empty(count), whole[0], places, tensions, whole[1], begun, load, low)
+        rows = TargetRows.empty(record, count, origin.shape[1])
+        return cls(rows, np.empty(count, np.int64), origin, load, low)
 
     def part(self, first: int) -> AtTargets:
         """Return the rows from `first` on."""
-        kept = [rows[first:] for rows in self[:5]]
-        return AtTargets._make([*kept, *self[5:]])
+        return self._replace(rows=self.rows.part(first), doubts=self.doubts[first:])
 
 
 NOTHING = AtTargets.of(1, (), np.empty((6, 1)), 0.0, 0.0)
@@ -70,42 +65,43 @@ def increased(sums, value, low):
 @inlined
 def displacement(cell, i):
     """Return the displacement of the slider in column i since the start of the simulation."""
-    return cell[cells.TRAVEL, i] + (cell[cells.TRAVEL_LOW, i] + cell[cells.X, i])
+    return cell[layout.TRAVEL, i] + (cell[layout.TRAVEL_LOW, i] + cell[layout.X, i])
 
 
 @inlined
-def tension(cell, now, begun, load, load_low, k):
+def tension(cell, now, origin, load, load_low, k):
     """Return the tension below slider k: what displacements and theta have made of the first."""
     i = k + PAD
-    right, left = cell[cells.TRAVEL, i + 1], -cell[cells.TRAVEL, i]
-    right_low = cell[cells.TRAVEL_LOW, i + 1] + cell[cells.X, i + 1]
-    left_low = -(cell[cells.TRAVEL_LOW, i] + cell[cells.X, i])
-    sums = begun[TENSION, k], begun[TENSION_LOW, k]
+    right, left = cell[layout.TRAVEL, i + 1], -cell[layout.TRAVEL, i]
+    right_low = cell[layout.TRAVEL_LOW, i + 1] + cell[layout.X, i + 1]
+    left_low = -(cell[layout.TRAVEL_LOW, i] + cell[layout.X, i])
+    sums = origin[TENSION, k], origin[TENSION_LOW, k]
     sums = increased(sums, right, right_low)
     sums = increased(sums, left, left_low)
-    sums = increased(sums, -begun[PLACE, k + 1], -begun[PLACE_LOW, k + 1])
-    sums = increased(sums, begun[PLACE, k], begun[PLACE_LOW, k])
+    sums = increased(sums, -origin[PLACE, k + 1], -origin[PLACE_LOW, k + 1])
+    sums = increased(sums, origin[PLACE, k], origin[PLACE_LOW, k])
     sums = increased(sums, -now.theta, -now.theta_low)
     total, error = increased(sums, load, load_low)
     return total + error
 
 
 @inlined
-def at_target(cell, count, now, targets, q):
+def at_target(cell, whole, now, targets, q):
     """Write what is asked for at the target that has just been reached."""
-    targets.total[q] = now.total + now.total_low
+    rows, n = targets.rows, now.chain.n
+    rows.x_G[q] = (now.total + now.total_low) / n
     targets.doubts[q] = now.counts.undecided + now.counts.long
-    if targets.x.shape[0] > 0:
-        for k in range(now.chain.n):
-            targets.x[q, k] = displacement(cell, k + PAD)
-    if targets.tension.shape[0] > 0:
-        for k in range(now.chain.n - 1):
+    if rows.x.shape[0] > 0:
+        for k in range(n):
+            rows.x[q, k] = displacement(cell, k + PAD)
+    if rows.tension.shape[0] > 0:
+        for k in range(n - 1):
             load, low = targets.load, targets.load_low
-            targets.tension[q, k] = tension(cell, now, targets.begun, load, low, k)
-    if targets.slips.shape[0] > 0:
-        for k in range(now.chain.n):
-            targets.slips[q, k] = count[cells.SLIPS, k + PAD]
-            count[cells.SLIPS, k + PAD] = 0
+            rows.tension[q, k] = tension(cell, now, targets.origin, load, low, k)
+    if rows.slips.shape[0] > 0:
+        for k in range(n):
+            rows.slips[q, k] = whole[layout.SLIPS, k + PAD]
+            whole[layout.SLIPS, k + PAD] = 0
 
 
 @inlined
@@ -136,7 +132,7 @@ def at_theta(cell, now, tables):
         tensions = 0.0
         high, low = -now.theta, -now.theta_low
         for i in range(PAD, PAD + n - 1):
-            high, low = plus(high, low + cell[cells.FORCE_LOW, i], cell[cells.FORCE, i])
+            high, low = plus(high, low + cell[layout.FORCE_LOW, i], cell[layout.FORCE, i])
             high, low = plus(high, low, -now.chain.sine)
             tensions += high
             energy += 0.5 * high * high
@@ -165,8 +161,8 @@ def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
     if tables is None:
         return
-    tables.track[cells.T_TIME, i] = now.time
-    tables.track[cells.T_X, i] = cell[cells.X, i]
+    tables.track[layout.T_TIME, i] = now.time
+    tables.track[layout.T_X, i] = cell[layout.X, i]
     if now.number == 0:
         sums, slider = tables.sums[0], i + 1 - PAD
         sums.began += 1.0
@@ -182,13 +178,13 @@ def stop(cell, now, tables, i):
     row = tables.slips[tables.used[1]]
     row.slider = i + 1 - PAD
     row.rearrangement = now.counts.rearrangements - 1
-    row.start = tables.track[cells.T_TIME, i]
+    row.start = tables.track[layout.T_TIME, i]
     row.stop = now.time
-    row.displacement = cell[cells.X, i] - tables.track[cells.T_X, i]
-    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[cells.COEFFICIENT, i]
+    row.displacement = cell[layout.X, i] - tables.track[layout.T_X, i]
+    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[layout.COEFFICIENT, i]
     tables.used[1] += 1
-    if tables.track[cells.T_SLIPPED, i] != now.counts.rearrangements:
-        tables.track[cells.T_SLIPPED, i] = now.counts.rearrangements
+    if tables.track[layout.T_SLIPPED, i] != now.counts.rearrangements:
+        tables.track[layout.T_SLIPPED, i] = now.counts.rearrangements
         tables.sums[0].sliders += 1.0
 
 
@@ -200,10 +196,10 @@ def end(cell, now, tables):
     moved = 0.0
     gained = 0.0
     for i in range(now.touched_first, now.touched_last + 1):
-        x = cell[cells.X, i]
-        around = cell[cells.X, i - 1] + cell[cells.X, i + 1]
-        elastic = cell[cells.REST, i] - now.chain.sine
-        gained -= x * (elastic + 0.5 * (around - cell[cells.STIFFNESS, i] * x))
+        x = cell[layout.X, i]
+        around = cell[layout.X, i - 1] + cell[layout.X, i + 1]
+        elastic = cell[layout.REST, i] - now.chain.sine
+        gained -= x * (elastic + 0.5 * (around - cell[layout.STIFFNESS, i] * x))
         moved += x
     sums, row = tables.sums[0], tables.rests[tables.used[0]]
     row.half_cycle = now.counts.target
@@ -220,5 +216,5 @@ def end(cell, now, tables):
     row.undecided = now.counts.undecided - sums.undecided_before
     tables.used[0] += 1
     sums.elastic += gained
-    sums.tensions += cell[cells.X, PAD + now.chain.n - 1] - cell[cells.X, PAD]
+    sums.tensions += cell[layout.X, PAD + now.chain.n - 1] - cell[layout.X, PAD]
     sums.undecided_before = now.counts.undecided

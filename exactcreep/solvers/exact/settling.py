@@ -24,13 +24,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.compiling import compiled, inlined
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact import loop
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
 from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE, LimitCycle, nearness
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -136,11 +135,11 @@ def _returned(cell, now, search, memory):
     here = cycle % rows
     bits = cell.view(np.uint64)
     state = np.uint64(14695981039346656037)
-    for k, kind in enumerate((cells.FORCE, cells.FORCE_LOW, cells.EXCESS)):
+    for k, kind in enumerate((layout.FORCE, layout.FORCE_LOW, layout.EXCESS)):
         for i in range(now.chain.n):
-            ring[here, k, i] = cell[kind, cells.PAD + i]
+            ring[here, k, i] = cell[kind, layout.PAD + i]
             if k < 2:  # the sign of a number does not count, nor of a zero
-                state = _mixed(state, bits[kind, cells.PAD + i] << np.uint64(1))
+                state = _mixed(state, bits[kind, layout.PAD + i] << np.uint64(1))
     memory.advances[here] = search.last_advance
     earlier = _chained(memory.same_state, rows, state, cycle)
     while earlier > 0 and cycle - earlier < rows:
@@ -203,12 +202,12 @@ def _shortest(search, memory):
 
 
 @inlined
-def _count(count, now, search, memory):
+def _note(whole, now, search, memory):
     """Note what the cycle that has just ended has come to: its slips, and how far x_G is."""
     cycle, slips, inner = search.cycles, 0, 0
     mark = np.uint64(now.counts.events - search.events)
     for i in range(now.chain.n):
-        made = count[cells.SLIPS, cells.PAD + i] - memory.slips[i]
+        made = whole[layout.SLIPS, layout.PAD + i] - memory.slips[i]
         memory.slips[i] += made
         mark = _mixed(mark, np.uint64(made))
         slips += made
@@ -246,24 +245,24 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
     false: for a constant `loop.follow` would be compiled once more. Returns as that does;
     `layout.DONE` also if it has settled.
     """
-    cell, count, deviate, series, scalars, log = work
+    cell, whole, deviate, series, scalars, log = work
     now, search = scalars[0], searches[0]
     worked, happened = now.counts.work, now.counts.events
     while search.since < 0 and search.cycles < most_cycles:
         left = most_work - max(now.counts.work - worked, now.counts.events - happened)
         if left <= 0:
-            return cells.BUDGET
+            return layout.BUDGET
         half = search.reached
         reason, reached = loop.follow(
-            cell, count, deviate, series, scalars, log, high[half:], low[half:], targets,
+            cell, whole, deviate, series, scalars, log, high[half:], low[half:], targets,
             left, left, single,
         )  # fmt: skip
         search.reached += reached
-        if reason != cells.DONE:
+        if reason != layout.DONE:
             return reason
         search.reached = 0
         search.cycles += 1
-        _count(count, now, search, memory)
+        _note(whole, now, search, memory)
         if now.counts.events == search.events:
             search.since = search.cycles - 1
             search.period = 1
@@ -273,7 +272,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
             if search.since < 0:
                 _nearly_returned(search, memory)
         search.events = now.counts.events
-    return cells.DONE
+    return layout.DONE
 
 
 class _Noted:
@@ -364,9 +363,9 @@ class SettlingChain:
             reason = settle(
                 simulation.work, *targets, self._searches, self._memory, most, MOST_WORK, False
             )
-            if reason == cells.DONE:
+            if reason == layout.DONE:
                 return Stop.DONE, ""
-            if reason != cells.BUDGET:
+            if reason != layout.BUDGET:
                 return simulation.ending(reason)
             stop = limits.stop(simulation.events - before)
             if stop is not None:

@@ -22,6 +22,7 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, loop
+from exactcreep.solvers.exact.copies import ExactCopies
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.pack import (
@@ -29,9 +30,10 @@ from exactcreep.solvers.exact.pack import (
     Workspace,
     dilation,
     placed,
+    restore,
     roomier,
+    snapshot,
 )
-from exactcreep.solvers.exact.rounded import RoundedCopies
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
@@ -49,10 +51,6 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 MOST_WORK = 2**21
 """Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
-_KEPT = (
-    layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.COEFFICIENT,
-    layout.EXCESS, layout.DOUBTED,
-)  # fmt: skip
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _LONGEST_KEPT = 80  # sliders
 _USED: dict[int, list[Workspace]] = {}
@@ -78,7 +76,7 @@ class ExactSimulation(Simulation):
         self.record = record
         self.origin = Origin.of(chain, state)
         self.work = placed(chain, self.origin, seed, _logging(record), used)
-        self._begun: list[NDArray[Any]] = []  # logged slips of the rearrangement under way
+        self._under_way: list[NDArray[Any]] = []  # logged slips of a rearrangement that goes on
 
     def cell(self, row: int) -> NDArray[np.float64]:
         """Return a row of `layout`'s cells, shape (n,)."""
@@ -132,10 +130,10 @@ class ExactSimulation(Simulation):
         self.work.now["counts"]["target"] = first
         targets = self.at_targets(count, self.record)
         logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in tables.LOGS]
-        begun = self.events
+        before = self.events
         done, ended = 0, Ending(Stop.DONE)
         while done < count:
-            left = begun + limits.events_left - self.events
+            left = before + limits.events_left - self.events
             self._room_for_more()
             reason, reached = loop.follow(
                 *self.work, high[done:], low[done:], targets.part(done), left, MOST_WORK, False
@@ -146,13 +144,11 @@ class ExactSimulation(Simulation):
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 ended = self.ending(reason)
                 break
-            if done < count and (stop := limits.stop(self.events - begun)) is not None:
+            if done < count and (stop := limits.stop(self.events - before)) is not None:
                 ended = Ending(stop, limits.reason(stop))
                 break
-        columns = targets._asdict() | {"x_G": targets.total[:done] / self.chain.n}
-        names = dict.fromkeys(("x_G", *self.record))
-        recorded = {name: columns[name][:done] for name in names if name not in tables.LOGS}
-        return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
+        recorded = targets.rows.recorded(self.record, done) | tables.joined(logs)
+        return Stretch(done, recorded, *ended, doubts=targets.doubts[:done])
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
@@ -218,12 +214,12 @@ class ExactSimulation(Simulation):
     def _ended(self, rests: NDArray[Any], slips: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Return the table of what has come to rest; keep the slips of what has not."""
         if not len(rests):
-            self._begun.append(_stacked([slips]))
+            self._under_way.append(_stacked([slips]))
             return {}
-        slips = _stacked([*self._begun, slips])
+        slips = _stacked([*self._under_way, slips])
         number = slips["rearrangement"]
         ended = number.searchsorted(number[0] + len(rests))
-        self._begun = [slips[ended:]]
+        self._under_way = [slips[ended:]]
         return tables.REARRANGEMENT_TABLE.arrays(ledger(rests, slips[:ended], self.chain))
 
     def load(self) -> tuple[float, float]:
@@ -249,9 +245,9 @@ class ExactSimulation(Simulation):
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         """Let the rearrangement under way end, if the limits allow it; return what is logged."""
-        begun, logs = self.events, []
-        goes_on = self.single(0, begun + limits.events_left)
-        while not self.at_rest and limits.stop(self.events - begun) is None:
+        before, logs = self.events, []
+        goes_on = self.single(0, before + limits.events_left)
+        while not self.at_rest and limits.stop(self.events - before) is None:
             if next(goes_on, None) is None:
                 break
             logs.append(self._drain_tables())
@@ -259,38 +255,24 @@ class ExactSimulation(Simulation):
 
     def snapshot(self) -> dict[str, Any]:
         """Return how far the chain is, at rest; see `Simulation.snapshot`."""
-        work, own = self.work, self._own
-        taken: dict[str, Any] = {
-            "numbers": work.cell[list(_KEPT), own],  # a copy
-            "whole": work.tally[: layout.EVENT, own].copy(),
-            "theta": np.array(self.load()),
-            "total": np.array(work.now[["total", "total_low"]][0].item()),
-            "counts": np.array(work.now["counts"][0].item()),
-        }
+        work = self.work
+        taken = snapshot(work.cell, work.whole, work.now[0], self.chain.n)
         if work.log.tables is not None:
             taken["energy"] = work.log.tables.sums.view(np.float64).copy()
         return taken
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot; see `Simulation.restore`."""
-        work, own = self.work, self._own
+        work = self.work
         like = self.snapshot()  # what records no tables needs no energies
         names = like.keys() | (snapshot.keys() - {"energy"})
         taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
         require_like(like, taken)
-        counts, numbers = taken["counts"], taken["numbers"]
-        work.cell[list(_KEPT), own] = numbers
-        work.cell[layout.REST, own] = work.cell[layout.FORCE, own]
-        work.tally[: layout.EVENT, own] = taken["whole"]
-        now = work.now
-        now["theta"], now["theta_low"] = taken["theta"]
-        now["total"], now["total_low"] = taken["total"]
-        now["counts"][0] = tuple(counts.tolist())
-        now["stage"] = layout.AT_REST
-        self._begun = []
+        restore(taken, work.cell, work.whole, work.now[0])
+        loop.prepare(work.cell, work.whole, work.deviate, work.now)
+        self._under_way = []
         if work.log.tables is not None:
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
-        loop.prepare(work.cell, work.tally, work.deviate, work.now)
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
         """Return a simulation that goes on from here bit for bit, and records something else."""
@@ -298,16 +280,16 @@ class ExactSimulation(Simulation):
         if self.work.series is not None:
             other.make_room()
         mine, its = self.work, other.work
-        its.cell[:], its.tally[:], its.deviate[:] = mine.cell, mine.tally, mine.deviate
+        its.cell[:], its.whole[:], its.deviate[:] = mine.cell, mine.whole, mine.deviate
         its.now[:] = mine.now
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
-    def copies(self) -> RoundedCopies | None:
+    def copies(self) -> ExactCopies | None:
         """Return perturbed copies of it that begin where it began; None of one slider."""
         if self.chain.n == 1:
             return None
-        return RoundedCopies(self.chain, self.origin, self.seed, self.targets)
+        return ExactCopies(self.chain, self.origin, self.seed, self.targets)
 
     @property
     def evidence(self) -> Evidence:
@@ -334,7 +316,7 @@ class Logged(Estimated):
 
     Attributes
     ----------
-    begun : Origin
+    origin : Origin
         The state from which theta was ramped.
     load : tuple of float
         ``l0 theta_c``, as two floats.
@@ -342,7 +324,7 @@ class Logged(Estimated):
         A row for each slider of each event.
     """
 
-    begun: Origin
+    origin: Origin
     load: tuple[float, float]
     log: NDArray[Any]
 
@@ -354,9 +336,9 @@ class Logged(Estimated):
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def initial(self) -> State:
         """The state at theta_c."""
-        before = self.begun.state
+        before = self.origin.state
         return State.owning(
-            self.begun.ramped(self.load),
+            self.origin.ramped(self.load),
             before.displacements,
             before.coefficients,
             before.draws,
@@ -408,7 +390,7 @@ class Exact(Solver):
             self.name,
             ended,
             promised=TENSION_TOLERANCE,
-            begun=simulation.origin,
+            origin=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             report=simulation.report() | {"time": simulation.work.now["time"].item()},

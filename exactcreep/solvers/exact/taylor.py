@@ -22,10 +22,10 @@ import math
 
 import numpy as np
 
+from exactcreep.compiling import compiled, inlined
 from exactcreep.model.rules import FLOATS
-from exactcreep.solvers.exact import layout as cells
-from exactcreep.solvers.exact import margins
-from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP, compiled, inlined
+from exactcreep.solvers.exact import layout, margins
+from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP
 from exactcreep.solvers.exact.margins import falls, is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
@@ -99,8 +99,8 @@ def _differentiate(series, strips, begin, end):
         for k in range(begin + begin % 2, end, 2):
             margins.two_orders(series, strips, k)
         return
-    moves, rests = take(series, cells.MOVES), take(series, cells.RESTS)
-    holds = take(series, cells.HOLDS)
+    moves, rests = take(series, layout.MOVES), take(series, layout.RESTS)
+    holds = take(series, layout.HOLDS)
     y = moves * take(series, begin)
     after = take(series, begin + 1)
     for k in range(begin + 1, end):
@@ -153,16 +153,16 @@ def _at_both_ends(series, row, lane):
     return (
         element(series, row, lane),
         element(series, row + 1, lane),
-        element(series, row + cells.AT_END, lane),
-        element(series, row + cells.SLOPE_AT_END, lane),
+        element(series, row + layout.AT_END, lane),
+        element(series, row + layout.SLOPE_AT_END, lane),
     )
 
 
 @compiled
 def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
-    if cell[cells.DOUBTED, i] != now.counts.rearrangements:
-        cell[cells.DOUBTED, i] = now.counts.rearrangements
+    if cell[layout.DOUBTED, i] != now.counts.rearrangements:
+        cell[layout.DOUBTED, i] = now.counts.rearrangements
         now.counts.undecided += 1
 
 
@@ -174,18 +174,18 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     bisection, with a certificate for every piece left behind. What is neither
     clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
     """
-    moving = cell[cells.SIDE, i] != 0.0
+    moving = cell[layout.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
     threshold = margins.end_of_range(cell, now, i)
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
-    bend = series[row + cells.BENT, lane]
+    bend = series[row + layout.BENT, lane]
     curve = margins.curved(series, row, lane, bend, t)
     bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
     slope_a = side * slope_a
-    begins = cell[cells.FRESH, i] != 0.0
+    begins = cell[layout.FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
         # at the end of its range
         _doubt(cell, now, i)
@@ -287,28 +287,27 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         if s < strips:
             row = SERIES * s
             value, moved_on = margins.summed(series, row, orders, ladder, t)
-            moves = take(series, row + cells.MOVES)
+            moves = take(series, row + layout.MOVES)
             following = moves * moved_on
             running_following = moves * value
-            put(series, row + cells.AT_END, value)
-            put(series, row + cells.MOVED, following)
+            put(series, row + layout.AT_END, value)
+            put(series, row + layout.MOVED, following)
             bent = abs(take(series, row + 9))
             bent = fused(bent, t * (1.0 / 5.0), abs(take(series, row + 8)))
             bent = fused(bent, t * (1.0 / 4.0), abs(take(series, row + 7)))
             bent = fused(bent, t * (1.0 / 3.0), abs(take(series, row + 6)))
             bent = fused(bent, t * (1.0 / 2.0), abs(take(series, row + 5)))
             bent = fused(bent, t, abs(take(series, row + 4)))
-            put(series, row + cells.BENT, bent + tail)
+            put(series, row + layout.BENT, bent + tail)
         if s > 0:
             row = SERIES * (s - 1)
             around = from_left(before, moved) + from_right(moved, following)
             flow = from_left(running_before, running) + from_right(running, running_following)
-            moves = take(series, row + cells.MOVES)
-            held = take(series, row + cells.HOLDS) * moved
+            moves = take(series, row + layout.MOVES)
+            held = take(series, row + layout.HOLDS) * moved
             push = fused(moves, around + take(series, row + 1), held)
-            put(
-                series, row + cells.SLOPE_AT_END, fused(take(series, row + cells.RESTS), flow, push)
-            )
+            slope = fused(take(series, row + layout.RESTS), flow, push)
+            put(series, row + layout.SLOPE_AT_END, slope)
         before = moved
         moved = following
         running_before = running
@@ -326,9 +325,9 @@ def _suspects(cell, series, friction, first, s, t):
     third = t * (1.0 / 3.0)
     g0 = take(series, row)
     slope0 = take(series, row + 1)
-    g1 = take(series, row + cells.AT_END)
-    slope1 = take(series, row + cells.SLOPE_AT_END)
-    rest = take(series, row + cells.BENT) * (t * t * t * t * (1.0 / 144.0))
+    g1 = take(series, row + layout.AT_END)
+    slope1 = take(series, row + layout.SLOPE_AT_END)
+    rest = take(series, row + layout.BENT) * (t * t * t * t * (1.0 / 144.0))
     b1 = fused(third, slope0, g0)
     b2 = g1 - third * slope1
     q1 = 0.25 * fused(3.0, b1, g0)
@@ -343,29 +342,31 @@ def _suspects(cell, series, friction, first, s, t):
 
 
 @compiled
-def _tangential(cell, count, series, first, last):
+def _tangential(cell, whole, series, first, last):
     """Find the sliders that have started but do not get away, return how many.
 
     Velocity and acceleration are zero: the first derivative that is not decides.
     """
     events = 0
     for i in range(first, last + 1):
-        if cell[cells.SIDE, i] == 0.0 or cell[cells.FRESH, i] == 0.0 or cell[cells.DRIVE, i] > 0.0:
+        if cell[layout.SIDE, i] == 0.0 or cell[layout.FRESH, i] == 0.0:
+            continue
+        if cell[layout.DRIVE, i] > 0.0:
             continue
         row = SERIES * ((i - first) // WIDTH)
         lead = 0.0
         for k in range(2, ORDERS):
             if lead == 0.0:
                 lead = series[row + k, (i - first) % WIDTH]
-        stops, _ = _leaves(lead * cell[cells.SIDE, i], True, 0.0)
+        stops, _ = _leaves(lead * cell[layout.SIDE, i], True, 0.0)
         if stops:
-            count[cells.EVENT, events] = i
+            whole[layout.EVENT, events] = i
             events += 1
     return events
 
 
 @inlined
-def _together(cell, count, series, now, first, contenders, t):
+def _together(cell, whole, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
     Returns how many, and the blur of t. All contenders are looked at again, once t is known: which
@@ -376,28 +377,28 @@ def _together(cell, count, series, now, first, contenders, t):
     for turn in range(2):
         events = 0
         for k in range(contenders):
-            i = count[cells.EVENT, k]
+            i = whole[layout.EVENT, k]
             row = SERIES * ((i - first) // WIDTH)
             lane = (i - first) % WIDTH
             at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
             off = abs(abs(at_1) - margins.end_of_range(cell, now, i))
-            outward = -cell[cells.SIDE, i] * slope_1
-            if cell[cells.SIDE, i] == 0.0:
+            outward = -cell[layout.SIDE, i] * slope_1
+            if cell[layout.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
-            crosses = series[row + cells.CROSSING, lane] == t
+            crosses = series[row + layout.CROSSING, lane] == t
             bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             if turn == 0:
                 if crosses:
                     missed = max(missed, off)
                     blur = max(blur, margins.blur(slope_1, bound))
                 continue
-            curve = margins.curved(series, row, lane, series[row + cells.BENT, lane], t)
+            curve = margins.curved(series, row, lane, series[row + layout.BENT, lane], t)
             near = off <= max(missed, bound)
             excluded = not (crosses or falls(-outward, bound, curve))
             for earlier in range(events):
-                excluded = excluded or count[cells.EVENT, earlier] == i
+                excluded = excluded or whole[layout.EVENT, earlier] == i
             if near and not excluded:
-                count[cells.EVENT, events] = i
+                whole[layout.EVENT, events] = i
                 events += 1
     now.counts.undecided += max(events - 1, 0)
     return events, blur
@@ -424,16 +425,16 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     for polished in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
-        outward = margins.outwards(cell[cells.SIDE, i], slope_1)
+        outward = margins.outwards(cell[layout.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would go unseen
         if abs(off) <= 0.5 * bound or slope_1 == 0.0 or polished == _POLISH:
             break
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
-    fresh = cell[cells.FRESH, i] != 0.0
+    fresh = cell[layout.FRESH, i] != 0.0
     room = limit - outward * at_0
-    bend = series[row + cells.BENT, j]
+    bend = series[row + layout.BENT, j]
     curve = margins.curved(series, row, j, bend, t)
     holds = abs(off) <= bound and falls(-outward * slope_1, bound, curve)
     proved = (
@@ -470,10 +471,10 @@ def _located(cell, series, now, first, strips, orders):
 
 
 @inlined
-def _rivals(cell, count, series, now, first, strips, orders, spared, outward, events, t):
+def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, events, t):
     """Look alone at all sliders that are not certified to stay in range until t.
 
-    Those of the first events stand in ``count[EVENT]``; of lane `spared` (-1: of none) the end of
+    Those of the first events stand in ``whole[EVENT]``; of lane `spared` (-1: of none) the end of
     the range in direction `outward` is certified.
 
     Returns
@@ -481,7 +482,7 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
     looked : int
         How many were looked at.
     events : int
-        Sliders in ``count[EVENT]`` then; when each leaves its range is in its row CROSSING.
+        Sliders in ``whole[EVENT]`` then; when each leaves its range is in its row CROSSING.
     first : float
         The first time at which one does, inf if none does.
     """
@@ -507,18 +508,18 @@ def _rivals(cell, count, series, now, first, strips, orders, spared, outward, ev
                 if ((upper if side == 1 else lower) >> lane) & 1 == 0:
                     continue
                 crossing = _first_crossing(cell, series, now, i, row, lane, orders, side == 1, t)
-                if events == 0 or count[cells.EVENT, events - 1] != i:
-                    count[cells.EVENT, events] = i
+                if events == 0 or whole[layout.EVENT, events - 1] != i:
+                    whole[layout.EVENT, events] = i
                     events += 1
-                    series[row + cells.CROSSING, lane] = np.inf
+                    series[row + layout.CROSSING, lane] = np.inf
                 if crossing <= min(soonest, t):
-                    series[row + cells.CROSSING, lane] = crossing
+                    series[row + layout.CROSSING, lane] = crossing
                     soonest = crossing
     return looked, events, soonest
 
 
 @inlined
-def _look_after(cell, count, series, now, first, strips, events, blur, t):
+def _look_after(cell, whole, series, now, first, strips, events, blur, t):
     """Count the sliders whose event may come before those at t, which are known to `blur`."""
     for s in range(strips):
         i = first + WIDTH * s
@@ -526,7 +527,7 @@ def _look_after(cell, count, series, now, first, strips, events, blur, t):
             cell, series, SERIES * s, now.chain.friction, now.inherited, i, blur, t
         )
         for k in range(events):
-            lane = count[cells.EVENT, k] - i
+            lane = whole[layout.EVENT, k] - i
             if 0 <= lane < WIDTH:
                 mask &= ~(np.int64(1) << lane)
         while mask != 0:
@@ -535,7 +536,7 @@ def _look_after(cell, count, series, now, first, strips, events, blur, t):
 
 
 @inlined
-def step(cell, count, series, now, first, last):
+def step(cell, whole, series, now, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
     Returns
@@ -543,7 +544,7 @@ def step(cell, count, series, now, first, last):
     t : float
         The time advanced, at most `HORIZON`.
     events : int
-        Number of sliders whose event it is, their columns in ``count[EVENT]``; 0 if there is none
+        Number of sliders whose event it is, their columns in ``whole[EVENT]``; 0 if there is none
         within the horizon.
     blur : float
         How far from t the event may be.
@@ -554,7 +555,7 @@ def step(cell, count, series, now, first, last):
     orders = ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
     if forceless:
-        events = _tangential(cell, count, series, first, last)
+        events = _tangential(cell, whole, series, first, last)
         if events > 0:
             return 0.0, events, 0.0
     lane, t, orders = _located(cell, series, now, first, strips, orders)
@@ -570,14 +571,14 @@ def step(cell, count, series, now, first, last):
         )
         if holds:
             events = 1
-            count[cells.EVENT, 0] = first + lane
-            series[SERIES * (lane // WIDTH) + cells.CROSSING, lane % WIDTH] = t
+            whole[layout.EVENT, 0] = first + lane
+            series[SERIES * (lane // WIDTH) + layout.CROSSING, lane % WIDTH] = t
         if proved:
             spared = lane
     own_event = events > 0
     # all look for their crossing until t: their order must not matter
     looked, contenders, soonest = _rivals(
-        cell, count, series, now, first, strips, orders, spared, outward, events, t
+        cell, whole, series, now, first, strips, orders, spared, outward, events, t
     )
     if soonest < t:
         t = soonest
@@ -585,15 +586,15 @@ def step(cell, count, series, now, first, last):
     if looked > 0:
         events = 0
         if own_event or soonest <= t:
-            events, blur = _together(cell, count, series, now, first, contenders, t)
+            events, blur = _together(cell, whole, series, now, first, contenders, t)
     if events > 0:
-        _look_after(cell, count, series, now, first, strips, events, blur, t)
+        _look_after(cell, whole, series, now, first, strips, events, blur, t)
     for s in range(strips):
         i = first + WIDTH * s
         row = SERIES * s
-        side = load(cell, cells.SIDE, i)
-        store(cell, cells.X, i, load(cell, cells.X, i) + take(series, row + cells.MOVED))
-        store(cell, cells.SPEED, i, max(side * take(series, row + cells.AT_END), 0.0))
+        side = load(cell, layout.SIDE, i)
+        store(cell, layout.X, i, load(cell, layout.X, i) + take(series, row + layout.MOVED))
+        store(cell, layout.SPEED, i, max(side * take(series, row + layout.AT_END), 0.0))
         if t > 0.0:
-            store(cell, cells.FRESH, i, 0.0)
+            store(cell, layout.FRESH, i, 0.0)
     return t, events, blur

@@ -67,7 +67,7 @@ def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays
 def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
     chain = paper_chain(10_000)
     work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
-    arrays = (work.cell, work.tally, work.deviate, work.series)
+    arrays = (work.cell, work.whole, work.deviate, work.series)
     assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
 
 

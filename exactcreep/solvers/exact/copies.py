@@ -20,15 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.compiling import compiled
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import mirrored
-from exactcreep.solvers.exact import layout as cells
+from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
-from exactcreep.solvers.exact.layout import PAD, compiled
+from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.loop import follow, prepare
-from exactcreep.solvers.exact.pack import Origin, place, series_of, side_by_side
+from exactcreep.solvers.exact.pack import Origin, place, restore, series_of, side_by_side, snapshot
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
 
@@ -43,15 +44,13 @@ _BLOCKS = (1, 2, 3)
 _ROUNDING = 2.0**-52
 """Of its displacements at a target, over the largest force, for the root of the events before."""
 _MOST_WORK = 2**21  # of one call of the compiled loop, in units of about 5 ns
-_NO_LOG = cells.Log(np.empty(0, dtype=cells.LOGGED_EVENT), None)
-_KEPT = [cells.FORCE, cells.FORCE_LOW, cells.TRAVEL, cells.TRAVEL_LOW, cells.COEFFICIENT,
-         cells.EXCESS, cells.DOUBTED]  # fmt: skip
+_NO_LOG = layout.Log(np.empty(0, dtype=layout.LOGGED_EVENT), None)
 
 Targets = Callable[[Drive, int, int, int], tuple[NDArray[np.float64], NDArray[np.float64]]]
 """Returns ``l0 theta`` of targets of a drive, from the first, as two arrays of floats."""
 
 
-class RoundedCopies(PerturbedCopies):
+class ExactCopies(PerturbedCopies):
     """Copies of a simulation of `Exact`; their arrays hold one copy after the other.
 
     Parameters
@@ -67,13 +66,12 @@ class RoundedCopies(PerturbedCopies):
 
     def __init__(self, chain: Chain, origin: Origin, seed: int, targets: Targets) -> None:
         self._targets, self._seed = targets, seed
-        self._own = slice(PAD, PAD + chain.n)
         largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
         self._origin, self._nudge = origin, _NUDGE * largest
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
         work = side_by_side(chain, origin, seed, COPIES)
-        self._cell, self._tally, self._deviate, self._series, self._now = work
+        self._cell, self._whole, self._deviate, self._series, self._now = work
         self._numbers = np.empty((COPIES, *origin.numbers.shape))
         self._begin(self._nudge, (1, 2))
 
@@ -85,7 +83,7 @@ class RoundedCopies(PerturbedCopies):
         """
         self._numbers[:] = self._origin.numbers
         begin_copies(
-            self._cell, self._tally, self._deviate, self._now, self._numbers,
+            self._cell, self._whole, self._deviate, self._now, self._numbers,
             self._origin.state.draws, size, blocks,
         )  # fmt: skip
         self._deviate[1:] = self._deviate[0]  # the same draws lie ahead of all
@@ -126,50 +124,35 @@ class RoundedCopies(PerturbedCopies):
         self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float
     ) -> tuple[NDArray[np.float64], bool]:
         """Pass targets: ``l0 theta`` of each, in two parts, and tensions and slips of the run."""
-        count = len(passed[0])
-        distance, reached = np.zeros(count), np.zeros(COPIES, dtype=np.int64)
-        ends = np.array([count])
-        goes_on = count > 0
+        most = len(passed[0])
+        distance, reached = np.zeros(most), np.zeros(COPIES, dtype=np.int64)
+        ends = np.array([most])
+        goes_on = most > 0
         while goes_on:
             goes_on = follow_copies(
-                self._cell, self._tally, self._deviate, self._series, self._now,
+                self._cell, self._whole, self._deviate, self._series, self._now,
                 _NO_LOG, self._numbers, self._at_target, *passed, distance, reached, ends, apart,
                 most_events, _MOST_WORK, self._size, self._mirrored,
             )  # fmt: skip
             if self._series is None and goes_on:
                 self._series = series_of(self._numbers.shape[2])
-        return distance[: reached.max()], bool((reached == count).all())
+        return distance[: reached.max()], bool((reached == most).all())
 
     def snapshot(self) -> dict[str, Any]:
         """Return how far the copies are, at a target."""
-        now = self._now
-        return {
-            "numbers": self._cell[:, _KEPT, self._own],
-            "whole": self._tally[:, : cells.EVENT, self._own].copy(),
-            "theta": np.array(now[["theta", "theta_low"]].tolist()),
-            "total": np.array(now[["total", "total_low"]].tolist()),
-            "counts": np.array(now["counts"].tolist()),
-        }
+        return snapshot(self._cell, self._whole, self._now, self._numbers.shape[2])
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot, or raise `ValueError` if it is of another kind."""
         require_like(self.snapshot(), snapshot)
-        cell, now, own = self._cell, self._now, self._own
-        cell[:, _KEPT, own] = snapshot["numbers"]
-        cell[:, cells.REST, own] = cell[:, cells.FORCE, own]
-        self._tally[:, : cells.EVENT, own] = snapshot["whole"]
-        now["theta"], now["theta_low"] = snapshot["theta"].T
-        now["total"], now["total_low"] = snapshot["total"].T
-        now["counts"] = [tuple(counts) for counts in snapshot["counts"].tolist()]
-        now["stage"] = cells.AT_REST
-        for number in range(COPIES):
-            prepare(
-                cell[number], self._tally[number], self._deviate[number], now[number : number + 1]
-            )
+        restore(snapshot, self._cell, self._whole, self._now)
+        for copy in range(COPIES):
+            now = self._now[copy : copy + 1]
+            prepare(self._cell[copy], self._whole[copy], self._deviate[copy], now)
 
 
 @compiled
-def begin_copies(cell, count, deviate, scalars, numbers, draws, size, blocks):
+def begin_copies(cell, whole, deviate, scalars, numbers, draws, size, blocks):
     """Move the tensions of copies, and place their sliders; only the first prepares its draws."""
     springs = numbers.shape[2] - 1
     for copy in range(scalars.size):
@@ -179,13 +162,13 @@ def begin_copies(cell, count, deviate, scalars, numbers, draws, size, blocks):
             tension, error = two_sum(numbers[copy, TENSION, k], off)
             numbers[copy, TENSION, k] = tension
             numbers[copy, TENSION_LOW, k] += error
-        place(cell[copy], count[copy], scalars[copy : copy + 1], numbers[copy], draws)
-    prepare(cell[0], count[0], deviate[0], scalars[:1])
+        place(cell[copy], whole[copy], scalars[copy : copy + 1], numbers[copy], draws)
+    prepare(cell[0], whole[0], deviate[0], scalars[:1])
 
 
 @compiled
 def follow_copies(
-    cell, count, deviate, series, scalars, log, numbers, at_target, theta, theta_low,
+    cell, whole, deviate, series, scalars, log, numbers, at_target, theta, theta_low,
     tensions, slips, distance, reached, ends, apart, most_events, max_work, size, mirrored,
 ):  # fmt: skip
     """Take each copy along the targets of a run, up to where one of them is `apart` from it.
@@ -199,8 +182,7 @@ def follow_copies(
         now = scalars[number]
         work_limit = now.counts.work + now.counts.events + max_work
         target = AtTargets(
-            at_target.total, at_target.doubts, at_target.x, at_target.tension, at_target.slips,
-            numbers[number], at_target.load, at_target.load_low,
+            at_target.rows, at_target.doubts, numbers[number], at_target.load, at_target.load_low,
         )  # fmt: skip
         while reached[number] < ends[0] and now.counts.events < most_events:
             work = work_limit - now.counts.work - now.counts.events
@@ -208,17 +190,17 @@ def follow_copies(
                 return True
             q = reached[number]
             reason, passed = follow(
-                cell[number], count[number], deviate[number], series,
+                cell[number], whole[number], deviate[number], series,
                 scalars[number : number + 1], log, theta[q : q + 1], theta_low[q : q + 1], target,
                 most_events - now.counts.events, work, False,
             )  # fmt: skip
             away = 0.0
             if passed == 1:
-                away = _distance(target, tensions[q], slips[q])
-                _round(cell[number], now, target.slips[0], number, size, mirrored)
-            elif reason != cells.BUDGET:  # it runs away, which the run did not
+                away = _distance(target.rows, tensions[q], slips[q])
+                _round(cell[number], now, target.rows.slips[0], number, size, mirrored)
+            elif reason != layout.BUDGET:  # it runs away, which the run did not
                 away = np.inf
-            elif series is None and now.stage == cells.CLUSTER:
+            elif series is None and now.stage == layout.CLUSTER:
                 return True
             if passed == 1 or away > 0.0:
                 distance[q] = max(distance[q], away)
@@ -230,14 +212,14 @@ def follow_copies(
 
 
 @compiled
-def _distance(target, tension, slips):
+def _distance(copy, tension, slips):
     """Return how far a copy is from the run, over its largest tension; inf with other slips."""
     largest, away = 1.0, 0.0
     for k in range(tension.size):
         largest = max(largest, abs(tension[k]))
-        away = max(away, abs(tension[k] - target.tension[0, k]))
+        away = max(away, abs(tension[k] - copy.tension[0, k]))
     for k in range(slips.size):
-        if slips[k] != target.slips[0, k]:
+        if slips[k] != copy.slips[0, k]:
             return np.inf
     return away / largest
 
@@ -263,11 +245,11 @@ def _round(cell, now, slips, number, size, mirrored):
         if (word >> np.uint64(k % 64)) & np.uint64(1):
             moved = -moved
         i = slider + PAD
-        add(cell, cells.TRAVEL, cells.TRAVEL_LOW, i, moved)
+        add(cell, layout.TRAVEL, layout.TRAVEL_LOW, i, moved)
         now.total, now.total_low = plus(now.total, now.total_low, moved)
-        add(cell, cells.FORCE, cells.FORCE_LOW, i, -cell[cells.STIFFNESS, i] * moved)
-        cell[cells.REST, i] = cell[cells.FORCE, i]
+        add(cell, layout.FORCE, layout.FORCE_LOW, i, -cell[layout.STIFFNESS, i] * moved)
+        cell[layout.REST, i] = cell[layout.FORCE, i]
         for j in (i - 1, i + 1):
             if PAD <= j < PAD + n:
-                add(cell, cells.FORCE, cells.FORCE_LOW, j, moved)
-                cell[cells.REST, j] = cell[cells.FORCE, j]
+                add(cell, layout.FORCE, layout.FORCE_LOW, j, moved)
+                cell[layout.REST, j] = cell[layout.FORCE, j]
