@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -31,7 +30,7 @@ _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _WORD = ir.IntType(64)
-_FIRST = ir.Constant(_WORD, 0)
+_FIRST, _EIGHT = ir.Constant(_WORD, 0), ir.Constant(_WORD, WIDTH)
 
 
 class Lanes(types.Type):  # type: ignore[misc]
@@ -41,113 +40,93 @@ class Lanes(types.Type):  # type: ignore[misc]
         super().__init__(name="Lanes")
 
 
-_LANES = Lanes()
-
-
 @register_model(Lanes)
 class _LanesModel(PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Lanes) -> None:
         super().__init__(manager, kind, _VECTOR)
 
 
-def _gathered(builder: Any, kind: Any, values: Sequence[Any]) -> Any:
+_LANES, _MASK, _TABLE = Lanes(), types.int64, types.Array
+_NUMBER, _INDEX = types.float64, types.intp
+
+
+def _compiled_as(gives, *takes, key=None):
+    """Decorate what builds the code of a function for compiled code, or of `key` for vectors.
+
+    Its arguments are converted to the types that it `takes`; tables of any type stay as they are.
+    """
+
+    def register(emit):
+        class Template(AbstractTemplate):  # type: ignore[misc]
+            def generic(self, arguments, keywords):
+                of_vectors = _LANES in takes and _TABLE not in takes
+                if len(arguments) != len(takes) or (of_vectors and _LANES not in arguments):
+                    return None
+                pairs = zip(arguments, takes, strict=True)
+                return gives(*(own if kind is _TABLE else kind for own, kind in pairs))
+
+        def lowered(context, builder, signature, values):
+            values = [
+                context.make_array(kind)(context, builder, value)
+                if isinstance(kind, _TABLE)
+                else value
+                for kind, value in zip(signature.args, values, strict=True)
+            ]
+            made = emit(builder, *values)
+            return context.get_dummy_value() if gives is types.none else made
+
+        Template.key = key or emit
+        infer_global(Template.key, types.Function(Template))
+        lower_builtin(Template.key, *takes)(lowered)
+        return emit
+
+    return register
+
+
+def _constant(kind, value):
+    return ir.Constant(kind, [value] * WIDTH)
+
+
+def _gathered(builder, kind, values):
     vector = ir.Constant(kind, ir.Undefined)
     for j, value in enumerate(values):
         vector = builder.insert_element(vector, value, ir.Constant(ir.IntType(32), j))
     return vector
 
 
-def _shuffled(builder: Any, a: Any, b: Any, order: Sequence[int]) -> Any:
+def _shuffled(builder, a, b, order):
     indices = ir.VectorType(ir.IntType(32), WIDTH)
     return builder.shuffle_vector(a, b, ir.Constant(indices, list(order)))
 
 
-@lower_cast(types.Float, Lanes)
-def _filled(context: Any, builder: Any, source: Any, kind: Lanes, value: Any) -> Any:
-    first = _gathered(builder, _VECTOR, [value])
-    return _shuffled(builder, first, first, [0] * WIDTH)
+def _called(name, reduces=False):
+    """Return what calls a function of LLVM on numbers or on vectors."""
+
+    def call(builder, *values):
+        kind = values[0].type
+        full = f"llvm.{name}.v{WIDTH}f64" if kind == _VECTOR else f"llvm.{name}.f64"
+        called = ir.FunctionType(kind.element if reduces else kind, [kind] * len(values))
+        function = cgutils.get_or_insert_function(builder.module, called, full)
+        # a reduction need not look for lanes that are not numbers
+        return builder.call(function, values, fastmath=("nnan",) if reduces else ())
+
+    return call
 
 
-def _called(builder: Any, name: str, *values: Any, reduces: bool = False) -> Any:
-    """Call a function of LLVM on numbers or on vectors."""
-    kind = values[0].type
-    full = f"llvm.{name}.v{WIDTH}f64" if kind == _VECTOR else f"llvm.{name}.f64"
-    called = ir.FunctionType(kind.element if reduces else kind, [kind] * len(values))
-    function = cgutils.get_or_insert_function(builder.module, called, full)
-    # a reduction need not look for lanes that are not numbers
-    return builder.call(function, values, fastmath=("nnan",) if reduces else ())
+def _compared(symbol):
+    """Return what compares two vectors, and makes a mask of it."""
+
+    def compare(builder, a, b):
+        bits = builder.fcmp_ordered(symbol, a, b)
+        return builder.zext(builder.bitcast(bits, ir.IntType(WIDTH)), _WORD)
+
+    return compare
 
 
-def _define(key: Any, kind: Callable[..., Any], emit: Callable[..., Any], *takes: Any) -> None:
-    """Let compiled code call `key` with arguments of the types, or kinds of types, `takes`.
-
-    `kind` returns its signature, to whose types the arguments are converted, or None if it is not
-    for these; `emit` builds the code.
-    """
-
-    class Template(AbstractTemplate):  # type: ignore[misc]
-        def generic(self, arguments: Any, keywords: Any) -> Any:
-            return kind(*arguments)
-
-    def lowered(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        values = [
-            context.make_array(of)(context, builder, value) if type(of) is types.Array else value
-            for of, value in zip(signature.args, values, strict=True)
-        ]
-        made = emit(builder, *values)
-        return context.get_dummy_value() if made is None else made
-
-    Template.key = key
-    infer_global(key, types.Function(Template))
-    lower_builtin(key, *takes)(lowered)
-
-
-def _function(kind: Callable[..., Any]) -> Callable[[Any], Any]:
-    """Decorate what builds the code of a function for compiled code; see `_define`."""
-
-    def register(emit: Any) -> Any:
-        _define(emit, kind, emit, types.VarArg(types.Any))
-        return emit
-
-    return register
-
-
-def _elementwise(*takes: Any, gives: Any = _LANES, key: Any = None) -> Callable[[Any], Any]:
-    """Decorate what builds the code of a function, or of `key`, of vectors and masks.
-
-    `takes` and what it `gives` are `_LANES` or, for a mask, `types.int64`.
-    """
-
-    def kind(*arguments: Any) -> Any:
-        vectors = any(isinstance(argument, Lanes) for argument in arguments)
-        return gives(*takes) if vectors and len(arguments) == len(takes) else None
-
-    def register(emit: Any) -> Any:
-        def each(builder: Any, *values: Any) -> Any:
-            made = emit(builder, *(_bits(builder, value) for value in values))
-            return made if gives is _LANES else _mask(builder, made)
-
-        _define(key or emit, kind, each, *takes)
-        return emit
-
-    return register
-
-
-def _bits(builder: Any, value: Any) -> Any:
-    """Return the lanes' bits of a mask; a vector as it is."""
-    if value.type != _WORD:
-        return value
-    return builder.bitcast(builder.trunc(value, ir.IntType(WIDTH)), _BITS)
-
-
-def _mask(builder: Any, bits: Any) -> Any:
-    return builder.zext(builder.bitcast(bits, ir.IntType(WIDTH)), _WORD)
-
-
-def _picked(symbol: str) -> Callable[..., Any]:
+def _picked(symbol):
     """Return what picks one of several numbers in each lane, in rounds of pairs."""
 
-    def pick(builder: Any, *values: Any) -> Any:
+    def pick(builder, *values):
         if len(values) == 1:
             return values[0]
         half = (len(values) + 1) // 2
@@ -157,12 +136,12 @@ def _picked(symbol: str) -> Callable[..., Any]:
     return pick
 
 
-def _arithmetic(symbol: Any, emit: Callable[..., Any]) -> None:
+def _arithmetic(symbol, emit):
     """Let compiled code write `symbol` between vectors, or a vector and a float.
 
     As a function of its own, which is then inlined: code emitted in place was 4 % slower at N = 6.
     """
-    operation = _elementwise(_LANES, _LANES)(emit)
+    operation = _compiled_as(_LANES, _LANES, _LANES)(emit)
 
     @overload(symbol)
     def resolve(a, b):  # numba compares the two signatures
@@ -175,165 +154,136 @@ _arithmetic(operator.add, ir.IRBuilder.fadd)
 _arithmetic(operator.sub, ir.IRBuilder.fsub)
 _arithmetic(operator.mul, ir.IRBuilder.fmul)
 _arithmetic(operator.truediv, ir.IRBuilder.fdiv)
-for _count in (2, 3, 4):
-    _elementwise(*[_LANES] * _count, key=min)(_picked("<"))
-    _elementwise(*[_LANES] * _count, key=max)(_picked(">"))
 for _key, _symbol in (
     (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")
 ):  # fmt: skip
-    _elementwise(_LANES, _LANES, gives=types.int64, key=_key)(
-        lambda builder, a, b, symbol=_symbol: builder.fcmp_ordered(symbol, a, b)
-    )
-_elementwise(_LANES, key=abs)(lambda builder, a: _called(builder, "fabs", a))
-_elementwise(_LANES, key=math.sqrt)(lambda builder, a: _called(builder, "sqrt", a))
+    _compiled_as(_MASK, _LANES, _LANES, key=_key)(_compared(_symbol))
+for _count in (2, 3, 4):
+    _compiled_as(_LANES, *[_LANES] * _count, key=min)(_picked("<"))
+    _compiled_as(_LANES, *[_LANES] * _count, key=max)(_picked(">"))
+_compiled_as(_LANES, _LANES, key=abs)(_called("fabs"))
+_compiled_as(_LANES, _LANES, key=math.sqrt)(_called("sqrt"))
+
+fused = _compiled_as(_LANES, _LANES, _LANES, _LANES)(_called("fma"))
+"""Return a b + c, rounded once; also of three floats."""
+_compiled_as(_NUMBER, _NUMBER, _NUMBER, _NUMBER, key=fused)(fused)
+least = _compiled_as(_NUMBER, _LANES)(_called("vector.reduce.fmin", reduces=True))
+"""Return the smallest of the lanes, all of which are numbers."""
+largest = _compiled_as(_NUMBER, _LANES)(_called("vector.reduce.fmax", reduces=True))
+"""Return the largest of the lanes, all of which are numbers."""
+lane_of = _compiled_as(_NUMBER, _LANES, _INDEX)(ir.IRBuilder.extract_element)
+"""Return lane j of a vector."""
 
 
-@_elementwise(types.int64, _LANES, _LANES)
-def choose(builder: Any, mask: Any, a: Any, b: Any) -> Any:
+@_compiled_as(_LANES, _NUMBER)
+def spread(builder, value):
+    """Return the vector whose lanes all hold a number."""
+    first = _gathered(builder, _VECTOR, [value])
+    return _shuffled(builder, first, first, [0] * WIDTH)
+
+
+@lower_cast(types.Float, Lanes)
+def _filled(context, builder, source, kind, value):
+    return spread(builder, value)
+
+
+@_compiled_as(_LANES, _MASK, _LANES, _LANES)
+def choose(builder, mask, a, b):
     """Return lane by lane `a` where the mask is set, else `b`."""
-    return builder.select(mask, a, b)
+    return builder.select(builder.bitcast(builder.trunc(mask, ir.IntType(WIDTH)), _BITS), a, b)
 
 
-@_elementwise(_LANES, _LANES, _LANES)
-def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a b + c, rounded once; also of three floats."""
-    return _called(builder, "fma", a, b, c)
-
-
-def _of_floats(*arguments: Any) -> Any:
-    if any(isinstance(argument, Lanes) for argument in arguments):
-        return None
-    return types.float64(*arguments)
-
-
-_define(fused, _of_floats, fused, *[types.Float] * 3)
-
-
-@_elementwise(_LANES)
-def mantissa(builder: Any, a: Any) -> Any:
+@_compiled_as(_LANES, _LANES)
+def mantissa(builder, a):
     """Return m of a = m 2**e with m in [1/2, 1), for positive normal a."""
-    bits = builder.bitcast(a, _WORDS)
-    fraction = builder.and_(bits, ir.Constant(_WORDS, [2**52 - 1] * WIDTH))
-    half = ir.Constant(_WORDS, [1022 << 52] * WIDTH)
-    return builder.bitcast(builder.or_(fraction, half), _VECTOR)
+    fraction = builder.and_(builder.bitcast(a, _WORDS), _constant(_WORDS, 2**52 - 1))
+    return builder.bitcast(builder.or_(fraction, _constant(_WORDS, 1022 << 52)), _VECTOR)
 
 
-@_elementwise(_LANES)
-def exponent(builder: Any, a: Any) -> Any:
+@_compiled_as(_LANES, _LANES)
+def exponent(builder, a):
     """Return e of a = m 2**e, for positive normal a."""
-    biased = builder.lshr(builder.bitcast(a, _WORDS), ir.Constant(_WORDS, [52] * WIDTH))
-    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _VECTOR)
+    biased = builder.lshr(builder.bitcast(a, _WORDS), _constant(_WORDS, 52))
+    return builder.sitofp(builder.sub(biased, _constant(_WORDS, 1022)), _VECTOR)
 
 
-def _cell(builder: Any, table: Any, row: Any, column: Any) -> Any:
-    """Return the address of table[row, column]."""
-    width = builder.extract_value(table.shape, 1)
+def _address(builder, table, row, column, width=_EIGHT):
+    """Return the address of table[row, column], in a table of rows of eight or another width."""
     return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
 
 
-def _lane(builder: Any, table: Any, row: Any, lane: Any) -> Any:
-    """Return the address of table[row, lane], in a table of rows of eight."""
-    first = builder.mul(row, ir.Constant(_WORD, WIDTH))
-    return builder.gep(table.data, [builder.add(first, lane)])
+def _eight(builder, table, row, column, *width):
+    """Return the address of table[row, column : column + 8]."""
+    address = _address(builder, table, row, column, *width)
+    return builder.bitcast(address, _VECTOR.as_pointer())
 
 
-def _read(builder: Any, address: Any) -> Any:
-    return builder.load(builder.bitcast(address, _VECTOR.as_pointer()), align=8)
-
-
-def _write(builder: Any, vector: Any, address: Any) -> None:
-    builder.store(vector, builder.bitcast(address, _VECTOR.as_pointer()), align=8)
-
-
-@_function(lambda table, row, column: _LANES(table, types.intp, types.intp))
-def load(builder: Any, table: Any, row: Any, column: Any) -> Any:
+@_compiled_as(_LANES, _TABLE, _INDEX, _INDEX)
+def load(builder, table, row, column):
     """Return table[row, column : column + 8]."""
-    return _read(builder, _cell(builder, table, row, column))
+    width = builder.extract_value(table.shape, 1)
+    return builder.load(_eight(builder, table, row, column, width), align=8)
 
 
-@_function(lambda table, row, column, vector: types.none(table, types.intp, types.intp, _LANES))
-def store(builder: Any, table: Any, row: Any, column: Any, vector: Any) -> None:
+@_compiled_as(types.none, _TABLE, _INDEX, _INDEX, _LANES)
+def store(builder, table, row, column, vector):
     """Set table[row, column : column + 8] to `vector`."""
-    _write(builder, vector, _cell(builder, table, row, column))
+    width = builder.extract_value(table.shape, 1)
+    builder.store(vector, _eight(builder, table, row, column, width), align=8)
 
 
-@_function(lambda table, row: _LANES(table, types.intp))
-def take(builder: Any, table: Any, row: Any) -> Any:
+@_compiled_as(_LANES, _TABLE, _INDEX)
+def take(builder, table, row):
     """Return table[row]."""
-    return _read(builder, _lane(builder, table, row, _FIRST))
+    return builder.load(_eight(builder, table, row, _FIRST), align=8)
 
 
-@_function(lambda table, row, vector: types.none(table, types.intp, _LANES))
-def put(builder: Any, table: Any, row: Any, vector: Any) -> None:
+@_compiled_as(types.none, _TABLE, _INDEX, _LANES)
+def put(builder, table, row, vector):
     """Set table[row] to `vector`."""
-    _write(builder, vector, _lane(builder, table, row, _FIRST))
+    builder.store(vector, _eight(builder, table, row, _FIRST), align=8)
 
 
-@_function(lambda table, row, lane: types.float64(table, types.intp, types.intp))
-def element(builder: Any, table: Any, row: Any, lane: Any) -> Any:
+@_compiled_as(_NUMBER, _TABLE, _INDEX, _INDEX)
+def element(builder, table, row, lane):
     """Return table[row, lane]."""
-    return builder.load(_lane(builder, table, row, lane), align=8)
+    return builder.load(_address(builder, table, row, lane), align=8)
 
 
-@_function(lambda value: _LANES(_LANES))
-def spread(builder: Any, value: Any) -> Any:
-    """Return the vector whose lanes all hold a number."""
-    return value
-
-
-@_elementwise(_LANES, _LANES)
-def from_left(builder: Any, previous: Any, a: Any) -> Any:
+@_compiled_as(_LANES, _LANES, _LANES)
+def from_left(builder, previous, a):
     """Return in lane j lane j - 1 of a, in lane 0 the last lane of `previous`."""
     return _shuffled(builder, previous, a, range(WIDTH - 1, 2 * WIDTH - 1))
 
 
-@_elementwise(_LANES, _LANES)
-def from_right(builder: Any, a: Any, following: Any) -> Any:
+@_compiled_as(_LANES, _LANES, _LANES)
+def from_right(builder, a, following):
     """Return in lane j lane j + 1 of a, in the last the first lane of `following`."""
     return _shuffled(builder, a, following, range(1, WIDTH + 1))
 
 
-@_function(lambda a: types.float64(_LANES))
-def least(builder: Any, a: Any) -> Any:
-    """Return the smallest of the lanes, all of which are numbers."""
-    return _called(builder, "vector.reduce.fmin", a, reduces=True)
-
-
-@_function(lambda a: types.float64(_LANES))
-def largest(builder: Any, a: Any) -> Any:
-    """Return the largest of the lanes, all of which are numbers."""
-    return _called(builder, "vector.reduce.fmax", a, reduces=True)
-
-
-@_function(lambda a, j: types.float64(_LANES, types.intp))
-def lane_of(builder: Any, a: Any, j: Any) -> Any:
-    """Return lane j of a vector."""
-    return builder.extract_element(a, j)
-
-
-@_function(lambda mask: types.int64(types.int64))
-def lowest_bit(builder: Any, mask: Any) -> Any:
+@_compiled_as(_MASK, _MASK)
+def lowest_bit(builder, mask):
     """Return the number of the lowest set bit of a mask that is not zero."""
     return builder.cttz(mask, ir.Constant(ir.IntType(1), 1))
 
 
-@_function(lambda *values: _LANES(*[types.float64] * len(values)))
-def together(builder: Any, *values: Any) -> Any:
-    """Return the vector of up to eight floats; further lanes are zero."""
+@_compiled_as(_LANES, *[_NUMBER] * 4)
+def together(builder, *values):
+    """Return the vector of four floats; further lanes are zero."""
     zeros = [ir.Constant(ir.DoubleType(), 0.0)] * (WIDTH - len(values))
     return _gathered(builder, _VECTOR, [*values, *zeros])
 
 
-@_function(lambda *words: _LANES(*[types.uint64] * WIDTH))
-def upper_bits(builder: Any, *words: Any) -> Any:
+@_compiled_as(_LANES, *[types.uint64] * WIDTH)
+def upper_bits(builder, *words):
     """Return the upper 53 bits of eight uint64, as whole numbers."""
-    gathered = _gathered(builder, _WORDS, words)
-    shifted = builder.lshr(gathered, ir.Constant(_WORDS, [11] * WIDTH))
+    shifted = builder.lshr(_gathered(builder, _WORDS, words), _constant(_WORDS, 11))
     return builder.sitofp(shifted, _VECTOR)
 
 
-@_function(types.none)
-def align_stack(builder: Any) -> None:
+@_compiled_as(types.none)
+def align_stack(builder):
     """Let the function that calls this keep its spilled vectors within cache lines."""
     builder.function.attributes.alignstack = 64
     builder.function.attributes.add("nounwind")  # alone the other is not written out
