@@ -146,20 +146,6 @@ def test_formulas_in_a_sentence_are_set_and_words_stay(
     assert import_module("formulas").with_formulas(text) == set_in_type
 
 
-def test_the_table_of_premises_is_made_anew_once_the_derivations_change(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.syspath_prepend(str(BOOK))
-    pages = import_module("pages")
-    monkeypatch.setattr(pages, "DERIVATIONS", tmp_path)
-    monkeypatch.setattr(pages, "KEPT_PREMISES", tmp_path / "kept.json")
-    for count, source in enumerate(("m = 1", "m = 1", "m = 2")):
-        (tmp_path / "model.py").write_text(source, encoding="utf-8")
-        monkeypatch.setattr(pages, "premises", lambda count=count: {"slip": [str(count)]})
-        pages.kept_premises()
-        assert pages.kept_premises() == {"slip": ["2" if source == "m = 2" else "0"]}
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""
@@ -239,26 +225,6 @@ return document.documentElement.scrollWidth <= width ? [] :
     .filter(each => each.getBoundingClientRect().right > width + 1)
     .slice(0, 3).map(each => `${each.tagName} ${each.className} ${each.textContent.slice(0, 40)}`);
 """
-
-
-@pytest.mark.slow
-def test_every_drawing_of_a_page_is_one_picture(built: Path) -> None:
-    asked = {
-        path: len(re.findall(r"^\.\. plot::", path.read_text(encoding="utf-8"), re.MULTILINE))
-        for path in PAGES
-    }
-    assert sum(asked.values()) > 5
-    for path, count in asked.items():
-        page = (built / path.relative_to(BOOK)).with_suffix(".html").read_text(encoding="utf-8")
-        assert len(re.findall(r'<img [^>]*class="plot-directive"', page)) == count, path.name
-
-
-@pytest.mark.slow
-def test_a_page_that_an_example_wrote_plays_in_a_frame(built: Path) -> None:
-    page = (built / "howto" / "explore.html").read_text(encoding="utf-8")
-    (address,) = re.findall(r'<iframe src="([^"]*)" title="One avalanche, playing"', page)
-    played = (built / "howto" / address).read_text(encoding="utf-8")
-    assert "<canvas" in played or "<svg" in played
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 import exactcreep
-from exactcreep import compiling
 from tests.processes import PATIENCE, environment, finished
 
 NOBODY = 65534
@@ -99,27 +98,6 @@ with warnings.catch_warnings(record=True) as said:
     assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in sentence
 
 
-PAIRS = """
-from typing import NamedTuple
-from exactcreep import compiling
-class {name}(NamedTuple):
-    x: float
-@compiling.njit(cache=True)
-def twice(pair):
-    return 2 * pair.x
-print(twice({name}(21.0)), sum(twice.stats.cache_hits.values()))
-"""
-
-
-def test_code_that_was_kept_for_a_class_that_is_gone_is_compiled_anew(tmp_path: Path) -> None:
-    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import pairs"
-    said = []
-    for name in ("Pair", "Couple", "Couple"):
-        (tmp_path / "pairs.py").write_text(PAIRS.format(name=name), encoding="utf-8")
-        said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
-    assert [one.stdout for one in said] == ["42.0 0\n"] * 2 + ["42.0 1\n"], said[1].stderr
-
-
 SCALED = """
 from exactcreep import compiling
 from factors import FACTOR
@@ -140,27 +118,6 @@ def test_code_is_compiled_anew_once_a_constant_in_a_module_beside_it_changes(
         (tmp_path / "factors.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
         said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
     assert [one.stdout for one in said] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"], said[1].stderr
-
-
-def test_compiled_code_of_another_room_is_in_the_digest_and_nothing_else_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(compiling, "__file__", str(tmp_path / "compiling.py"))
-    for room in ("below", "own"):
-        (tmp_path / room).mkdir()
-    called, unasked = tmp_path / "below" / "called.py", tmp_path / "below" / "unasked.py"
-    header = "from package.compiling import njit"
-
-    def digest(called_is: str, unasked_is: str) -> str:
-        called.write_text(f"{header}\n{called_is}\n", encoding="utf-8")
-        unasked.write_text(unasked_is, encoding="utf-8")
-        for memory in (compiling._compiled_modules, compiling._digest):
-            memory.cache_clear()
-        return compiling._digest(tmp_path / "own")
-
-    assert digest("A = 1", "B = 1") == digest("A = 1", "B = 2") != digest("A = 2", "B = 2")
-    compiling._compiled_modules.cache_clear()
-    compiling._digest.cache_clear()
 
 
 TWICE_THEN_HITS = """
@@ -197,26 +154,3 @@ def test_first_starts_that_race_keep_code_that_the_next_start_finds(kept: Path) 
         assert process.communicate(timeout=PATIENCE)[0] in (b"42 0\n", b"42 1\n")
         assert process.returncode == 0
     assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
-
-
-def test_what_is_kept_for_lanes_is_not_read_while_something_else_is_compiled(
-    tmp_path: Path,
-) -> None:
-    """Reading it would change what `math.sqrt` is in the midst of type inference."""
-    of_numbers = """
-import numpy as np
-from exactcreep.model import deviates
-out = np.zeros(2)
-deviates.first_deviates(np.uint64(1), np.uint64(1), out)
-print(np.count_nonzero(out))
-"""
-    of_lanes = """
-from exactcreep.solvers.exact import draws
-draws.fill(np.zeros((1, 16)), 0, np.uint64(1), np.uint64(1), np.uint64(0))
-"""
-    finished(sys.executable, "-c", of_numbers + of_lanes, NUMBA_CACHE_DIR=str(tmp_path))
-    for caller in ("_logarithm", "normal_tail", "normal_deviate", "first_deviates"):
-        for path in tmp_path.rglob(f"deviates.{caller}-*"):  # as if another start had not got there
-            path.unlink()
-    done = finished(sys.executable, "-c", of_numbers, NUMBA_CACHE_DIR=str(tmp_path))
-    assert done.stdout == "2\n", done.stderr

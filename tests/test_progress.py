@@ -20,8 +20,8 @@ from exactcreep.studies.members import run_members
 from exactcreep.studies.sweep import sweep
 from exactcreep.studies.thresholds.threshold import threshold
 from exactcreep.watch import display, preparation
-from exactcreep.watch.display import COMPILING, Display
-from exactcreep.watch.progress import Hearer, Progress, reporter
+from exactcreep.watch.display import Display
+from exactcreep.watch.progress import Progress, reporter
 from tests.paper import captions
 
 CHAIN = captions(2)
@@ -67,23 +67,6 @@ def test_the_time_left_is_in_proportion_and_counts_the_members_that_follow(
     progress = Progress("running", done, total, 33, 3.0, **about)
     assert progress.seconds_left == pytest.approx(left, nan_ok=True)
     assert (progress.half_cycles, progress.events_per_second) == (done, 11.0)
-
-
-def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_new_clock(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    moments = iter([100.0, 101.0, 103.0, 110.0, 110.5])
-    monkeypatch.setattr("exactcreep.watch.progress.clock", lambda: next(moments))
-    heard: list[Progress] = []
-    report = reporter(heard.append)
-    report("scan", 1, 2, "amplitudes")
-    report("scan", 2, 2, "amplitudes")
-    report("refining", 0.25)
-    report("refining", 0.5, text="edge 3")
-    assert [progress.seconds for progress in heard] == [0.0, 2.0, 0.0, 0.5]
-    assert (heard[3].text, heard[3].total, heard[3].counted) == ("edge 3", 1, "")
-    monkeypatch.undo()
-    reporter(None)("scan", 1, 2)
 
 
 def test_the_time_of_a_study_does_not_count_what_is_compiled_or_loaded(
@@ -153,17 +136,6 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
     ]
 
 
-def test_away_from_a_terminal_a_short_or_quiet_computation_says_nothing_but_that_it_compiles(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    short = [Progress("running", 1, 2), Progress("running", 2, 2)]
-    compiled = [Progress("compiling", 0, 2), *short, Progress("compiling", 0, 2)]
-    assert shown(monkeypatch, io.StringIO(), compiled) == f"{COMPILING}\n"
-    monkeypatch.setattr(display, "_BETWEEN_LINES", 0.0)
-    assert shown(monkeypatch, io.StringIO(), compiled, quiet=True) == f"{COMPILING}\n"
-    assert len(shown(monkeypatch, io.StringIO(), short).splitlines()) == 2
-
-
 @pytest.mark.parametrize(
     ("progress", "name", "told"),
     [
@@ -178,31 +150,6 @@ def test_on_a_terminal_a_bar_names_what_is_done_and_goes_away(
     said = shown(monkeypatch, Terminal(), [progress], name=name)
     assert all(word in said for word in told)
     assert said.endswith("\x1b[2K")  # the line is erased at the end
-
-
-def test_saying_that_the_compiler_is_at_work_may_need_the_compiler_itself() -> None:
-    said: list[str] = []
-
-    def say() -> None:
-        said.append("compiling")
-        listener.on_start(None)  # theta of random dilations is compiled too
-
-    listener = compiling._Listener(say)
-    listener.on_start(None)
-    listener.on_start(None)
-    assert said == ["compiling"]
-
-
-def test_theta_is_told_within_a_half_cycle_that_takes_long() -> None:
-    heard: list[Progress] = []
-    about: dict[str, Any] = {"progress": heard.append, "max_events": 1500}
-    creep(captions(20), Cycles("0.3", 1), solver="reference", **about)
-    way = [one for one in heard if one.phase == "running" and one.done == 0]
-    thetas = [one.theta for one in way if one.theta is not None]
-    assert thetas == sorted(thetas)
-    assert len(set(thetas)) > 2
-    assert 0 <= thetas[0] < thetas[-1] < 0.3
-    assert [one.work for one in way] == pytest.approx([theta / 0.3 / 2 for theta in thetas])
 
 
 @pytest.mark.parametrize("progress", [None, True, False])
@@ -221,20 +168,3 @@ def test_a_bar_is_shown_where_somebody_looks_on_and_waits(
     if said[True]:
         assert "80 half-cycles" in said[True]
         assert "theta" in said[True]
-
-
-def test_what_a_computation_calls_shows_no_bar_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(display, "_SHORT", 0.0)
-    screen = Terminal()
-    monkeypatch.setattr(sys, "stderr", screen)
-    for hear in (False, lambda told: None):
-
-        @display.shows_progress
-        def study(progress: Hearer = None) -> None:
-            creep(CHAIN, DRIVE)
-
-        study(progress=hear)
-    with Display(quiet=True):
-        before = screen.getvalue()
-        creep(CHAIN, DRIVE)
-        assert screen.getvalue() == before

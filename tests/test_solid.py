@@ -66,12 +66,6 @@ def test_units_follow_from_mass_and_stiffness_exactly() -> None:
     assert solid.per_year(Fraction(17, 3), DAY / 2) == pytest.approx(365.25 * there, rel=1e-14)
 
 
-def test_an_altered_solid_is_the_one_that_is_made_so() -> None:
-    solid = lead(sigma_mu="0.02")
-    assert solid.altered(contacts=7) == lead(contacts=7, sigma_mu="0.02")
-    assert solid.altered(friction="1.1") == lead(mu_d="0.55", mu_s="0.66", sigma_mu="0.022")
-
-
 # --- under recorded temperatures ------------------------------------------------------------------
 
 HALF_DAYS = [f"2024-06-{1 + k // 2:02}T{12 * (k % 2):02}:00" for k in range(60)]
@@ -106,94 +100,17 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
         *((lambda name=name, value=value: lead(**{name: value}), f"^{name} = ")
           for name, value in {"length": 0, "density": "heavy", "contacts": -1}.items()),
         (lambda: lead().millimetres_per_day(1.0, 0), "^period = 0: must be positive"),
-        (lambda: lead().altered(friction=0), "^friction = 0: must be positive"),
         (lambda: lead().creep(month(lead()), time_unit=60), "^time_unit = 60: must be left out"),
         (lambda: lead().creep(Cycles("0.001", 3)), "time_unit .*: seconds per half-cycle"),
         (lambda: lead().creep(TemperatureRecord.of([10, 20], "1e-5", 10, times=HALF_DAYS[:2])),
          "^kappa = .*must be the solid's"),
-        (lambda: lead().creep([10, 20]), "must be a TemperatureRecord"),
         (lambda: Descent.of(lead(contacts=7), lead().creep(month(lead())).result),
          "must be a run of the solid's chain"),
-        (lambda: lead().creep(month(lead()), record=()).millimetres, "must hold x_G"),
-        *((lambda name=name: lead(sigma_mu="0.02").creep(month(lead()), **{name: 3}),
-           f"^{name} = 3: has no effect in the sliding limit") for name in ("seed", "seeds")),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_by_name(refused: Callable[[], Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         refused()
-
-
-def test_what_few_contacts_do_is_told_from_what_friction_does() -> None:
-    solid = lead(contacts=14, mu_d="0.45", tan_alpha="0.3")
-    descent = solid.creep(month(solid))
-    rates = descent.rates
-    assert descent.contacts == (14, 150)  # the next pivot is worth 2/100 of N tan_alpha/mu_d = 100
-    # 14 * 0.3/0.45 = 9.3: the pivot stays up to mu_d = 0.525, and moves on below 0.42
-    assert rates[14, MORE] == pytest.approx(rates[14, SAME], rel=0.03)
-    jump = rates[14, LESS] / rates[14, SAME] - 1
-    assert jump == pytest.approx(descent.pivot_step, abs=0.03)
-    for n, allowed in ((14, 0.15), (150, 0.02)):
-        gaps = [rates[n, factor] / rates[n, SAME] * float(factor) - 1 for factor in (LESS, MORE)]
-        assert max(map(abs, gaps)) < allowed
-    assert descent.artefact == pytest.approx(rates[14, SAME] / rates[150, SAME] - 1, rel=1e-12)
-    many = lead(contacts=0, mu_d="0.45", tan_alpha="0.3")
-    assert many.chain.n == 150
-    found = many.creep(month(many))
-    assert found.millimetres_per_year == pytest.approx(rates[150, SAME], rel=1e-12)
-    assert found.contacts == (150, 300)
-    assert abs(found.artefact) < 0.01
-    assert "N = 150 is enough" in repr(descent)
-
-
-def test_the_exact_solver_answers_in_millimetres_too():
-    solid = lead(contacts=6, sigma_mu="0.01")
-    record = month(solid, SWING[:12], HALF_DAYS[:12])
-    exact = solid.creep(record, solver="exact", seed=3)
-    assert exact.result.solver == "exact"
-    assert exact.total == pytest.approx(solid.creep(record).total, rel=0.05)
-    assert "one seed alone" in repr(exact)
-    several = solid.creep(record, solver="exact", seed=3, seeds=2)
-    rates = [solid.creep(record, solver="exact", seed=k).millimetres_per_year for k in (3, 4, 5)]
-    assert several.disorder == pytest.approx(np.std(rates, ddof=1), rel=1e-12)
-    assert "between 3 seeds" in repr(several)
-
-
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ({"mu_d": "0.26"}, "without bound where it is 10 % less"),
-        ({"sigma_mu": "0.02"}, "mu_s = '0.6', sigma_mu = '0.02' and the seed have no effect"),
-    ],
-)
-def test_what_friction_does_not_hold_and_what_has_no_effect_is_said(
-    changed: Any, said: str
-) -> None:
-    solid = lead(**changed)
-    descent = solid.creep(month(solid))
-    assert said in repr(descent)
-    assert (descent.rates[20, LESS] == math.inf) is ("mu_d" in changed)
-    assert math.isfinite(descent.millimetres_per_year)
-
-
-def test_how_much_years_differ_is_that_of_the_years_or_of_blocks_of_days():
-    solid = lead()
-    rng = np.random.default_rng(3)
-    days = np.arange(8 * 366)
-    swing = rng.normal(10, 3, days.size)
-    times = np.array("2001-01-01", dtype="datetime64[h]") + np.repeat(24 * days, 2)
-    times[1::2] += np.timedelta64(12, "h")
-    values = 10 + np.repeat(swing, 2) * np.tile([-1, 1], days.size)
-    descent = solid.creep(TemperatureRecord.of(values, solid.kappa, 10, times=times))
-    yearly = descent.stretches("365.25")
-    assert yearly.size == 8
-    assert descent.weather == pytest.approx(yearly.std(ddof=1), rel=1e-12)
-    # independent days that differ by 3 K: years differ by the root of their days
-    expected = 3 * descent.total / swing.sum() * math.sqrt(365.25)
-    assert descent.weather == pytest.approx(expected, rel=0.6)  # of 8 years
-    part = solid.creep(TemperatureRecord.of(values[:1400], solid.kappa, 10, times=times[:1400]))
-    assert part.weather == pytest.approx(expected, rel=0.25)  # of 70 blocks
-    assert "from the 10-day blocks" in repr(part)
 
 
 # --- scenes in SI units ---------------------------------------------------------------------------
@@ -264,13 +181,10 @@ def test_a_roof_is_one_command(command: Command) -> None:
     ("change", "told"),
     [
         (("cycles = 20", "cycles = 20, amplitude = 0.1"), "drive.temperature_amplitude = 15: must"),
-        (("= 43200", "= 0"), "physical.time_unit = 0: must be positive"),
-        (("temperature_amplitude", "sigma_temperature"), "drive.sigma_temperature"),
         ({"physical.time_unit": 60}, "physical.time_unit = 60: must be left out"),
         ({"chain.n": 3}, "chain.n = 3: must not be given beside [physical]"),
         ({"physical.contact": 3}, "did you mean physical.contacts?"),
         ({"physical.mu_s": "0.1"}, "physical.mu_s = '0.1': must be at least mu_d"),
-        ({"drive.kappa": "1e-5"}, "drive.kappa = '1e-5': must be physical.kappa"),
     ],
 )
 def test_a_scene_in_si_units_is_refused_by_key(change: Any, told: str) -> None:
@@ -280,13 +194,6 @@ def test_a_scene_in_si_units_is_refused_by_key(change: Any, told: str) -> None:
         scene, change = Scene.from_text, IN_KELVIN.replace(*change)
     with pytest.raises(InputError, match=re.escape(told)):
         list(scene(change).members())
-
-
-def test_a_scene_in_si_units_varies_its_contacts() -> None:
-    scene = Scene.from_text(IN_KELVIN).with_settings({"vary.physical.contacts": [4, 14]})
-    few, many = (member.solid.chain for member in scene.members())
-    assert (few.n, many.n) == (4, 14)
-    assert few.l0 / 4 == many.l0 / 14
 
 
 def test_a_material_stands_for_what_is_not_given() -> None:

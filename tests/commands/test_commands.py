@@ -7,9 +7,7 @@ import inspect
 import math
 import re
 import signal
-import subprocess
 import sys
-import tomllib
 from fractions import Fraction
 from pathlib import Path
 
@@ -23,7 +21,7 @@ from exactcreep.commands.answer import say_summary
 from exactcreep.commands.studies import QUESTIONS, question
 from exactcreep.figures import animation
 from tests.conftest import Command
-from tests.processes import PATIENCE, PROGRAM, environment, finished
+from tests.processes import finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
 QUICK = "run six-sliders-cycles --set drive.cycles=10"
@@ -98,29 +96,6 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
         assert "max_seconds = 0 was reached" in words(late.out + late.err)
 
 
-def test_an_answer_whose_name_was_taken_meanwhile_is_kept_under_another(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    answer, written = exactcreep.threshold, ("t.nc", "t.png")
-
-    @functools.wraps(answer)
-    def meanwhile(*given: object, **further: object) -> object:
-        for name in written:
-            Path(name).write_text("of another program")
-        return answer(*given, **further)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(exactcreep, "threshold", meanwhile)
-    line = ("threshold", "--n", "2", "--digits", "6", "--out", "t.nc", "--plot", "t.png")
-    told = command(*line)
-    assert told.code == 2
-    assert "another program meanwhile; this result is in t-2.nc" in told.err
-    assert {Path(name).read_text() for name in written} == {"of another program"}
-    assert "written: t-2.nc" in told.err
-    assert Path("t-2.png").read_bytes().startswith(BEGINNINGS[".png"])
-    assert command(*line, "--force").code == 0
-    assert Path("t.nc").read_bytes().startswith(BEGINNINGS[".nc"])
-
-
 def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
     assert {*EVERY, "reproduce", "explore"} == {*COMMANDS}
     listed = re.findall(r"^│ ([a-z][a-z-]*) ", command("--help").out, re.MULTILINE)
@@ -147,18 +122,6 @@ def test_an_example_of_a_help_can_be_copied_from_a_terminal_of_any_width(
     assert 'default: ""' not in command("reproduce", "--help").out
 
 
-def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
-    command: Command,
-) -> None:
-    Path("days.csv").write_text("date,T\n2024-06-01,8.5\n2024-06-02,9\n2024-06-03,9.5\n")
-    told = command("record", "days.csv", "--plot", "days.png")
-    assert tomllib.loads(told.out)["drive"]["file"] == "days.csv"
-    assert told.err == "written: days.png\n"
-    told = command("run", *SHORT, "--out", "run.nc", "--json")
-    assert told.json["scene"] == SHORT[0]
-    assert told.err == "written: run.nc\n"
-
-
 # --- what is said --------------------------------------------------------------------------------
 
 
@@ -168,8 +131,6 @@ def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
         ({"shares": [{"amplitude": 0.25, "directions": {}},
                      {"amplitude": 0.5, "directions": {"downhill": 3}}]},
          ["shares  amplitude 0.25", "amplitude 0.5, directions downhill 3"]),
-        ({"itinerary": [{"half_cycle": k} for k in range(1, 21)]},
-         ["itinerary  half cycle 1", *(f"half cycle {k}" for k in range(2, 13)), "and 8 more"]),
         ({"deaths": 0, "marginal": False, "mu_s": "5404319552844595/9007199254740992", "amplitude":
           "969/1000000", "fractions": {"locked": {"starts": 4, "share": 1.0, "low": 0.5},
                                        "at_rest": {"starts": 0, "share": 0.0, "high": 0.5}}},
@@ -178,11 +139,6 @@ def test_what_a_command_prints_can_be_redirected_without_the_names_of_its_files(
         ({"edges": {"first": {"low": 1.5, "known": True}, "second": {"low": math.nan}},
           "reason": None, "cycles_tried": list(range(8))},
          ["edges         first: low 1.5, known yes", "cycles tried  0, 1, 2, 3, 4, 5, and 2 more"]),
-        ({"enclosure": ["1/3", "1000000000001/3000000000000"]},
-         ["enclosure  0.333333333333333, 0.333333333333667"]),
-        ({"rate": {"rate": 0.5, "exponential": 0.25}, "exponential": 0.25},
-         ["arrests per cycle  rate 0.5",
-          "constant rate      lives so far from geometric have probability 0.25"]),
     ],
 )  # fmt: skip
 def test_a_summary_has_a_line_for_what_is_known_and_cuts_long_lists(
@@ -222,23 +178,14 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
     [
         ("run", "parameter SCENE requires an argument"),
         ("compare chain-size --dts 0.1,fast", "dt = 'fast'"),
-        ("walk", "No such command 'walk'"),
         ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
         (f"{QUICK} --solver euler", "run.solver = 'euler': must be one of exact"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
-        (f"{QUICK} --max-events -1", "max_events = -1: must be a whole number"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
-        (f"{QUICK} --out a.nc --checkpoint a.nc", "must not be the file of --checkpoint"),
-        (f"{QUICK} --plot run.txt", "plot = 'run.txt': must end in .png"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among what is recorded"),
-        (f"{QUICK} --checkpoint a.ckpt --every -1", "every = '-1': must not be negative"),
-        ("resume none.ckpt", "checkpoint = 'none.ckpt': must be an existing file"),
-        ("sweep chain-size --workers 2 --scheduler tcp://a", "with a scheduler"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
-        ("explore --port 70000", "port = "),
-        ("scenes chain-jumps twice", "scenes takes no further 'twice'"),
         (f"{QUICK} --n 8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
         ("xyzzy", "No such command 'xyzzy'"),
@@ -249,14 +196,6 @@ def test_bad_input_is_one_sentence_and_status_2(
 ) -> None:
     assert said in command(*line.split()).sentence
     assert not list(tmp_path.iterdir())
-
-
-def test_bad_input_keeps_its_status_where_its_sentence_finds_no_room() -> None:
-    if not Path("/dev/full").exists():
-        pytest.skip("there is no device that is always full")
-    with open("/dev/full", "w") as full:
-        assert subprocess.run((*PROGRAM, "run", "nope"), stderr=full, env=environment(),
-                              check=False, timeout=PATIENCE).returncode == 2  # fmt: skip
 
 
 def test_debug_shows_the_traceback() -> None:
@@ -308,7 +247,6 @@ INT, TERM = signal.SIGINT, signal.SIGTERM
     [
         (INT, "survival --n 6 --amplitude 0.000969 --starts 400", "cycles lived"),
         (TERM, "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact", "last advance"),
-        (TERM, "reproduce chain-amplitude --quick --workers 1", "cells"),
         (INT, "plan chain-jumps", "interrupted"),
     ],
 )
@@ -321,36 +259,6 @@ def test_a_command_that_is_stopped_says_so_and_what_is_known(
     assert "exactcreep: interrupted" in told.stderr
     assert known in words(told.stdout + told.stderr)
     assert "Traceback" not in told.stderr
-
-
-SWALLOWED = """
-import os, signal, sys
-from exactcreep.cli import main
-from exactcreep.figures import paper
-
-class Finaliser:
-    def __del__(self):
-        os.kill(os.getpid(), signal.SIGINT)
-        for _ in range(1000):  # the signal is heard here, where Python drops what is raised
-            pass
-
-def begin(*arguments, **further):
-    Finaliser()
-    return sweep(*arguments, **further)
-
-sweep, paper.sweep = paper.sweep, begin
-sys.argv[1:] = ["reproduce", "two-sliders-trace", "--quick", "--workers", "1"]
-main()
-"""
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_a_ctrl_c_that_a_finaliser_swallows_is_heard_all_the_same(tmp_path: Path) -> None:
-    script = f"import os; os.chdir({str(tmp_path)!r})\n{SWALLOWED}"
-    told = finished(sys.executable, "-c", script)
-    assert "Exception ignored in" in told.stderr
-    assert told.returncode == 130
-    assert "exactcreep: interrupted" in told.stderr
 
 
 IMPORTING = """
@@ -371,27 +279,6 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
     done = finished(sys.executable, "-c", IMPORTING, str(int(number)))
     sentence = "exactcreep: interrupted\n"
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
-
-
-BEGINNING = """
-import codecs, os, signal
-from exactcreep.cli import main
-codecs.register_error = lambda *given: os.kill(os.getpid(), signal.SIGTERM)
-main()
-"""
-
-
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_a_signal_before_the_line_is_read_ends_in_a_sentence() -> None:
-    done = finished(sys.executable, "-c", BEGINNING)
-    assert (done.returncode, done.stdout, done.stderr) == (143, "", "exactcreep: interrupted\n")
-
-
-def test_the_program_hears_ctrl_c_before_it_imports_what_takes_long() -> None:
-    script = "import sys, exactcreep.__main__; print(*sys.modules)"
-    loaded = finished(sys.executable, "-S", "-c", script).stdout.split()
-    assert "exactcreep.__main__" in loaded
-    assert not {"typing", "re", "inspect", "cyclopts"} & {*loaded}
 
 
 # --- what is loaded ------------------------------------------------------------------------------
@@ -453,12 +340,6 @@ def test_a_setting_may_be_negative_and_a_scene_stand_behind_two_hyphens(command:
     assert told["x_G"] < 0 < mirrored["x_G"]
 
 
-def test_a_short_h_asks_for_help_too(command: Command) -> None:
-    for line in ((), ("sweep",), ("fate",)):
-        assert command(*line, "-h") == command(*line, "--help")
-    assert (command().code, command().out) == (2, command("--help").out)
-
-
 def test_no_option_is_switched_off_or_emptied_but_one(command: Command) -> None:
     negative = set()
     for name in COMMANDS:
@@ -466,12 +347,6 @@ def test_no_option_is_switched_off_or_emptied_but_one(command: Command) -> None:
     assert negative == {"--no-locate"}
     for option in ("--empty-set", "--no-json", "--sett"):
         assert f"run has no option {option}" in command(*QUICK.split(), option).sentence
-
-
-@pytest.mark.parametrize("name", QUESTIONS)
-def test_a_summary_is_the_first_sentence_of_the_function(name: str) -> None:
-    said = inspect.getdoc(getattr(exactcreep, name.replace("-", "_")))
-    assert QUESTIONS[name].summary == said.partition("\n\n")[0].replace("\n", " ")
 
 
 def test_the_version_is_printed(command: Command) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 from collections.abc import Mapping
@@ -14,10 +13,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from exactcreep import Creep, InputError, resume
-from exactcreep.commands.answer import grouped
-from exactcreep.quasistatic import checkpoint, writing
+from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep_result import load_members
-from exactcreep.studies import members as studies
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 
@@ -51,16 +48,6 @@ def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> Non
     assert len({member["x_G"] for member in members}) > 2
 
 
-def test_members_that_come_to_the_same_are_one_row_that_says_how_many(command: Command) -> None:
-    varied = "vary.drive.amplitude=[0.00001,0.00002,0.004]"
-    told = command(*SIX, *cycles(2, "--set", varied)).out
-    assert told.startswith("six-sliders-cycles: with drive.cycles=2\n")  # what varies has a column
-    rows = [row for row in told.splitlines() if re.match(r" \d", row)]
-    assert [row.split("  ")[0].strip() for row in rows] == ["1e-05 … 2e-05", "0.004"]
-    assert rows[0].endswith("(2 members)")
-    assert "members" not in rows[1]
-
-
 def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None:
     sure = cycles(4, "--set", "chain.sigma_mu=0", "--solver", "mpmath", "--digits", "40")
     velocity = command(*TWO, *sure, "--json").json["velocity"]
@@ -84,26 +71,6 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     assert re.search(r"trajectory known to 1e-9 up to half-cycle \d+; averages hold", words(told))
     below = command(*SIX, *cycles(5), "--set", "drive.amplitude=1e-5").out
     assert "paper, Eq. 23 none: below its threshold" in words(below)
-
-
-def test_where_the_start_decides_the_pivot_the_summary_has_both_velocities(
-    command: Command,
-) -> None:
-    both = ["chain.n=3", "chain.tan_alpha=0.18", "chain.sigma_mu=0", "drive.amplitude=0.004"]
-    settings = [part for setting in both for part in ("--set", setting)]
-    told = words(command(*SIX, *cycles(8), *settings).out)
-    assert "law that holds 0 or 7.05518 (sliding limit of each possible pivot, or locked;" in told
-    assert "how far it is off is not known here" in told
-
-
-def test_groups_are_of_neighbours_that_differ_in_one_thing() -> None:
-    settings = [{"a": a, "b": b} for a in (1, 2, 3) for b in (1, 2)]
-    names = [[f"{a}", f"{b}"] for a in (1, 2, 3) for b in (1, 2)]
-    assert [row for row, _ in grouped(settings, "uvwxyz")] == names
-    assert grouped(settings, "uuuuuu") == [(["1 … 3", "1 … 2"], [0, 1, 2, 3, 4, 5])]
-    rows, members = zip(*grouped(settings, "uuuvuu"), strict=True)
-    assert rows == (["1", "1 … 2"], ["2", "1"], ["2", "2"], ["3", "1 … 2"])
-    assert members == ([0, 1], [2], [3], [4, 5])
 
 
 @pytest.mark.parametrize(
@@ -144,47 +111,6 @@ def test_a_limit_leaves_with_status_3_and_the_partial_result(command: Command) -
     assert told.json["outcome"] == "limit"
     assert told.json["reason"] == "max_events = 20000 was reached"
     assert told.json["half_cycles"] == Creep.load("run.nc").half_cycles > 0
-
-
-def test_what_was_computed_is_told_even_if_it_cannot_be_written(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(descriptor: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    told = command(*QUICK, "--out", "run.nc", "--json")
-    assert told.code == 2
-    assert told.json["outcome"] == "creeping"
-    assert "No space left on device" in told.err
-    assert not list(tmp_path.iterdir())
-
-
-def test_of_results_under_one_name_none_is_lost(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Other programs take the name during the run, and the next free one just then."""
-    members, free, taken = studies.run_members, writing.free_name, []
-
-    def meanwhile(*arguments: object, **options: object) -> object:
-        Path("a.nc").write_bytes(b"of a second program")
-        return members(*arguments, **options)
-
-    def just_taken(path: Path) -> Path:
-        name = free(path)
-        if not taken:
-            name.write_bytes(b"of a third program")
-        taken.append(name)
-        return name
-
-    monkeypatch.setattr(studies, "run_members", meanwhile)
-    monkeypatch.setattr(writing, "free_name", just_taken)
-    done = command(*TWO, "--json", "--out", "a.nc")
-    assert done.code == 2
-    assert "was made by another program meanwhile; this result is in a-3.nc" in done.err
-    assert Path("a.nc").read_bytes() == b"of a second program"
-    assert Path("a-2.nc").read_bytes() == b"of a third program"
-    assert Creep.load("a-3.nc").half_cycles == done.json["half_cycles"]
 
 
 # --- checkpoints ---------------------------------------------------------------------------------

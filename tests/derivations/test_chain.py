@@ -9,7 +9,6 @@ from random import Random
 import pytest
 
 from derivations.chain import Avalanche, RationalChain, play_variation
-from derivations.sliding_limit import follows_the_play
 
 
 def test_a_slider_exactly_at_its_threshold_stays() -> None:
@@ -32,18 +31,6 @@ def test_a_slider_that_a_slip_brings_to_its_threshold_stays() -> None:
     chain = RationalChain(3, F(1, 5), F(1, 2), F(3, 5))
     chain.to(F(4, 5) - F(1, 10**6))
     assert (chain.slips, chain.forces[1]) == (2, chain.holds)
-
-
-def test_a_slider_alone_has_no_spring_that_could_move_it() -> None:
-    for static in (None, F(3, 5)):
-        alone = RationalChain(1, F(1, 4), F(1, 2), static)
-        alone.to(F(7))
-        assert (alone.x, alone.forces, alone.y, alone.slips) == ([0], [F(1, 4)], 7, 0)
-
-
-def test_slips_of_no_length_are_refused() -> None:
-    with pytest.raises(ValueError, match="mu_s > mu_d"):
-        RationalChain(2, F(1, 4), F(1, 2), F(1, 2)).to(F(1))
 
 
 @pytest.mark.parametrize("static", [None, F(3, 5)], ids=["slides", "slips"])
@@ -77,12 +64,6 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
             for start in (values[0] - level / 2 + F(k, 2) for k in range(int(2 * level) + 1))
         )
         assert least == best
-
-
-def test_the_play_operator_moves_chains_along_any_path() -> None:
-    random = Random(22)
-    for size in range(2, 9):
-        assert all(follows_the_play(random, size, 16) for _ in range(6))
 
 
 def test_at_the_slope_of_its_friction_all_of_a_chain_slides_down_but_one_end() -> None:

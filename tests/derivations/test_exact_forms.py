@@ -12,7 +12,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from derivations import gaussian, pivots, thresholds, two_sliders
+from derivations import gaussian, thresholds, two_sliders
 from derivations.ledger import entries
 from derivations.notation import CAPTIONS, c, evaluated, read, s, symbol
 from exactcreep import Chain, Cycles, GaussianSteps, laws
@@ -109,25 +109,6 @@ def test_an_exact_form_of_the_ledger_is_the_function_that_it_names(name: str) ->
         assert found == pytest.approx(value_of(right, given), rel=1e-9, abs=1e-12), given
         positive += found > 0
     assert positive > 1 or entry.chapter == "continuum"
-
-
-def test_windows_and_edges_of_pivots_are_those_of_the_derivation() -> None:
-    proof = pivots.derive()
-    for n, i, low, high in ((10, 5, "1/5", "3/10"), (10, 5, "1/5", "3/5"), (7, 3, "1/2", "3/5")):
-        given = {symbol("N"): n, symbol("i"): i}
-        given |= {symbol("mu_d"): sp.Rational(low), symbol("mu_s"): sp.Rational(high)}
-        above = given | {symbol("i"): i - 1}
-        window = laws.pivot_window(n, i, Fraction(low), Fraction(high))
-        assert sp.Rational(window.lower) == proof.lower.subs(given)
-        assert sp.Rational(window.upper) == proof.critical.subs(above)
-        alone = proof.critical.subs(given), proof.lower.subs(above)
-        # three sliders can rest, and none alone, where mu_s exceeds twice mu_d
-        overlap = sp.Rational(high) > 2 * sp.Rational(low)
-        assert (alone[0] > alone[1]) is sp.S(overlap)
-        expected = (None, None) if overlap else tuple(Fraction(str(slope)) for slope in alone)
-        assert (window.lower_alone, window.upper_alone) == expected
-        edge = Fraction(str(proof.sliding_edge.subs(given)))
-        assert laws.pivots(n, edge, Fraction(low)) == (i, i + 1)
 
 
 def test_ends_of_the_plateau_and_edges_of_fates_are_those_of_the_ledger() -> None:

@@ -70,17 +70,6 @@ def test_three_sliders_next_to_an_edge_lock_unless_there_is_disorder() -> None:
     assert found == pytest.approx(float(creeps), rel=0.02)
 
 
-def test_relaxed_chains_begin_to_creep_above_the_corrected_amplitude() -> None:
-    low, high, sigma, slope, *rest = numbers("seuil")
-    for n, still, moving in zip(rest[:3], rest[3:6], rest[6:], strict=True):
-        onset = laws.onset_amplitude(
-            n=int(n), l0=1000, mu_d=float(low), mu_s=float(high), tan_alpha=float(slope)
-        )
-        for share, expected in ((still, False), (moving, True)):
-            size = repr(float(share) * onset)
-            assert (velocity(n, low, high, sigma, slope, size, 1500) > 0) is expected
-
-
 def test_the_mean_velocity_agrees_with_the_law_inside_a_plateau() -> None:
     n, low, high, sigma, size, *rest = numbers("excellent_agreement")
     for share, slope in zip(rest[::2], rest[1::2], strict=True):
@@ -89,26 +78,6 @@ def test_the_mean_velocity_agrees_with_the_law_inside_a_plateau() -> None:
         (law,) = laws.law_values(laws.sliding_velocity, known)
         found = velocity(n, low, high, sigma, slope, size, 150) / law
         assert found == pytest.approx(float(share), abs=0.01)
-
-
-def test_a_step_between_plateaus_is_done_below_the_printed_angle() -> None:
-    low, high, n, sigma, size, *rest = numbers("critical_angle")
-    printed, i = float(rest[0]), int(rest[1])
-    angle = laws.critical_angle(n=int(n), i=i, mu_d=float(low), mu_s=float(high))
-    assert angle == pytest.approx(printed)
-    shares = zip((rest[0], *rest[3:7:2]), (rest[2], *rest[4:7:2]), strict=True)
-    for slope, share in shares:
-        chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
-        above = velocity(n, low, high, sigma, slope, size, 200) / step(chain, size)
-        below = int(n) + 3 - 2 * (i + 1)  # the plateau that Eq. 19 has below its edge
-        assert (above - below) / 2 == pytest.approx(float(share), abs=0.02)
-    slope, least, most = rest[7:10]
-    chain = Chain(int(n), 1000, low, high, sigma, tan_alpha=slope)
-    pivot = laws.pivot(int(n), Fraction(slope), Fraction(low)) - 1
-    phases = np.delete(phases_after_dilations(chain, size, 120), pivot - 1, axis=1)
-    spread = phases.std(axis=0)
-    assert spread.min() == pytest.approx(float(least), abs=0.03)
-    assert spread.max() == pytest.approx(float(most), abs=0.03)
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-import tracemalloc
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -28,16 +26,13 @@ from exactcreep import (
     creep,
     disorder,
     load_scene,
-    physical,
     plan,
     rearrange,
     resume,
     sweep,
-    threshold,
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.scene import Scene
-from exactcreep.studies.thresholds.questions import GivenUp
 from tests.conftest import Command
 from tests.processes import finished
 
@@ -109,10 +104,6 @@ def test_a_wild_parameter_makes_a_chain_or_a_sentence_that_names_it(name: str, v
 REST = State.relaxed(CHAIN)
 EXPERIMENT = Scene.from_text(SCENE).experiment()
 SLIDING = Chain(3, 1, 1, 1, tan_alpha=0)
-PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-SOLID = {"length": 10, "youngs_modulus": 1.6e10, "density": 11340, "section": 0.01,
-         "kappa": 2.9e-5, "contacts": 5, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.3}  # fmt: skip
-FEW = {"after": 2, "digits": 3, "points": 4, "solver": "exact"}
 CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
     "drive": [
         Cycles, GaussianSteps, lambda a, b: ThetaPath(a), lambda a, b: ThetaPath([0, a, b]),
@@ -152,12 +143,6 @@ def test_wild_arguments_are_used_or_refused_in_a_sentence(kind: str, one: Any, o
         refusal(lambda call=call: call(one, other))
 
 
-@FUZZ
-@given(st.sampled_from([*SOLID, "sigma_mu", "gravity"]), WILD)
-def test_a_wild_solid_is_a_solid_or_a_sentence(name: str, value: Any) -> None:
-    refusal(lambda: physical(**SOLID | {name: value}))
-
-
 ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
              "dt", "digits", "locate", "accuracy", "question", "checkpoint",
              "every", "nonsense"]  # fmt: skip
@@ -177,23 +162,6 @@ def test_a_wild_argument_of_a_run_is_used_or_refused(
     if name == "every":
         call["checkpoint"] = tmp_path_factory.mktemp("kept") / "a.ckpt"
     refusal(lambda: creep(CHAIN, RUN, **call))
-
-
-AMPLITUDES = ("low", "high", "bracket")
-OTHERS = ("after", "digits", "points", "solver", "windows")
-
-
-@settings(FUZZ, max_examples=24)
-@given(st.sampled_from([*OTHERS, *OTHERS, *AMPLITUDES]), WILD, WILD)
-def test_a_wild_argument_of_a_threshold_is_used_refused_or_given_up(
-    name: str, value: Any, other: Any
-) -> None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if number and name in OTHERS:
-        value = -abs(value)  # large numbers are slow, not wrong
-    chosen = (value, other) if name == "bracket" else value
-    with nullcontext() if name in OTHERS else suppress(GivenUp):
-        refusal(lambda: threshold(PAIR, **FEW | {name: chosen}))
 
 
 # --- scenes and the command line -----------------------------------------------------------------
@@ -234,66 +202,6 @@ def told(command: Command, tmp_path: Path) -> Callable[..., str]:
     return call
 
 
-READERS = {
-    name: [] for name in ("run", "plan", "compare", "sweep", "threshold", "show", "resume")
-} | {"animate": ["--rearrangement", "0", "--out", "new.gif"]}
-FILES = {
-    "latin": b'title = "G\xe9minard"',
-    "empty": b"",
-    "zeros": bytes(5000),
-    "half": b"\x89HDF\r\n\x1a\n" + bytes(100),
-    "checkpoint": b"exactcreep checkpoint 1\n",
-    "scene.toml": b"[chain]\nn = 2\n",
-}
-
-
-@pytest.mark.parametrize("name", READERS)
-def test_no_command_reads_what_is_not_for_it(
-    name: str, told: Callable[..., str], tmp_path: Path
-) -> None:
-    for file, content in FILES.items():
-        (tmp_path / file).write_bytes(content)
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "loop").symlink_to("loop")
-    for file in [*FILES, "folder", "loop", "none", "a" * 300, "/dev/zero", ""]:
-        told(name, file, *READERS[name])
-
-
-def test_a_number_of_a_million_digits_is_refused_without_being_read(
-    told: Callable[..., str], tmp_path: Path
-) -> None:
-    digits = "1" * 10**6
-    for number in (digits, "0." + digits, f'"{digits}/7"'):
-        (tmp_path / "long.toml").write_text(SCENE.replace("1000", number))
-        sentence = told("run", "long.toml")
-        assert "too long" in sentence or "characters" in sentence
-        assert len(sentence) < 400
-    for option in ("chain.l0", "chain.n", "run.seed"):
-        assert len(told("run", "two-sliders-cycles", "--set", f"{option}={digits}")) < 400
-    assert len(told("run", "two-sliders-cycles", "--max-events", digits)) < 400
-
-
-WILD_SCENES = {
-    "arrays": SCENE + "[run]\nrecord = " + "[" * 10**5 + "]" * 10**5,
-    "tables": "a = " + "{a=" * 5000 + "1" + "}" * 5000,
-    "key": "a." * 10**5 + "b = 1\n" + SCENE,
-    "vary": SCENE + "[vary]\n" + "chain." * 5000 + "n = [1]\n",
-    "headers": "".join(f"[{'.'.join('a' * k)}]\n" for k in range(1, 90)) + SCENE,
-    "keys": SCENE + "[vary]\n" + "".join(f"k{i} = [1]\n" for i in range(10**4)),
-    "members": f"{SCENE}[vary]\nchain.n = {[2] * 1000}\nrun.seed = {[2] * 1001}",
-    "lines": SCENE + '[run]\nsolver = "a\\nb"\n',
-    "escape": SCENE + '[run]\nsolver = "\\u001b[31m"\n',
-}
-
-
-@pytest.mark.parametrize("name", WILD_SCENES)
-def test_a_scene_of_endless_depth_or_width_is_refused_at_once(
-    name: str, told: Callable[..., str], tmp_path: Path
-) -> None:
-    (tmp_path / "wild.toml").write_text(WILD_SCENES[name])
-    assert len(told("run", "wild.toml")) < 600
-
-
 def test_decimals_of_thousands_of_digits_are_kept_saved_and_loaded(tmp_path: Path) -> None:
     chain = Chain(**GOOD | {"tan_alpha": "0.25" + "0" * 6000 + "1"})
     result = creep(chain, Cycles("1e-4999", 1))
@@ -301,50 +209,6 @@ def test_decimals_of_thousands_of_digits_are_kept_saved_and_loaded(tmp_path: Pat
     loaded = Creep.load(tmp_path / "long.nc")
     assert loaded.chain == chain
     assert loaded.drive == result.drive
-
-
-def test_a_scene_may_begin_with_a_byte_order_mark_and_end_its_lines_as_it_likes(
-    tmp_path: Path,
-) -> None:
-    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbf" + SCENE.replace("\n", "\r\n").encode())
-    assert load_scene(tmp_path / "a.toml").experiment().chain.n == 3
-
-
-def test_a_plan_of_a_trillion_cycles_does_not_keep_them_in_memory() -> None:
-    plan(Chain(**GOOD | {"n": 30}), Cycles("0.01", 10))  # what it imports and compiles is there
-    tracemalloc.start()
-    try:
-        plan(Chain(**GOOD | {"n": 30}), Cycles("0.01", 10**12))
-        _, most = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    assert most < 10**8  # and not some bytes for every cycle
-
-
-IMPOSSIBLE = """
-    threshold -n 0
-    run two-sliders-cycles --set chain.l0=1e5001
-    run two-sliders-cycles --set run.record=[[]]
-    run two-sliders-cycles --set run.start={tensions=[nan]}
-    run two-sliders-cycles --set drive.kind=[]
-    run two-sliders-cycles --set vary.chain.n={}
-    run two-sliders-cycles --set =3
-    run two-sliders-cycles --set chain=3
-    run two-sliders-cycles --set ..=3
-    run two-sliders-cycles --solver certified --digits 1e9
-    run two-sliders-cycles --solver sliding --dt 1
-    run two-sliders-cycles --out a\0b
-    run two-sliders-cycles --checkpoint a.x --out a.x
-    sweep chain-size --workers 0
-    compare two-sliders-cycles --digits zero
-    reproduce nothing
-    scenes ../../etc/passwd
-""".strip().splitlines()
-
-
-@pytest.mark.parametrize("words", IMPOSSIBLE)
-def test_impossible_words_are_one_sentence(told: Callable[..., str], words: str) -> None:
-    told(*words.split())
 
 
 def test_the_chain_that_no_memory_holds_is_refused_before_it_is_made() -> None:

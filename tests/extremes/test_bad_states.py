@@ -11,7 +11,6 @@ import pytest
 
 from exactcreep import (
     Chain,
-    Creep,
     Cycles,
     GaussianSteps,
     InputError,
@@ -80,12 +79,3 @@ def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() ->
     theta = State.prepared(huge, ["0", "0"], theta="1e10")
     with pytest.raises(InputError, match=r"^start\.theta = "):
         creep(huge, Cycles(0, 1), start=theta)
-
-
-def test_a_motion_without_bound_is_a_result_all_the_same(tmp_path: Any) -> None:
-    """Verlet's step may be so long that nothing finite is left of the chain."""
-    result = creep(CHAIN, Cycles("0.01", 2), solver="verlet", dt="2.5", seed=1)
-    assert result.outcome is Outcome.LIMIT
-    assert np.abs(result.state.displacements).max() > 1e300
-    result.save(tmp_path / "wild.nc")
-    assert Creep.load(tmp_path / "wild.nc").outcome is Outcome.LIMIT

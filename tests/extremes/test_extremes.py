@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +20,6 @@ from exactcreep import (
     creep,
 )
 from exactcreep.model.numbers import nearest_float
-from exactcreep.solvers.exact.solver import Exact
 from tests.extremes.hard_experiments import SEED, chain_of, hard_experiments, remainder_error
 
 pytestmark = [
@@ -75,18 +72,6 @@ def test_verlet_is_off_by_its_step_and_by_no_rounding() -> None:
     errors = {n: held(f"N = {n}").isel(method=3, seed=0).error.item() for n in (2, 3)}
     assert 1e-7 < errors[2] < 1e-4  # lone slips: of second order in dt = 0.01
     assert 1e-5 < errors[3] < 1e-1  # several sliders: of first order
-
-
-def test_a_wrong_coefficient_of_friction_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = Exact.simulation_from
-
-    def other(self: Exact, start: Any, record: Any) -> Any:
-        chain = replace(start.chain, mu_d=start.chain.mu_d * (1 + Fraction(1, 10**9)))
-        return honest(self, replace(start, chain=chain), record)
-
-    monkeypatch.setattr(Exact, "simulation_from", other)
-    own = compare(HARD["N = 3"], METHODS[:1], seeds=1, events=EVENTS).isel(method=0, seed=0)
-    assert own.differs or own.error > 1e-11
 
 
 def test_the_ends_of_a_long_chain_move_like_those_of_a_short_one() -> None:

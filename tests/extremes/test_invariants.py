@@ -7,8 +7,6 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,18 +18,13 @@ from exactcreep import (
     Creep,
     Cycles,
     Evidence,
-    InputError,
-    Method,
     Outcome,
     State,
-    compare,
     creep,
     rearrange,
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.creep import PhysicsWarning
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.event_log import numbered, rearrangements
 from tests.oracle.obeys import judge
 from tests.processes import finished
 
@@ -72,14 +65,6 @@ def cases(draw: st.DrawFn, *, largest: int = 12, sigma: bool = True) -> Case:
 
 LOAD = settings(max_examples=20, deadline=None, derandomize=True, database=None,
                 suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
-
-
-def test_a_slip_of_no_length_is_counted_alike_whether_it_is_recorded_or_not() -> None:
-    chain = Chain(3, "1e-6", "0.001", "0.002", "0.01", tan_alpha=0)
-    plain = creep(chain, ThetaPath([1020]), seed=1)
-    told = creep(chain, ThetaPath([1020]), seed=1, record=("events",))
-    assert plain.slip_count == told.slip_count == 2
-    assert plain.undecided == told.undecided == 0
 
 
 def same_motion(one: Creep, other: Creep) -> bool:
@@ -179,44 +164,6 @@ def test_solvers_agree_on_the_itinerary_until_one_reports_that_it_cannot_decide(
         state = exact.state
 
 
-def events_of(case: Case, solver: str, **options: Any) -> list[tuple[Any, ...]]:
-    """Return the events of a run by rearrangement and number, without their times."""
-    result = case.run(record=("events",), solver=solver, **options)
-    return [
-        (event.rearrangement, event.number, *event.event.signature)
-        for event in numbered(rearrangements(result.recorded))
-    ]
-
-
-@settings(LOAD, max_examples=25)
-@given(cases(largest=5), st.sampled_from(["0.1", "0.01"]), st.booleans())
-def test_verlet_shares_every_event_up_to_the_reported_one_and_not_that(
-    case: Case, dt: str, locate: bool
-) -> None:
-    experiment = Experiment(case.chain, ThetaPath(case.theta), seed=case.seed)
-    if case.run(max_events=150).outcome is Outcome.LIMIT:
-        return  # too long for the certified solver here
-    methods = [Method("exact"), Method("verlet", dt=dt, locate=locate)]
-    truth = events_of(case, "certified")
-    if not truth:
-        with pytest.raises(InputError, match="slips"):
-            compare(experiment, methods, seeds=1, events=200)
-        return
-    data = compare(experiment, methods, seeds=1, events=200).isel(seed=0)
-    assert data.truth_evidence == Evidence.PROVED.value
-    for k, method in enumerate(methods):
-        own = events_of(case, method.solver, **method.options)
-        row = data.isel(method=k)
-        agreed = int(row.agreed)
-        assert own[:agreed] == truth[:agreed]
-        first = [str(event).rpartition(" in ") for event in (row.own_event, row.true_event)]
-        # the same event may come at a theta on the other side of a breakpoint of the comparison
-        if all(where for _, where, _ in first) and first[0][2] == first[1][2]:
-            assert own[agreed] != truth[agreed]
-        if method.solver == "exact" and not case.run().undecided:
-            assert agreed == data.events
-
-
 def lone_threshold(chain: Chain, ulps: int) -> State:
     """Return a state in which slider N alone stands so many ulp beyond its threshold."""
     threshold = chain.times_cosine(chain.mu_s)
@@ -280,9 +227,3 @@ def test_threads_and_processes_give_the_same_bits() -> None:
     with ThreadPoolExecutor(4) as pool:
         assert set(pool.map(lambda _: digest(), range(8))) == {here}
     assert digest_elsewhere() == here
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("level", ["1", "3"])
-def test_how_hard_the_compiler_tries_changes_no_bit(tmp_path: Path, level: str) -> None:
-    assert digest_elsewhere(NUMBA_OPT=level, NUMBA_CACHE_DIR=str(tmp_path)) == digest()

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Drive, Evidence, GaussianSteps, creep, fate, load_scene, sweep
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, creep
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished
 
@@ -44,14 +42,6 @@ def test_numpy_that_raises_what_it_passes_over_changes_nothing(
         assert creep(chain, drive, **words) == calm
 
 
-def test_a_fate_is_proved_whatever_numpy_raises() -> None:
-    chain = paper_chain(3, "0")
-    calm = fate(chain, "0.0007")
-    with np.errstate(all="raise"):
-        assert fate(chain, "0.0007") == calm
-    assert calm.evidence is Evidence.PROVED
-
-
 def test_a_folder_named_like_the_package_is_not_taken_for_it(tmp_path: Path) -> None:
     (tmp_path / "exactcreep").mkdir()
     (tmp_path / "exactcreep" / "notes.py").write_text("raise SystemExit(7)", encoding="utf-8")
@@ -62,15 +52,6 @@ def test_a_folder_named_like_the_package_is_not_taken_for_it(tmp_path: Path) -> 
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "exactcreep" / "a.nc").stat().st_size > 1000
     assert finished(PROGRAM[0], "-c", started, *words[:-1], "exactcreep").returncode == 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["spawn", "forkserver"])
-def test_cells_of_processes_that_are_begun_anew_are_those_of_threads(method: str) -> None:
-    varied = {"drive.cycles": 10, "vary.run.seed": [1, 2, 3]}
-    scene = load_scene("two-sliders-cycles").with_settings(varied)
-    with ProcessPoolExecutor(2, mp_context=get_context(method)) as processes:
-        assert sweep(scene, executor=processes).identical(sweep(scene))
 
 
 _SOAK = """

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose
 from PIL import Image
 
@@ -18,7 +17,7 @@ from exactcreep.figures.animation import (
     largest_avalanche,
     moments_of,
 )
-from exactcreep.figures.style import INKS, new_figure
+from exactcreep.figures.style import new_figure
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
@@ -72,26 +71,6 @@ def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None
     assert np.array_equal(shown.moving[:, :-1], motion.sol(times).velocities != 0)
     assert not shown.moving[:, -1].any()
     assert np.array_equal(shown.held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
-
-
-def test_sliders_have_the_colour_of_their_direction(experiment) -> None:
-    seen = set()
-    for number in (0, 20, 40, 57):
-        motion = find_avalanche(experiment, number).rearrangement
-        shown = moments_of(motion, np.linspace(0, float(motion.duration), 6)[1:])
-        axes = new_figure(4, 1).subplots()
-        move = animation._draw_chain(axes, shown, 1.0, 0.25)
-        for k in range(5):
-            move(k)
-            ways = np.where(shown.moving[:, k], np.sign(shown.velocities[:, k]), 0).tolist()
-            inks = [to_hex(ink).upper() for ink in axes.collections[0].get_facecolor()]
-            seen |= set(zip(ways, inks, strict=True))
-    assert seen == {(1, INKS[1]), (-1, INKS[0]), (0, "#DDDDDD")}
-    for path in axes.collections[0].get_paths():  # squares that stand on the incline
-        sides = np.diff(path.vertices[:5], axis=0)
-        assert np.hypot(*sides.T) == pytest.approx(np.hypot(*sides[0]))
-        assert sides[0] @ sides[1] == pytest.approx(0)
-        assert sides[0][1] / sides[0][0] == pytest.approx(-0.25)
 
 
 def test_the_animation_has_the_frames_that_were_asked_for(

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
-import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
 from exactcreep import (
     Chain,
     Cycles,
-    Method,
     State,
-    compare,
     creep,
     fate,
     intercept,
-    survival,
     threshold,
 )
-from exactcreep.figures.compare import draw_compared
-from exactcreep.figures.fate import draw_fate, draw_survival
+from exactcreep.figures.fate import draw_fate
 from exactcreep.figures.threshold import draw_threshold
-from exactcreep.quasistatic.experiment import Experiment
-from tests.paper import paper_chain
-from tests.pictures import assert_shows_data, pixels
+from tests.pictures import assert_shows_data
 
 
 def test_a_threshold_shows_the_displacements_below_and_above_it() -> None:
@@ -63,41 +54,8 @@ def test_a_fate_is_drawn_from_its_start_and_says_in_words_how_it_ended() -> None
     assert "at rest, settled after 0 cycles (proved)" in rest
 
 
-def test_lives_without_an_end_have_no_interval_in_the_legend() -> None:
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    for amplitude, said in (("0.0009", "Kaplan-Meier"), ("0.000477", "Kaplan-Meier, 95 %")):
-        lives = survival(chain, amplitude, starts=20, cycles=60)
-        (axes,) = assert_shows_data(draw_survival(lives)).axes
-        assert axes.get_legend().get_texts()[0].get_text() == said
-        low, high = axes.get_xlim()
-        assert low < 0 < lives.curve.cycles.max() < high  # ends are not on the frame
-
-
 def test_an_intercept_without_a_velocity_shows_the_amplitudes_of_the_laws() -> None:
     found = intercept(Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25"), max_seconds="1e-9")
     (axes,) = draw_threshold(found).axes
     low, high = axes.get_xlim()
     assert 0 < low < found.law_seuil < high < 2 * found.law_seuil
-
-
-@pytest.fixture(scope="module")
-def compared():
-    experiment = Experiment(paper_chain(3), Cycles("0.002", 4))
-    methods = [Method("exact"), Method("certified", digits=20), Method("verlet", dt="0.05")]
-    return compare(experiment, methods, truth=methods[1], events=30, seeds=1)
-
-
-def test_a_certified_method_is_proved_and_has_no_line_of_errors(compared) -> None:
-    figure = assert_shows_data(draw_compared(compared))
-    left, right = figure.axes
-    named = {line.get_label(): line for line in left.lines}
-    (proved,) = (label for label in named if label.endswith(": proved"))
-    assert proved.startswith("certified")
-    assert not len(named[proved].get_xdata())
-    errors = np.concatenate([line.get_ydata() for line in left.lines])
-    assert np.nanmin(errors) > 0
-    assert left.get_xlabel()
-    assert left.get_ylabel()
-    pixels(figure)  # the labels are made when it is drawn
-    assert any(label.get_text() for label in right.get_xticklabels(which="both"))
-    plt.close("all")

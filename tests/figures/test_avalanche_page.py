@@ -43,13 +43,6 @@ def test_the_run_of_the_page_is_that_of_creep(experiment: Experiment) -> None:
     assert_array_equal(unpacked(shown["slip"]["slider"]), run.recorded["slip_slider"])
 
 
-def test_the_page_says_where_its_run_was_cut_and_what_it_left() -> None:
-    beyond = Experiment(paper_chain(30, "0.1"), Cycles("0.1", 5))
-    sentence = avalanche_page.sentence_of(avalanche_page.run_to_draw(beyond))
-    assert f"max_events = {avalanche_page.MOST_EVENTS} was reached" in sentence
-    assert "a static coefficient was drawn below mu_d" in sentence
-
-
 def test_a_rearrangement_is_in_the_page_as_its_closed_form(experiment: Experiment) -> None:
     avalanche = find_avalanche(experiment, NUMBER)
     sent, motion = avalanche_page.motion_data(avalanche), avalanche.rearrangement

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 import re
 import signal
@@ -16,7 +15,7 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Fate, InputError, creep, fate
+from exactcreep import Cycles, creep, fate
 from exactcreep.figures import avalanche_page, explorer
 from exactcreep.laws import prediction
 from tests.conftest import Command
@@ -42,24 +41,6 @@ def test_every_edge_of_a_slider_is_in_the_model_with_friction_that_allows_it() -
                 described = {**experiment.chain.parameters(), "seed": experiment.seed}
                 described["length"] = experiment.drive.half_cycles / (1 + experiment.drive.cyclic)
                 assert float(described[slider.name]) == edge
-
-
-def test_decimals_of_sliders_are_taken_as_they_are_read() -> None:
-    experiment = experiment_of(tan_alpha=0.3, size=0.7)
-    assert experiment.chain.tan_alpha == explorer.Fraction(3, 10)
-    assert experiment.drive == Cycles("0.0007", 10)
-    sizes = explorer._decades(-2, 1)
-    assert (sizes[0], sizes[20], sizes[-1], len(sizes)) == (0.01, 0.1, 10.0, 61)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("mu_s", 0.4), ("n", 1.5), ("sigma_mu", -1.0), ("size", -1.0)]
-)
-def test_a_refused_value_is_named(name: str, value: float) -> None:
-    field = "amplitude" if name == "size" else name
-    with pytest.raises(InputError) as refused:
-        experiment_of(**{name: value})
-    assert refused.value.field == field
 
 
 def test_a_view_is_of_the_whole_run_and_names_the_law_with_its_deviation() -> None:
@@ -93,41 +74,15 @@ def test_the_avalanche_of_the_view_is_the_largest_of_the_run() -> None:
     assert '"motion":null' in resting.page
 
 
-def test_a_fate_is_told_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fate_is_told_where_there_is_one() -> None:
     run = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 2, "size": 0.4})).run
     known = fate(run.chain, "0.0004", solver="exact")
     said = explorer.fate_sentence(run)
     assert known.finding in said
     assert "creeping downhill" in said
-    asked: list[int] = []
-
-    def counted(chain: Chain, amplitude: object, cycles: int, solver: str) -> Fate:
-        asked.append(cycles)
-        return fate(chain, amplitude, cycles=3, solver=solver)
-
-    monkeypatch.setattr(explorer, "fate", counted)
-    monkeypatch.setattr(explorer, "_FATE_EVENTS", 1000)
-    long = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 12})).run
-    assert explorer.fate_sentence(long).startswith("Fate: limit, not settled in 3 cycles (")
-    events = long.event_count / long.half_cycles
-    assert 2 * asked[0] * events <= 1000 < 2 * (asked[0] + 1) * events
     for changed in ({"sigma_mu": 0.01}, {"drive": "Gaussian"}):
         said = explorer.fate_sentence(explorer.view_of(explorer.experiment_of(WHOLE | changed)).run)
         assert said.startswith("Fate: none")
-
-
-def test_presets_stand_below_at_and_above_the_threshold() -> None:
-    below, at, above = (explorer.preset_size(WHOLE, name) for name in explorer.PRESETS)
-    law = explorer.threshold_amplitude(n=6, l0=1000, mu_d=0.5, tan_alpha=0.25)
-    assert at == pytest.approx(1000 * law, rel=0.005)
-    assert below < at < above
-    speeds = [
-        explorer.view_of(explorer.experiment_of(WHOLE | {"size": size, "length": 100})).run.velocity
-        for size in (below, above)
-    ]
-    assert speeds[0] == 0.0 < speeds[1]
-    assert math.isnan(explorer.preset_size(WHOLE | {"tan_alpha": 0.55}, "at"))
-    assert math.isnan(explorer.preset_size(WHOLE | {"mu_s": 0.1}, "at"))
 
 
 @pytest.mark.parametrize("drive", explorer.DRIVES)
@@ -146,31 +101,11 @@ def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(dri
     assert not re.search(r'(?:src|href)="(?!#)', last)
 
 
-def test_the_app_runs_as_a_program() -> None:
-    pytest.importorskip("marimo")
-    app = importlib.import_module("exactcreep.figures.explorer_app").app
-    outputs, names = app.run()
-    begins = explorer.experiment_of(START)
-    assert (names["experiment"].chain, names["experiment"].drive) == (begins.chain, begins.drive)
-    said = "".join(str(each.text) for each in outputs if hasattr(each, "text"))
-    assert "Law that holds" in said
-    assert "iframe" in said
-
-
 def test_without_marimo_the_command_says_what_to_install(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "marimo", None)
     assert "pip install 'exactcreep[explore]'" in command("explore").sentence
-
-
-def test_a_port_that_is_taken_is_refused(command: Command) -> None:
-    pytest.importorskip("marimo")
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
-        refused = command("explore", "--headless", "--port", str(port))
-    assert refused.sentence.startswith(f"port = {port}")
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")

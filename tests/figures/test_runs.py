@@ -15,14 +15,11 @@ from exactcreep import (
     Cycles,
     GaussianSteps,
     InputError,
-    State,
     TemperatureRecord,
     creep,
     physical,
-    rearrange,
 )
 from exactcreep.figures.run import draw_portrait, draw_run, portrait, tension_bounds
-from exactcreep.figures.style import save_picture
 from exactcreep.figures.sweep import LIMIT, STICKING
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
@@ -73,16 +70,6 @@ def test_members_are_told_apart_by_what_varies_among_them() -> None:
         assert height[1] - height[0] == pytest.approx(velocity * (end - begin), rel=1e-12)
 
 
-def test_lines_that_coincide_bear_no_names_and_parameters_stand_beneath_the_title() -> None:
-    runs = [creep(VARIED, Cycles(a, 9), seed=s) for a in ("1e-5", "0.002") for s in (1, 2)]
-    settings = [{"drive.amplitude": run.drive.amplitude, "run.seed": run.seed} for run in runs]
-    top, axes = drawn(runs, settings=settings, title="my own title")
-    assert [text.get_text() for text in axes.texts] == ["seed = 1", "seed = 2"]
-    assert top.figure.get_suptitle() == "my own title"
-    assert r"$\mu_\mathrm{s}$ = 0.6" in top.get_title()
-    assert r"$A_\theta$" not in top.get_title()
-
-
 def test_many_members_are_drawn_as_velocities_over_what_varies_beside_the_laws() -> None:
     amplitudes = [f"0.0{k:02}" for k in range(1, 13)]
     runs = [creep(SIX, Cycles(a, 12), seed=s) for a in amplitudes for s in (1, 2)]
@@ -129,40 +116,6 @@ def test_a_runaway_before_the_first_rest_is_told_in_words_not_by_a_blank_frame()
         assert words == "runaway downhill (computed)\nbefore the end of a first half-cycle"
 
 
-def test_sliders_have_other_colours_than_their_mean_and_the_law() -> None:
-    run = creep(SIX, Cycles("0.004", 4), record=("x_G", "x"))
-    _, bottom = drawn([run])
-    inks = [line.get_color() for line in bottom.lines]
-    assert len(inks) == len({*inks}) == 8
-
-
-def test_small_dilations_have_whole_numbers_at_their_axis() -> None:
-    top, _ = drawn([creep(SIX, Cycles("1e-5", 4))])
-    top.figure.draw_without_rendering()
-    assert not top.yaxis.get_offset_text().get_text()
-    labels = [text.get_text() for text in top.get_yticklabels()]
-    assert "\N{MINUS SIGN}1e\N{MINUS SIGN}05" in labels
-
-
-def test_sizes_of_avalanches_are_drawn_by_the_names_of_columns_too() -> None:
-    run = creep(SIX, Cycles("0.004", 40), record=("rearrangements",))
-    by_measure, by_column = run.plot.avalanches("size"), run.plot.avalanches("rearrangement_slips")
-    assert_shows_data(by_column.figure)
-    one, two = (axes.containers[0].lines[0].get_data() for axes in (by_measure, by_column))
-    assert_array_equal(one, two)
-    assert "N = 6" in by_measure.get_title()
-    assert r"$A_\theta$ = 0.004" in by_measure.get_title()
-    with pytest.raises(InputError, match=r"must be one of size, .*slips"):
-        run.plot.avalanches("slip")
-
-
-def test_a_user_who_sets_all_text_with_latex_gets_our_pictures(tmp_path) -> None:
-    with plt.rc_context({"text.usetex": True}):
-        save_picture(draw_run([creep(CHAIN, Cycles("0.002", 2))]), tmp_path / "run.png")
-    with plt.style.context("exactcreep.figures.style"):
-        assert not plt.rcParams["text.usetex"]
-
-
 def test_a_short_chain_shows_its_sliders_and_many_cycles_a_band() -> None:
     run = creep(CHAIN, Cycles("0.002", 201), record=("x_G", "x"))
     top, bottom = drawn([run])
@@ -178,27 +131,6 @@ def test_a_short_chain_shows_its_sliders_and_many_cycles_a_band() -> None:
 def _closed():
     yield
     plt.close("all")
-
-
-def test_the_energies_of_a_rearrangement_add_up_to_those_of_its_row() -> None:
-    run = creep(SIX, Cycles("0.004", 1), seed=3, record=("rearrangements",))
-    row = run.to_pandas("rearrangements").iloc[0]
-    motion = rearrange(SIX, State.relaxed(SIX, seed=3), direction=+1, seed=3)
-    begin, end = motion.energy(0), motion.energy(motion.duration)
-    assert (begin.kinetic, begin.gravity, begin.dissipated) == (0, 0, 0)
-    found = [end.elastic, -end.gravity, end.dissipated]
-    expected = [row["elastic_after"], row["gravity"], row["dissipation"]]
-    assert_allclose(found, expected, rtol=1e-12)
-    known = motion.energy(np.linspace(0, float(motion.duration), 99))
-    assert (np.diff(known.dissipated) > -1e-14).all()  # friction only takes
-    assert known.kinetic.max() > 0
-    assert_allclose(sum(known), begin.elastic, rtol=1e-13)
-    above, below = motion.plot()
-    assert_shows_data(above.figure)
-    fastest = motion.sol(np.linspace(0, motion.duration, 400)).velocities.max()
-    assert above.collections[0].get_array().max() == pytest.approx(fastest, rel=1e-12)
-    lines = {line.get_label(): line.get_ydata() for line in below.lines}
-    assert lines["dissipated"][-1] == end.dissipated
 
 
 def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
@@ -254,16 +186,6 @@ def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
         portrait(run, 41)
 
 
-def test_the_bounds_of_the_tension_of_a_single_spring_are_seen() -> None:
-    seen = portrait(creep(CHAIN, Cycles("0.002", 2)))
-    tensions = draw_portrait(seen).axes[-3]
-    (bounds, dashed) = tensions.lines[0], tensions.lines[2]
-    assert tensions.get_xlabel() == "spring $n$"
-    for line, mu in ((bounds, CHAIN.mu_d), (dashed, CHAIN.mu_s)):
-        assert line.get_ydata().tolist() == [tension_bounds(CHAIN, mu)[0][0]] * 2
-        assert np.ptp(line.get_xdata()) > 0.1
-
-
 @pytest.mark.parametrize("n", [1, 90])
 def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
     axes = draw_portrait(portrait(creep(paper_chain(n), Cycles("0.002", 2)))).axes
@@ -274,28 +196,3 @@ def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
     bars = axes[-2].patches
     assert low < bars[0].get_x()
     assert bars[-1].get_x() + bars[-1].get_width() < high
-
-
-def test_the_shades_of_slips_are_those_of_their_counts_in_the_legend() -> None:
-    run = creep(SIX, Cycles("0.01", 3), record=("x_G",))
-    for window in (1, 6):
-        figure = assert_shows_data(draw_portrait(portrait(run, window=window)))
-        (mesh,) = (one for axes in figure.axes for one in axes.collections if one.colorbar)
-        names = [text.get_text() for text in mesh.colorbar.ax.get_yticklabels()]
-        counts = np.unique(np.asarray(mesh.get_array()))
-        assert counts.max() > 7
-        for count, shade in zip(counts, mesh.norm(counts), strict=True):
-            low, _, high = names[shade].partition("-")
-            assert int(low) <= count <= int(high or low)
-
-
-def test_slips_that_are_many_everywhere_do_not_all_have_one_shade() -> None:
-    run = creep(SIX, Cycles("0.01", 20), record=("x_G",))
-    figure = assert_shows_data(draw_portrait(portrait(run, window=20)))
-    (mesh,) = (one for axes in figure.axes for one in axes.collections if one.colorbar)
-    slips = np.asarray(mesh.get_array())
-    assert slips[slips > 0].min() > 7
-    assert mesh.colorbar.ax.get_yticklabels()[0].get_text() == "0"
-    assert {*mesh.norm(slips[slips == 0])} == {0}
-    assert mesh.norm(slips[slips > 0]).min() > 0
-    assert np.unique(mesh.norm(slips[slips > 0])).size >= 4

@@ -114,14 +114,6 @@ def test_the_ends_of_the_plateau_of_two_sliders_are_those_of_the_paper(label: st
         assert ends[label == "alpha_c_plus"] == pytest.approx(float(value_of(right, p)), rel=1e-14)
 
 
-def test_every_evaluable_labelled_equation_is_a_law() -> None:
-    not_numbers = {
-        "spring_force", "static_friction", "dynamical_friction", "dynamic_eq1", "dynamic_eq",
-        "dynamic_eqN", "static_eq1", "static_eq", "static_eqN", "dist_mud", "dist_theta",
-    }  # fmt: skip
-    assert {entry.label for entry in entries()} - {None} - not_numbers <= set(CODE)
-
-
 def test_the_sliding_law_is_the_exact_rational_chain() -> None:
     random, found_cases, resting = Random(31), 0, 0
     for n in range(2, 13):
@@ -167,17 +159,6 @@ def test_the_sliding_law_is_the_exact_rational_chain() -> None:
 )
 def test_ties_of_the_pivot_are_decided_exactly(n: int, tan: Any, mu_d: Any, expected: Any) -> None:
     assert pivots(n, tan, mu_d) == expected
-
-
-def test_pivot_windows_overlap_by_the_derived_width() -> None:
-    mu_d, mu_s = F(1, 2), F(3, 5)
-    for n in range(2, 13):
-        for i in range(2, n + 1):
-            upper = laws.pivot_window(n, i, mu_d, mu_s)
-            lower = laws.pivot_window(n, i + 1, mu_d, mu_s)
-            assert lower.upper - upper.lower == 2 * (mu_s - mu_d) / n
-            assert lower.upper == upper.lower_alone
-            assert lower.upper == laws.critical_angle(n=n, i=i, mu_d=mu_d, mu_s=mu_s)
 
 
 # --- arithmetic, and what is refused --------------------------------------------------------------

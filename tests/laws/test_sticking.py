@@ -129,12 +129,6 @@ def advance(chain: Chain, amplitude: str, start: State) -> float:
     return float(x_G[-1] - x_G[-401])
 
 
-def test_windows_that_overlap_twice_leave_no_slope_to_one_pivot() -> None:
-    window = laws.pivot_window(10, 5, 0.2, 0.6)
-    assert (window.lower_alone, window.upper_alone) == (None, None)
-    assert laws.pivot_window(10, 4, 0.2, 0.6).lower < laws.pivot_window(10, 6, 0.2, 0.6).upper
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -58,20 +58,6 @@ def test_the_mirror_image_of_the_mirror_image_is_the_chain():
     assert (mirrored.sin_alpha, mirrored.cos_alpha) == (-CHAIN.sin_alpha, CHAIN.cos_alpha)
 
 
-def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight():
-    relaxed = State.relaxed(CHAIN, seed=1)
-    assert (relaxed.forces(CHAIN) == CHAIN.sin_alpha).all()
-    assert (relaxed.n, relaxed.theta, relaxed.displacements.any()) == (30, 0, False)
-    state, weight = State.prepared(THREE, ["0.25", "-0.5"]), THREE.sin_alpha
-    assert state.forces(THREE).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
-
-
-def test_tensions_that_are_no_floats_are_kept_as_rationals():
-    kept = State.prepared(THREE, ["0.1", Fraction(1, 3)], theta="1/3")
-    assert kept.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
-    assert kept.theta == Fraction(1, 3)
-
-
 def test_floats_are_kept_with_the_bits_that_their_rationals_have():
     values = [0.1, -0.0, -5e-324, 1.7e308, -1 / 3]
     chain = captions(len(values) + 1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import tomllib
 from collections.abc import Callable
 from datetime import date, datetime, timedelta
 from pathlib import Path
@@ -34,12 +33,8 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
     ("text", "options", "doubted"),
     [
         (german(DAYS), GERMAN, ""),
-        (columns("time,temperature", lambda k, day: f"{day},{k}.5"), {}, ""),
         (columns("time\ttemp\train", lambda k, day: f"{day:%m/%d/%Y} 12:00\t{k}\t{k % 3}"),
          {"delimiter": "\t", "date_format": "%m/%d/%Y %H:%M", "temperature_column": "temp"}, ""),
-        (columns("id,when,TXK,TNK", lambda k, day: f"44,{day:%Y%m%d},{k}.0,-{k}.0"),
-         {"date_format": "%Y%m%d", "time_column": "when", "minimum_column": "TNK",
-          "maximum_column": "TXK"}, ""),
         (columns("day,a,b", lambda k, day: f"{day},{k + 3}.5,{k}"),
          {"time_column": "day", "temperature_column": "a"}, "temperature_column"),
         (columns("2024-03-31,1.5", lambda k, day: f"{day},{k}.5"),
@@ -47,9 +42,6 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
         (columns("31.03.2024 12:00;1,5;50,5", lambda k, d: f"{d:%d.%m.%Y} 12:00;{k},5;5{k % 9},5"),
          {"delimiter": ";", "decimal": ",", "date_format": "%d.%m.%Y %H:%M", "time_column": "1",
           "minimum_column": "2", "maximum_column": "3"}, "minimum_column"),
-        (columns("STATION;DATE;TT_TU;RF", lambda k, day: f" 44;{day:%Y%m%d}; {k}.5; {k % 5}.0"),
-         {"delimiter": ";", "date_format": "%Y%m%d", "time_column": "DATE",
-          "temperature_column": "TT_TU"}, ""),
         (columns("2024-03-31  1.5", lambda k, day: f"{day}  {k}.5"),
          {"delimiter": " ", "time_column": "1", "temperature_column": "2"}, ""),
         (columns("day,min,max", lambda k, day: f"{day},{k},{3 * k}"),
@@ -89,11 +81,8 @@ def test_bytes_that_are_no_utf_8_and_packed_files_are_read(tmp_path: Path) -> No
         ("no_table_at_all\n", "delimiter = .*: is not found"),
         ("a,b\n1,2\n1,2\n", "time_column = .*: is not found: no column has dates"),
         ("time,sky\n2024-01-01,blue\n2024-01-02,grey\n", "temperature_column = .*: is not found"),
-        ("time,temperature\n", "must have at least one row"),
-        (f"a;{'0' * 140_000}\n1;2\n", "its first row has more than 200 columns, or no end"),
         ("PK\0\3", "save a spreadsheet as CSV"),
         ("date,time,t\n" + "2024-01-01,12:00,1\n" * 9, "write date and time of day in one column"),
-        ("time,sky\n" + "2024-01-01,1\n" * 99 + "1,2,3,4\n", "must be a CSV file .*line 101"),
     ],
 )
 def test_what_cannot_be_guessed_is_named(text: str, said: str, tmp_path: Path) -> None:
@@ -101,15 +90,6 @@ def test_what_cannot_be_guessed_is_named(text: str, said: str, tmp_path: Path) -
     path.write_text(text)
     with pytest.raises(InputError, match=said):
         guessed(path)
-
-
-def test_the_lines_of_a_record_are_those_of_a_scene(command: Command) -> None:
-    Path("days.csv").write_text(german(DAYS))
-    told = command("record", "days.csv")
-    assert told.out.startswith("# 80 readings from 2024-04-01T05:00:00 to 2024-05-10T15:00:00")
-    drive = tomllib.loads(told.out)["drive"]
-    assert drive == {"kind": "record", "file": "days.csv", **GERMAN, "T0": 6.7}
-    assert command("record", "days.csv", "--json").json["doubts"] == {}
 
 
 def test_a_mended_copy_has_what_was_right_and_the_hours_of_the_days_around(
@@ -130,12 +110,3 @@ def test_a_mended_copy_has_what_was_right_and_the_hours_of_the_days_around(
     assert mended.temperatures.tolist() == [float(right[hour]) for hour in hours]
     assert command("record", "days.csv", "--mend", "days.csv", "--force").code == 2
     assert command("record", "mended.csv").code == 0
-
-
-def test_a_gap_is_told_below_the_lines_in_days_and_dates(command: Command) -> None:
-    Path("days.csv").write_text(german([*DAYS[:11], *DAYS[14:]]))
-    told = command("record", "days.csv", "--plot", "days.png")
-    assert told.code == 2
-    assert Path("days.png").exists()
-    assert 'minimum_column = "TN"' in told.out
-    assert "is 3.583 days after 11 April 2024, where 0.5833 is usual, a gap" in told.err

@@ -8,12 +8,11 @@ import warnings
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, InputError, Outcome, creep
+from exactcreep import Cycles, GaussianSteps, creep
 from exactcreep.quasistatic.creep import AccuracyWarning
 from exactcreep.quasistatic.velocity import FIRST_LOOK, next_look
-from exactcreep.scene import Scene
 from tests.paper import paper_chain
-from tests.quasistatic.runs import SIX, TWO_SURE
+from tests.quasistatic.runs import SIX
 
 
 def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough() -> None:
@@ -37,29 +36,11 @@ def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough
     assert 2 <= run.burn_in <= run.half_cycles // 10 + 2
 
 
-def test_a_chain_that_settles_needs_no_longer_run() -> None:
-    run = creep(TWO_SURE, Cycles("0.001", 10**6), accuracy="1e-9")
-    assert (run.half_cycles, run.velocity_error) == (FIRST_LOOK, 0.0)
-    assert run.report["relative_error"] == 0.0
-    rest = creep(TWO_SURE, Cycles("0.00001", 10**6), accuracy="0.5")
-    assert (rest.outcome, rest.velocity) == (Outcome.AT_REST, 0.0)
-    assert rest.half_cycles == FIRST_LOOK
-
-
 def test_a_run_too_short_says_what_it_reached() -> None:
     with pytest.warns(AccuracyWarning, match="relative error at 95 % is not known, not 0.001"):
         run = creep(SIX, Cycles("0.002", 20), accuracy="0.001")
     assert run.half_cycles == 40
     assert run.report["accuracy_reached"] is False
-
-
-def test_a_scene_may_ask_for_an_accuracy_and_no_solver_is_called_auto() -> None:
-    chain = {"n": 2, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
-    scene = {"chain": chain, "drive": {"kind": "cycles", "amplitude": "0.001", "cycles": 900}}
-    asked = Scene.from_mapping(scene | {"run": {"accuracy": "0.01"}}).experiment()
-    assert asked.accuracy == 0.01
-    with pytest.raises(InputError, match=r"solver = 'auto': must be one of exact, .*, verlet"):
-        Scene.from_mapping(scene | {"run": {"solver": "auto"}}).experiment()
 
 
 @pytest.mark.slow

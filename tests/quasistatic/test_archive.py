@@ -9,15 +9,12 @@ from dataclasses import fields, replace
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
 import pytest
-import xarray as xr
 
 from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.creep_result import load_members
 from exactcreep.quasistatic.dataset import FORMAT
-from exactcreep.quasistatic.netcdf import opened_groups
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
@@ -79,38 +76,3 @@ def test_what_a_file_keeps_of_a_run_is_every_number_and_word_of_its_result(
         assert (read.since, read.trusted_half_cycles) == (cycle, cycle)
         assert read == run
     assert reader_of("since")(-1) is None  # in files of version 0.2.0
-
-
-@pytest.mark.parametrize(
-    ("undecided_from", "trusted", "rules", "followed"),
-    [
-        (0, None, 0, None),
-        (1, None, 0, 0),
-        (3, None, 0, 2),
-        (3, 9, 0, 9),
-        (9, 3, 0, 8),
-        (3, 9, 1, 2),
-    ],
-)
-def test_a_course_is_followed_as_far_as_copies_agree_unless_a_rule_decided(
-    known: Creep, undecided_from: int, trusted: int | None, rules: int, followed: int | None
-) -> None:
-    for count in ("undecided", "long_rearrangements"):
-        doubts = {"undecided_from": undecided_from, "trusted_half_cycles": trusted, count: rules}
-        assert replace(known, **doubts).followed == followed
-
-
-def test_a_file_is_read_as_xarray_reads_it() -> None:
-    path = ARCHIVE.parent / "results-of-0.3.0.nc"
-    with opened_groups(path, "result") as groups:
-        assert len(groups) == 10
-        for name, group in groups.items():
-            expected = xr.load_dataset(path, group=name, engine="h5netcdf", decode_times=False)
-            assert set(expected.variables) <= set(group)
-            for variable, values in expected.variables.items():
-                assert group[variable].dtype == values.dtype
-                np.testing.assert_array_equal(group[variable], values)
-            assert group.attributes.keys() == expected.attrs.keys()
-            for attribute, value in expected.attrs.items():
-                assert type(group.attributes[attribute]) is type(value)
-                np.testing.assert_array_equal(group.attributes[attribute], value)

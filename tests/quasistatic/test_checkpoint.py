@@ -1,12 +1,11 @@
 """Checkpoints: a run goes on from its file bit for bit, and a file that is none is refused."""
 
-import math
 import os
 import random
 import socket
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -16,12 +15,9 @@ import pytest
 
 from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as Targets
-from exactcreep.quasistatic import checkpoint as checkpoints
-from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
+from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning
 from exactcreep.quasistatic.creep import resume, run_alone
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.observed_run import ObservedRun
-from exactcreep.watch.limits import NO_LIMITS
 from tests.paper import paper_chain
 from tests.processes import begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
@@ -80,23 +76,6 @@ def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None
     assert resume(file) == whole
 
 
-def test_a_record_keeps_every_kind_of_value() -> None:
-    values = [Fraction(-(7**200), 3**99), 2**200, -5, 0.1, math.inf, True, None]
-    arrays = {
-        "f": np.array([[0.1, -0.0], [5e-324, 2.0]], order="F"),
-        "i": np.arange(3, dtype=np.uint64),
-        "s": np.array(["1.25", ""]),
-        "o": np.array([Fraction(1, 7), 0.5], dtype=object),
-        "empty": np.empty((0, 3)),
-    }
-    back = checkpoints.from_bytes(checkpoints.to_bytes({"values": values, "arrays": arrays}))
-    assert back["values"] == values
-    for name, array in arrays.items():
-        assert np.array_equal(back["arrays"][name], array)
-        assert back["arrays"][name].dtype == array.dtype
-    assert np.signbit(back["arrays"]["f"][0, 1])
-
-
 def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) -> None:
     file, whole = tmp_path / "run.ckpt", creep(TWO, Cycles("0.01", 3))
     creep(TWO, Cycles("0.01", 3), checkpoint=file, every=0)
@@ -141,33 +120,6 @@ def test_a_solver_in_other_numbers_keeps_no_checkpoint(tmp_path: Path, solver: s
     assert not file.exists()
 
 
-@pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [
-        (lambda run: run["simulation"].pop("theta"), "theta has another shape"),
-        (lambda run: run.pop("velocity"), "lacks a name"),
-        (lambda run: run["simulation"].update(theta=np.zeros(3)), "theta has another shape"),
-        (lambda run: run["simulation"].update(numbers=np.zeros(3, int)), "has another shape"),
-        (lambda run: run.update(done=2.0), "done is of another kind"),
-    ],
-    ids=["no theta", "no velocity", "three thetas", "whole numbers", "done"],
-)
-def test_a_snapshot_of_something_else_is_refused(
-    tmp_path: Path, wrong: Callable[[Any], None], sentence: str
-) -> None:
-    file = tmp_path / "run.ckpt"
-    creep(TWO, Cycles("0.01", 3), checkpoint=file)
-    data, digest = checkpoints._LINE, ""
-    records = checkpoints._records(file.read_bytes(), "it")[0]
-    wrong(records[-1]["run"])
-    for record in records:
-        line, digest = packed(record, digest)
-        data += line
-    file.write_bytes(data)
-    with pytest.raises(InputError, match=sentence):
-        resume(file)
-
-
 def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,36 +150,6 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
         assert run_alone(Experiment(SIX, Cycles("0.005", 20)), checkpoint=kept) == whole
     assert kept.stale == ""
     assert resume(file) == whole
-
-
-def test_on_a_full_disk_a_run_waits_longer_after_each_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file, room = tmp_path / "run.ckpt", 1
-    experiment = Experiment(TWO, Cycles("0.01", 3))
-    kept, packings = Checkpoint(file, 1), []
-    add, clock = Checkpoint._add, [0]
-
-    def full(checkpoint: Checkpoint, content: Any) -> None:
-        packings.append(clock[0])
-        if len(packings) > room:
-            raise InputError("checkpoint", str(file), "cannot be written: No space left on device")
-        add(checkpoint, content)
-
-    monkeypatch.setattr(Checkpoint, "_add", full)
-    monkeypatch.setattr(checkpoints.time, "monotonic", lambda: clock[0])
-    with kept.begun([experiment]):
-        run = ObservedRun(experiment)
-        run.advance(NO_LIMITS, lambda: None, math.inf)
-        for clock[0] in range(1, 3600):
-            kept.take(0, run)
-        assert np.diff(packings[1:]).tolist() == [2, 4, 8, 16, 32, 64, 128, 256, 512, *[600] * 4]
-        assert "No space left" in kept.stale
-        room = 10**9
-        for clock[0] in range(3600, 4300):
-            kept.take(0, run)
-    assert kept.stale == ""
-    assert packings[-1] - packings[-2] == 1  # as often as before
 
 
 _ENDLESS = """
@@ -271,10 +193,3 @@ def test_a_file_that_was_written_since_it_was_read_is_not_written(tmp_path: Path
         run_alone(early.experiments[0], checkpoint=early)
     assert file.read_bytes() == content
     assert resume(file) == whole
-
-
-@pytest.mark.parametrize("content", [{}, {"experiments": [{}], "note": {}}])
-def test_a_checkpoint_of_something_else_is_refused(tmp_path: Path, content: dict) -> None:
-    (tmp_path / "other.ckpt").write_bytes(checkpoints.to_bytes(content))
-    with pytest.raises(InputError, match="is not a checkpoint of a run"):
-        resume(tmp_path / "other.ckpt")

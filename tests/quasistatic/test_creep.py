@@ -18,17 +18,11 @@ from exactcreep import (
     Outcome,
     State,
     creep,
-    resume,
 )
 from exactcreep import Path as ThetaPath
-from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.members import run_members
-from exactcreep.watch import preparation
-from exactcreep.watch.limits import Limits
-from tests.conftest import Command
 from tests.paper import paper_chain
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
 
@@ -75,14 +69,6 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
     assert creep(six, Cycles("0.001", 500)).x_G == x[-1]
 
 
-def test_a_single_cycle_cannot_tell_creep_from_a_transient() -> None:
-    one, many = (creep(paper_chain(6, "0"), Cycles("0.00095", cycles)) for cycles in (1, 50))
-    assert many.outcome is Outcome.CYCLING
-    assert (one.outcome, one.evidence) == (Outcome.CREEPING, Evidence.COMPUTED)
-    assert one.outcome_evidence is Evidence.UNDECIDED
-    assert "transient" in one.reason
-
-
 def with_coefficients(state: State, *coefficients: float) -> State:
     ones = np.ones(len(coefficients), dtype=np.int64)
     return replace(state, coefficients=np.array(coefficients), draws=ones)
@@ -99,14 +85,6 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
     assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
     later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
     assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
-
-
-def test_a_slider_nailed_by_its_coefficient_may_be_part_of_a_limit_cycle() -> None:
-    chain = paper_chain(3, "0")
-    start = with_coefficients(State.relaxed(chain), 0.6, 9.0, 0.6)
-    nailed = creep(chain, Cycles("0.003", 30), start=start)
-    assert (nailed.outcome, nailed.velocity, nailed.reason) == (Outcome.CYCLING, 0, "")
-    assert nailed.since < 5
 
 
 @pytest.mark.parametrize("solver", ["exact", "verlet"])
@@ -180,33 +158,6 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict) -> None:
         assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
 
 
-def test_no_limit_and_no_time_counts_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    moment = [0.0]
-
-    def compiles(*_: object) -> None:
-        with preparation.preparing():
-            moment[0] += 1e6
-
-    monkeypatch.setattr(loop, "compiled", compiles)
-    monkeypatch.setattr(preparation.time, "perf_counter", lambda: moment[0])
-    monkeypatch.setattr(preparation, "_spent", [0.0])
-    members = [Experiment(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
-    results = run_members(members, 2, limits=Limits.of(max_seconds=1))
-    assert [(result.half_cycles, result.seconds) for result in results] == [(20, 0.0)] * 2
-
-
-def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_path: Path) -> None:
-    words = ("run", "two-sliders-cycles", "--set", "vary.run.seed=[1, 2]", "--out", "a.nc")
-    done = command(*words, "--checkpoint", "a.ckpt", "--max-seconds", "0")
-    assert done.code == 3
-    assert "1 members: 1 limit; 1 not run" in done.out
-    assert len(load_members(tmp_path / "a.nc")) == 1
-    with pytest.raises(InputError, match="holds 2 runs; the command exactcreep resume goes on"):
-        resume(tmp_path / "a.ckpt")
-    done = command("resume", "a.ckpt", "--json", "--max-events", "100")
-    assert [member["events"] for member in done.json["members"]] == [100, 100]
-
-
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
@@ -235,18 +186,6 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
     pressed = State.prepared(close, ["-0.55", "-0.3"])
     with pytest.warns(PhysicsWarning, match="crossed"):
         assert creep(close, Cycles("0.001", 5), start=pressed).warnings["crossings"] == 10
-
-
-def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:
-    chain = paper_chain(8, "0", l0=1, mu_d="1/1000", mu_s="101/1000", tan_alpha="-3/5000")
-    start = State.prepared(chain, [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)])
-    result = creep(chain, ThetaPath(["0"]), start=start, checkpoint=tmp_path / "run.ckpt")
-    assert (result.rearrangements, result.event_count) == (1, 672)
-    assert result.evidence is Evidence.UNDECIDED
-    assert result.long_rearrangements == result.summary()["long_rearrangements"] == 1
-    result.save(tmp_path / "run.nc")
-    assert Creep.load(tmp_path / "run.nc").long_rearrangements == 1
-    assert resume(tmp_path / "run.ckpt").long_rearrangements == 1
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import random
 import re
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from exactcreep import Creep, Cycles, RecordWarning, TemperatureRecord, creep
+from exactcreep import Creep, Cycles, creep
 from exactcreep.quasistatic import netcdf as files
 from exactcreep.quasistatic.writing import write_file
 from tests.paper import paper_chain
@@ -71,14 +70,3 @@ def test_a_claim_that_would_cost_unbounded_time_is_refused(
     data.attrs[name] = value
     write_file(tmp_path / "bad.nc", files.netcdf({None: data}), "out")
     assert sentence in told(lambda: Creep.load(tmp_path / "bad.nc"))
-
-
-def test_a_damaged_record_is_read_or_refused(tmp_path: Path) -> None:
-    record = tmp_path / "r.csv"
-    table = "time,temperature\n" + "".join(f"{k},{20 + k % 7}\n" for k in range(60))
-    refused = 0
-    for bad in mutations(table.encode(), 40, 5):
-        record.write_bytes(bad)
-        with warnings.catch_warnings(action="ignore", category=RecordWarning):  # of a changed digit
-            refused += told(lambda: TemperatureRecord(record, "1e-5", 20)) != ""
-    assert refused > 8

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
 from exactcreep import Creep, Cycles, InputError, creep
@@ -13,7 +10,6 @@ from tests.paper import paper_chain
 
 CHAIN = paper_chain(4)
 RECORD = ("x_G", "x", "slips", *LOGS)
-TABLES = ("half_cycles", *LOGS)
 
 
 @pytest.fixture(scope="module")
@@ -34,24 +30,6 @@ def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
         assert of_events[name].tolist() == pytest.approx(avalanches[column].tolist(), rel=1e-15)
     assert set(events["kind"]) == {"start", "stop"}
     assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
-
-
-def test_a_whole_number_that_32_bits_do_not_hold_keeps_64(run: Creep) -> None:
-    numbers = run.recorded["event_half_cycle"].copy()
-    assert run.to_pandas("events")["half_cycle"].dtype == np.int32
-    numbers[-1] = 2**31
-    far = replace(run, recorded={**run.recorded, "event_half_cycle": numbers})
-    column = far.to_pandas("events")["half_cycle"]
-    assert column.dtype == np.int64
-    assert column.iloc[-1] == 2**31
-
-
-def test_digits_of_a_solver_that_has_them_are_columns() -> None:
-    drive = Cycles("0.002", 1)
-    run = creep(CHAIN, drive, solver="mpmath", digits=30, record=("rearrangements",))
-    rows = run.to_pandas("rearrangements")
-    assert len(rows) == run.rearrangements > 0
-    assert all(len(text) >= 30 for text in rows["displacement_decimal"] if float(text))
 
 
 def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> None:

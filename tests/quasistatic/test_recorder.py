@@ -10,25 +10,11 @@ import pytest
 
 from exactcreep import Cycles, Outcome, creep, resume
 from exactcreep.quasistatic import recorder as recorders
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.watch import limits
 from tests.paper import paper_chain
 
 CHAIN = paper_chain(3)
 RECORDED = ("x", "rearrangements")
-
-
-def test_columns_that_were_handed_out_stay_as_they_are_while_a_run_goes_on() -> None:
-    recorder = Recorder(Experiment(CHAIN, Cycles("0.01", 20), record=("x_G", "slips")))
-    block = np.arange(100.0)
-    for k in range(200):
-        recorder.add({"x_G": block + k, "slips": np.full((100, 3), k)})
-        if k == 150:
-            columns = recorder.columns()
-    assert np.array_equal(columns["x_G"], np.concatenate([block + k for k in range(151)]))
-    assert np.array_equal(columns["slips"][::100, 1], np.arange(151))
-    assert len(recorder.columns()["x_G"]) == 20_000
 
 
 def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(

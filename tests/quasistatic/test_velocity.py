@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Creep, Cycles, GaussianSteps, Outcome, TemperatureRecord, creep
+from exactcreep import Creep, Cycles, GaussianSteps, TemperatureRecord, creep
 from exactcreep import Path as ThetaPath
 from tests.paper import paper_chain
 from tests.quasistatic.runs import SIX, TWO, TWO_SURE
@@ -21,15 +21,6 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_
     assert result.burn_in == 10
     assert result.velocity == pytest.approx((x[99] - x[9]) / 90, rel=1e-15, abs=0)
     assert result.half_cycles == 100
-
-
-def test_a_velocity_of_cycles_leaves_out_one_that_is_not_complete() -> None:
-    whole = creep(SIX, Cycles("0.01", 50), record=("x_G", "events"))
-    events = int((whole.recorded["event_half_cycle"] <= 59).sum())
-    cut = creep(SIX, Cycles("0.01", 50), burn_in=10, max_events=events + 1)
-    assert cut.half_cycles == 59
-    x = whole.recorded["x_G"]
-    assert cut.velocity == pytest.approx((x[57] - x[9]) / 48, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize(
@@ -78,14 +69,6 @@ def test_the_velocity_of_a_record_is_per_unit_of_time_however_it_is_sampled(
     single = creep(TWO_SURE, record_of(tmp_path / "single.csv", [12.0]))
     assert math.isnan(single.velocity)
     assert single.velocity_reason == "one row of a record lasts no time"
-
-
-def test_a_slider_that_slides_on_through_all_targets_is_not_at_rest() -> None:
-    """It starts and stops no more, and yet moves."""
-    run = creep(TWO_SURE, ThetaPath(["0.004", "0.008"]), solver="sliding", burn_in=1)
-    assert run.event_count == 1
-    assert run.velocity == 2.0
-    assert run.outcome is Outcome.CYCLING
 
 
 def test_the_standard_error_is_the_scatter_between_seeds() -> None:

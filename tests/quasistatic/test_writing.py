@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import errno
-import io
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
 
 from exactcreep import Cycles, InputError
 from exactcreep.cli import status
@@ -23,16 +19,13 @@ from exactcreep.quasistatic import writing
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.writing import (
     Occupied,
     check_output,
     locked,
-    output_directory,
     write_file,
 )
 from tests.paper import paper_chain
-from tests.processes import finished
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
@@ -152,28 +145,6 @@ def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
     assert not list(tmp_path.rglob("*.part"))
 
 
-@pytest.mark.parametrize("room", [0, 20_000])
-def test_a_disk_that_fills_up_leaves_what_was_there(
-    room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Full(io.FileIO):
-        """A file on a disk with so little room."""
-
-        def write(self, data: Any) -> int:
-            if self.tell() + len(data) > room:
-                super().write(data[:room])
-                raise OSError(errno.ENOSPC, "No space left on device")
-            return super().write(data)
-
-    write_file(tmp_path / "a.nc", OLD, "out")
-    monkeypatch.setattr(writing, "open", Full, raising=False)
-    data = xr.Dataset({"v": ("t", np.ones(9000))})
-    with pytest.raises(InputError, match="No space left"):
-        write_file(tmp_path / "a.nc", netcdf({None: data}), "out")
-    assert (tmp_path / "a.nc").read_bytes() == OLD
-    assert left(tmp_path) == ["a.nc"]
-
-
 def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
     tmp_path: Path,
 ) -> None:
@@ -189,71 +160,6 @@ def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
     assert (tmp_path / "a").read_bytes() == OLD
 
 
-_WRITERS = """
-import os, sys
-from multiprocessing import get_context
-from pathlib import Path
-from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.writing import Occupied, locked, write_file
-
-folder, fork = Path(sys.argv[1]), get_context("fork")
-together, WRITERS, ROUNDS, TURNS = fork.Barrier(4), 4, 100, 25
-
-
-def write(number, won):
-    for turn in range(ROUNDS):
-        together.wait()
-        try:
-            write_file(folder / f"new{turn}", bytes([number]) * 5000, "out", force=False)
-            won.append((turn, number))
-        except Occupied:
-            pass
-
-
-def write_in_turn(number, refused):
-    for turn in range(TURNS):
-        together.wait()
-        try:
-            with locked(folder / "shared", "out"):
-                alone = os.open(folder / "somebody", os.O_CREAT | os.O_EXCL)
-                with open(folder / "shared", "ab") as file:
-                    file.write(bytes([number]))
-                os.close(alone)
-                os.unlink(folder / "somebody")
-        except InputError:
-            refused.append(number)
-
-
-def raced(task):
-    with fork.Manager() as manager:
-        told = manager.list()
-        writers = [fork.Process(target=task, args=(k, told)) for k in range(WRITERS)]
-        for writer in writers:
-            writer.start()
-        for writer in writers:
-            writer.join()
-        assert not any(writer.exitcode for writer in writers)
-        return list(told)
-
-
-won = raced(write)
-assert sorted(turn for turn, _ in won) == list(range(ROUNDS)), won
-for turn, number in won:
-    assert (folder / f"new{turn}").read_bytes() == bytes([number]) * 5000
-refused = raced(write_in_turn)
-assert len((folder / "shared").read_bytes()) + len(refused) == WRITERS * TURNS
-print(len(won), len(refused))
-"""
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_of_four_writers_at_once_one_has_the_name_or_the_lock_100_times(tmp_path: Path) -> None:
-    done = finished(sys.executable, "-c", _WRITERS, str(tmp_path))
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("100 ")
-    assert not list(tmp_path.glob(".*"))  # neither parts nor locks are left
-
-
 def test_a_lock_within_one_process_names_it_and_ends_with_its_block(tmp_path: Path) -> None:
     with locked(tmp_path / "a", "out"):
         with (
@@ -267,21 +173,3 @@ def test_a_lock_within_one_process_names_it_and_ends_with_its_block(tmp_path: Pa
         raise KeyboardInterrupt
     with locked(tmp_path / "a", "out"):
         pass
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs Linux")
-def test_where_no_file_can_be_made_no_other_process_is_blamed() -> None:
-    with (
-        pytest.raises(InputError, match="cannot be locked: No such file"),
-        locked("/proc/a", "out"),
-    ):
-        pass
-
-
-def test_a_directory_for_output_is_made_with_those_above_it_and_may_exist(tmp_path: Path) -> None:
-    for _ in range(2):
-        assert output_directory(tmp_path / "a" / "b", "out").is_dir()
-    (tmp_path / "file").touch()
-    for path, sentence in (("file", "must be a directory"), ("file/a", "Not a directory")):
-        with pytest.raises(InputError, match=f"^out = .*{sentence}"):
-            output_directory(tmp_path / path, "out")

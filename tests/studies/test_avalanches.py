@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from exactcreep import Chain, Creep, Cycles, InputError, creep
-from exactcreep.figures.style import PlainNumbers
 from exactcreep.solvers.tables import REARRANGEMENT_TABLE
 from exactcreep.studies import avalanches
 from exactcreep.studies.avalanches import MEASURES, Avalanches
@@ -22,12 +19,6 @@ CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 @pytest.fixture(scope="module")
 def run() -> Creep:
     return creep(CHAIN, Cycles("0.003", 40), seed=2, record=("x_G", "slips", "rearrangements"))
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:
@@ -79,22 +70,6 @@ def test_values_of_zero_are_counted_where_they_cannot_be_drawn(run: Creep) -> No
     assert axes.containers[0].lines[0].get_ydata() == pytest.approx([1 / 3, 2 / 3])
 
 
-@pytest.mark.parametrize(("least", "most", "labels"), [
-    (1, 30, {"1", "10"}), (2, 9, {"2", "3"}), (1e-6, 1e6, {"$\\mathdefault{10^{-6}}$"}),
-])  # fmt: skip
-def test_short_logarithmic_axes_have_numbers_and_long_ones_powers(
-    least: float, most: float, labels: set[str]
-) -> None:
-    figure, axes = plt.subplots()
-    axes.set(xscale="log", xlim=(least, most))
-    axes.xaxis.set_major_formatter(PlainNumbers())
-    axes.xaxis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
-    figure.canvas.draw()
-    shown = {text.get_text() for text in axes.get_xticklabels(which="both")}
-    assert labels <= shown
-    assert any("10^" in text for text in shown) == (most > 100)
-
-
 def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
     """Else a flat distribution would look like a comb."""
     values = np.tile(np.arange(1, 101), 32)
@@ -128,14 +103,6 @@ def test_blocks_see_what_neighbours_have_in_common() -> None:
     )
     assert (once > 0).any()
     assert often == pytest.approx(once, rel=1e-9)
-
-
-def test_a_run_draws_its_avalanches_on_axes_that_it_is_given(run: Creep) -> None:
-    _, given = plt.subplots()
-    assert run.plot.avalanches("extent", ax=given) is given
-    part = avalanches.distribution(avalanches.avalanches_of(run), "extent")
-    assert (given.lines[-1].get_ydata() == part.density[part.density > 0]).all()
-    assert (given.get_xscale(), given.get_yscale()) == ("log", "log")
 
 
 def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 import re
 from fractions import Fraction
-from types import SimpleNamespace
 
 import pytest
 
 from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, plan
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
-from exactcreep.studies.plan import Plan, _total, plan_scene
+from exactcreep.studies.plan import plan_scene
 from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
@@ -106,45 +104,6 @@ def test_the_cost_comes_from_the_first_half_cycles() -> None:
     steep = plan(STEEP, Cycles("0.01", 9))
     assert math.isnan(steep.seconds)
     assert steep.summary()["seconds"] is None
-
-
-def test_seconds_are_those_of_the_machine_and_events_those_of_the_drive(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def on_a_clock(seconds: float, **asked: int) -> Plan:
-        """Return the plan of a machine on which every run takes so many seconds."""
-        ticks = itertools.count()
-        clock = SimpleNamespace(process_time=lambda: next(ticks) * seconds)
-        monkeypatch.setattr("exactcreep.studies.plan.time", clock)
-        return plan(SIX, CYCLES, **asked)
-
-    fast, slow, certified = on_a_clock(0.001), on_a_clock(10.0), on_a_clock(0.5, digits=20)
-    assert fast.events == slow.events == certified.events
-    assert fast.seconds == pytest.approx(0.001)
-    assert slow.seconds == 10  # what every run takes
-    per_event = 0.5 / 200  # of the first 200
-    assert certified.seconds == pytest.approx(per_event * certified.events, rel=0.02)
-
-
-def test_a_member_whose_runs_the_time_cuts_short_is_not_planned(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked = itertools.count()
-    monkeypatch.setattr(Limits, "passed", lambda limits: next(asked) >= 2)
-    assert plan_scene(Scene.from_mapping(SCENE), max_seconds=10**6) == []
-
-
-def test_a_chain_that_comes_to_rest_costs_no_events_after_that() -> None:
-    chain, drive = captions(3), Cycles("0.00034", 100_000)
-    assert plan(chain, drive).events == 6
-    assert creep(chain, Cycles("0.00034", 100), record=()).event_count == 6
-
-
-def test_half_cycles_beyond_the_pilots_take_as_much_as_those_of_the_last_one() -> None:
-    transient_and_start = [(4, 12.0), (8, 13.0)]
-    assert _total(100, transient_and_start) == 13 + 92 / 4
-    assert _total(100, [(4, 8.0)]) == 200
-    assert _total(100, [(4, 8.0), (8, 7.0)]) == 7  # the clock has its own mistakes
 
 
 def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -> None:

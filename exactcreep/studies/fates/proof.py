@@ -301,9 +301,9 @@ class _Proof:
         load = _ROOM * (drift + float(point.load_radius)) + _LEAST
         joint = self._followed(word, inverse * reach, load)
         with balls_of(_PROOF_BITS).active():
-            return joint.advance, _contraction(joint, point, norm, inverse, reach, load)
+            return joint.advance, contraction(joint, point, norm, inverse, reach, load)
 
-    def _followed(self, word: _Word, spread: NDArray[np.float64], load: float) -> _Passed:
+    def _followed(self, word: _Word, spread: NDArray[np.float64], load: float) -> Passed:
         """Follow the states around the present one over one period.
 
         Raises `Undecided` if they do not all follow the given itinerary.
@@ -338,7 +338,7 @@ class _Proof:
                 if shape:
                     shape[place] = shape[place] + slips * self._slip()
             # both halves in one frame, that of a chain at its lower end of theta
-            return _Passed(
+            return Passed(
                 flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),
                 flint.arb_mat([row[::-1] for row in second]) if second else flint.arb_mat(0, 0),
                 load_row,
@@ -461,7 +461,7 @@ class _Word(NamedTuple):
         return cls(halves, places[k - 1], (late[0], late[1]))
 
 
-class _Passed(NamedTuple):
+class Passed(NamedTuple):
     """What a set of states has come to over one period, both halves in the frame of the first."""
 
     first: Any  # derivative of the shape over the first half, and over the second
@@ -474,9 +474,9 @@ class _Passed(NamedTuple):
     advance: Enclosure
 
 
-def _contraction(
-    joint: _Passed,
-    point: _Passed,
+def contraction(
+    joint: Passed,
+    point: Passed,
     norm: NDArray[np.float64],
     inverse: NDArray[np.float64],
     reach: float,
@@ -487,7 +487,7 @@ def _contraction(
     # L, and its inverse as a ball: L is what it is, exactly, in floats
     to = _matrix(norm)
     back = to.inv()
-    rho = _two_norm(to * joint.second * joint.first * back)
+    rho = two_norm(to * joint.second * joint.first * back)
     if not rho < 1:
         raise Undecided(f"the contraction {float(rho):.4g} is not proved")
     # how long a vector is at most whose entries are these balls, or lie between these and their
@@ -533,7 +533,7 @@ def _length(entries: Sequence[Any]) -> Any:
     return sum((abs(x).upper() ** 2 for x in entries), flint.arb(0)).upper().sqrt().upper()
 
 
-def _two_norm(matrix: Any) -> Any:
+def two_norm(matrix: Any) -> Any:
     """Return a bound of the largest singular value of a matrix of balls.
 
     ``|A|^2 = |A^T A|``, ``|B|^(2^k) = |B^(2^k)|`` for a symmetric B, and no norm exceeds that of

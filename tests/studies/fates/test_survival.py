@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate, survival
+from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
 from exactcreep.studies.fates import survival as study
 from exactcreep.studies.fates.survival import StartRecord, Survival
 from tests.conftest import Command
@@ -132,16 +132,6 @@ def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
     found = made(np.array([10, 20, 20, 50]), np.array([15, 60]))
     assert found.curve.cycles.tolist() == [10, 15, 20, 50, 60]
     assert found.curve.moving == pytest.approx([5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
-
-
-def test_the_time_limit_censors_what_it_cut_short() -> None:
-    chain = captions(30)
-    found = survival(chain, "0.0045", starts=6, cycles=10**9, max_seconds=0.3)
-    assert found.reason == "max_seconds = 0.3 was reached"
-    assert found.lifetimes.size == 0
-    assert 1 <= found.censored.size < 6
-    assert found.censored.max() > 0
-    assert found.evidence in (Evidence.COMPUTED, Evidence.UNDECIDED)
 
 
 def test_starts_that_the_time_leaves_no_room_for_are_not_begun_and_count_nowhere() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from fractions import Fraction
 from typing import Any
@@ -17,7 +16,6 @@ from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.search import Edge
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from exactcreep.watch.limits import Limits
-from tests.conftest import OutOfTime
 from tests.paper import captions
 
 PAIR = captions(2, tan_alpha="5/12")  # cos = 12/13, sin = 5/13
@@ -48,13 +46,6 @@ def test_two_sliders_creep_above_their_first_slip(monkeypatch: pytest.MonkeyPatc
         assert bounds(found)[0] <= ONSET <= bounds(found)[1]
         assert f"lower='{found.lower}'" in repr(found)
         assert found.outcome_at_lower is Outcome.AT_REST
-
-
-def test_the_laws_are_told_apart() -> None:
-    found = after(captions(2))
-    laws = found.law_seuil, found.law_corrected, found.law_two_sliders
-    forces = [float(law or 0) * 1000 * math.sqrt(17) / 4 for law in laws]
-    assert forces == pytest.approx([0.25, 0.3, 0.35], rel=1e-8, abs=0)
 
 
 # --- more sliders -----------------------------------------------------------------------------
@@ -88,12 +79,6 @@ def test_below_the_edge_of_four_sliders_the_ends_slip_for_ever() -> None:
     root = after(captions(4), digits=60, solver="certified")
     assert root.report["deciding_runs"] <= 4  # it is a root, and not bisected for
     assert bounds(found)[0] <= Fraction(root.lower or 0) <= bounds(found)[1]
-
-
-def test_a_transient_without_end_has_no_outcome() -> None:
-    found = after(captions(8), low="1.0751e-3", high="1.0753e-3", points=2)
-    assert found.outcome_at_lower is None
-    assert found.outcome_evidence is Evidence.COMPUTED
 
 
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions(
@@ -136,47 +121,9 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
     assert widths == sorted(widths, reverse=True)
 
 
-def test_a_search_for_windows_out_of_time_keeps_each_edge_as_far_as_it_is_known(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked = itertools.count()
-
-    def interrupted(most: float) -> Threshold:
-        nonlocal asked
-        asked = itertools.count()
-        limits = Limits(interrupted=lambda: next(asked) >= most)
-        monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
-        return after(captions(3), windows=True, low="0.00045", high="0.00049", points=20)
-
-    whole = interrupted(math.inf)
-    questions = next(asked)
-    parts = [interrupted(questions * k // 16) for k in range(16)]
-    assert {part.reason for part in parts} == {"interrupted"}
-    assert [part.windows is None for part in parts] == [part.lower is None for part in parts]
-    parts = [part for part in parts if part.windows is not None]
-    assert {len(part.windows) for part in parts} == {1, 2, 3}
-    for part in parts:
-        assert (part.windows[0].lower, part.windows[0].upper) == (part.lower, part.upper)
-        for edge, last in zip(part.windows, whole.windows, strict=False):
-            assert bounds(edge)[0] <= bounds(last)[0] < bounds(last)[1] <= bounds(edge)[1]
-            assert edge.begins == last.begins
-    decided = [part for part in parts if part.deciding_event is not None]
-    assert decided == parts[-len(decided) :]
-    assert {part.deciding_event for part in decided} == {whole.deciding_event}
-    assert {part.windows[0] for part in decided} == {whole.windows[0]}
-
-
 @pytest.mark.parametrize("horizon", [{}, {"after": 4}])
 def test_a_search_asks_before_each_run_for_the_time(horizon: dict[str, int]) -> None:
     found = threshold(captions(2), max_seconds=0, **horizon)
     assert (found.lower, found.reason) == (None, "max_seconds = 0 was reached")
     (axes,) = draw_threshold(found).axes  # its laws
     assert axes.get_xlim()[1] < 0.001
-
-
-def test_a_search_of_many_cycles_comes_back_in_time(out_of_time: OutOfTime) -> None:
-    looks = out_of_time(20)
-    found = after(captions(8), 2000, max_seconds=1)
-    assert found.reason == "max_seconds = 1 was reached"
-    assert 20 < next(looks) < 30
-    json.dumps(found.summary(), allow_nan=False)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import pytest
 
 from exactcreep.model.numbers import InputError
@@ -14,7 +13,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.thresholds.amplitudes import Span
-from exactcreep.studies.thresholds.questions import Lasting, Observation, Question
+from exactcreep.studies.thresholds.questions import Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
 from tests.paper import captions
 
@@ -93,24 +92,3 @@ def test_a_bracket_without_an_edge_for_the_solver_is_refused(edge: Fraction, all
     with pytest.raises(InputError, match=allowed) as refused:
         searched(edge=edge, cut=edge)
     assert refused.value.field == "bracket"
-
-
-@pytest.mark.parametrize("far", ["outcome", "place"])
-@pytest.mark.parametrize("parting", [1, 2, None])
-def test_float64_is_no_witness_where_either_of_two_twins_parts(
-    parting: int | None, far: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    chain, amplitude = captions(6), Fraction("0.001")  # too long for a certified run
-    twin = parting and State.perturbed(chain, Fraction(1, 10**13), start_seed=parting)
-
-    def course(question: Lasting, amplitude: Fraction, start: State) -> tuple[Fate, float]:
-        parts = twin is not None and np.array_equal(start.tensions, twin.tensions)
-        outcome = Outcome.CREEPING if parts and far == "outcome" else Outcome.CYCLING
-        place = 0.01 if parts and far == "place" else 0.0
-        computed = Evidence.COMPUTED
-        return Fate(chain, amplitude, start, "exact", outcome, computed, 10, period=1), place
-
-    monkeypatch.setattr(Lasting, "_course", course)
-    question = Lasting(chain, 10, State.relaxed(chain))
-    assert question.creeps(amplitude) is False
-    assert question.sensitive == ({} if parting is None else {amplitude: False})

@@ -19,8 +19,6 @@ from exactcreep import (
     survival,
     threshold,
 )
-from exactcreep.studies import sense
-from exactcreep.studies.thresholds import threshold as search
 from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.conftest import Command
@@ -109,24 +107,6 @@ def test_where_starts_a_hair_apart_part_the_certified_fate_counts_or_it_is_calle
     assert n == 6 or floats is Outcome.CREEPING  # and the certified one is not
     assert question.certified == ({amplitude: False} if n == 4 else {})
     assert list(question.sensitive) == ([amplitude] if n == 6 else [])
-
-
-def test_creep_that_does_not_settle_has_an_interval_and_no_edge(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(search, "MOST_CYCLES", 1000)
-    monkeypatch.setattr(sense, "CHAOTIC", 7)
-    chain, step = captions(6), Fraction("0.00001")
-    found = threshold(chain, low="0.00096", high="0.00104", points=8)
-    assert found.evidence is Evidence.UNDECIDED
-    assert "does not settle within 1000 cycles" in found.reason
-    below, above = (round(Fraction(end or 0) / step) for end in (found.lower, found.upper))
-    assert above - below == 1
-    known = [fate(chain, k * step, cycles=1000, solver="exact") for k in range(96, above + 1)]
-    settled = [one.outcome is not Outcome.LIMIT for one in known]
-    assert settled == [True] * (len(known) - 1) + [False]
-    assert known[-2].outcome is found.outcome_at_lower is Outcome.CYCLING
-    assert found.deciding_event is None
 
 
 # --- intercept --------------------------------------------------------------------------------
