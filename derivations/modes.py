@@ -52,14 +52,14 @@ class Ends(NamedTuple):
     first: int = 1
 
 
-_SINE, _COSINE = sp.sin(n * phi), sp.cos((n - HALF) * phi)
+SINE, _COSINE = sp.sin(n * phi), sp.cos((n - HALF) * phi)
 _ODD = ((2 * q - 1) * sp.pi - phi) / 2, (2 * q - 1) * sp.pi / (2 * p + 1)
 _WHOLE = q * sp.pi - phi, q * sp.pi / (p + 1)
 _PARABOLA = (row * (row - 1) + column * (column - 1)) / (2 * p) - column
 KINDS: tuple[Ends, ...] = (
-    Ends("fixed", "fixed", *_WHOLE, _SINE, (p + 1) / 2, row * (p + 1 - column) / (p + 1)),
+    Ends("fixed", "fixed", *_WHOLE, SINE, (p + 1) / 2, row * (p + 1 - column) / (p + 1)),
     Ends("free", "fixed", *_ODD, _COSINE, (2 * p + 1) / 4, p + 1 - column),
-    Ends("fixed", "free", *_ODD, _SINE, (2 * p + 1) / 4, row),
+    Ends("fixed", "free", *_ODD, SINE, (2 * p + 1) / 4, row),
     Ends(
         "free",
         "free",

@@ -11,6 +11,7 @@ import pytest
 
 import exactcreep
 
+OWN = ("exactcreep", "derivations")
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("watch.preparation",),
@@ -154,3 +155,23 @@ def test_no_two_modules_share_a_name() -> None:
     )
     assert named.pop("solver.py") == 2
     assert {name for name, times in named.items() if times > 1} == set()
+
+
+def private_names(tree: ast.Module) -> Iterator[str]:
+    """Yield the private names of the package that a test imports, or takes from a module."""
+    ours: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(OWN):
+            ours |= {alias.asname or alias.name for alias in node.names}
+            yield from (alias.name for alias in node.names if alias.name.startswith("_"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            private = node.attr.startswith("_") and not node.attr.startswith("__")
+            if private and node.value.id in ours:
+                yield f"{node.value.id}.{node.attr}"
+
+
+def test_no_test_takes_a_private_name() -> None:
+    for path in PACKAGE.parent.joinpath("tests").rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        assert [*private_names(tree)] == [], path

@@ -172,7 +172,7 @@ CHECKPOINTS: dict[str, Change] = {
 
 
 def lines_of(records: list[Any]) -> bytes:
-    data, digest = checkpoint._LINE, ""
+    data, digest = checkpoint.LINE, ""
     for record in records:
         text = json.dumps(record)
         digest = hashlib.sha256(f"{digest}{text}".encode()).hexdigest()
@@ -200,7 +200,7 @@ def test_a_forged_checkpoint_is_refused(
 @pytest.mark.parametrize("text", ["[" * 10**6, '{"a":' * 10**6, "[" + "[]," * 10**7 + "[]]"])
 def test_a_checkpoint_of_nested_or_countless_parts_is_refused(text: str, tmp_path: Path) -> None:
     path, digest = tmp_path / "sent.ckpt", hashlib.sha256(text.encode()).hexdigest()
-    path.write_bytes(checkpoint._LINE + f"{digest} {text}\n".encode())
+    path.write_bytes(checkpoint.LINE + f"{digest} {text}\n".encode())
     said_of(lambda: resume(path), path)
 
 

@@ -41,7 +41,7 @@ VERSION = 11
 MOST_BYTES = 2**31
 """Size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
-_LINE = b"exactcreep checkpoint %d\n" % VERSION
+LINE = b"exactcreep checkpoint %d\n" % VERSION
 _LONGEST_LINE = 40  # bytes, of the first
 _MOST_PARTS, _PART = 10**6, 30  # lists and objects of a record; bytes for each that is more
 _NO_RUN = "is not a checkpoint of a run"
@@ -180,7 +180,7 @@ class Checkpoint:
         """Add a record at the end of the file, whole or not at all."""
         record, digest = packed(content, self._digest)
         if not self._size:
-            record = _LINE + record
+            record = LINE + record
             write_file(self.path, record, "checkpoint", force=self._force)
         else:
             try:
@@ -250,7 +250,7 @@ def _decoded(item: dict[str, Any]) -> Any:
 
 
 def to_bytes(content: Mapping[str, Any]) -> bytes:
-    return _LINE + packed(content)[0]
+    return LINE + packed(content)[0]
 
 
 def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:

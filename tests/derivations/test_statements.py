@@ -105,7 +105,7 @@ def test_angles_and_shapes_of_other_ends_are_refused() -> None:
     assert not modes.different(fixed.angle, -1)  # the lowest is below zero
     assert not modes.different(-fixed.angle, 1)
     assert not modes.different(2 * fixed.angle, 1)  # the highest is above pi
-    edge = modes._SINE
+    edge = modes.SINE
     left, right = edge.subs(modes.n, 0), edge.subs(modes.n, modes.p + 1)
     assert modes.ends_match(left, right, fixed.turn)
     assert not modes.ends_match(left, right, free.turn)

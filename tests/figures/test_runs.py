@@ -19,7 +19,7 @@ from exactcreep import (
     creep,
     physical,
 )
-from exactcreep.figures.run import draw_portrait, draw_run, portrait, tension_bounds
+from exactcreep.figures.run import draw_run, portrait, tension_bounds
 from exactcreep.figures.sweep import LIMIT, STICKING
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
@@ -184,15 +184,3 @@ def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
         portrait(other, 20)
     with pytest.raises(InputError, match=r"half_cycle = 41.*at most 40"):
         portrait(run, 41)
-
-
-@pytest.mark.parametrize("n", [1, 90])
-def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
-    axes = draw_portrait(portrait(creep(paper_chain(n), Cycles("0.002", 2)))).axes
-    assert len(axes) == 5 + (n > 1)
-    (marks,) = (line for line in axes[-2].lines if line.get_marker() == "o")
-    assert marks.get_xdata().size == n
-    low, high = axes[-2].get_xlim()
-    bars = axes[-2].patches
-    assert low < bars[0].get_x()
-    assert bars[-1].get_x() + bars[-1].get_width() < high

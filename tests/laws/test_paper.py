@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import partial
@@ -218,15 +217,10 @@ def test_a_value_that_is_no_number_is_refused_by_name(value: object) -> None:
         (partial(laws.solid_velocity, **SEUIL | {"mu_d": 0}, amplitude=1), ValueError, "mu_d must"),
         (partial(creep_velocity, **TIE), ValueError, "i = 2 or i = 3"),
         (partial(laws.pivot_window, 5, 1, 0.5, 0.6), ValueError, "i must be between"),
-        (partial(laws.pivot, 3, math.nan, 0.5), ValueError, "finite"),
         (partial(pivots, 5, -0.5, 0.5), ValueError, "tan_alpha"),
         (partial(laws.staircase_two_sliders, 1000, 0.5, 0.6, 0.5, 0.01), ValueError, "tan_alpha"),
-        (partial(laws.gaussian_integral, -0.1), ValueError, "h must be finite"),
-        (partial(laws.at_rest_amplitude, 1000, 0.7, [0.6] * 4), ValueError, "no state is"),
         (partial(laws.locked_ends_amplitude, n=4, l0=1, mu_d=0.5, mu_s=0.4, tan_alpha=0),
          ValueError, "mu_s must not be below mu_d"),
-        (partial(laws.no_lasting_creep_amplitude, n=1, l0=1, mu_d=1, tan_alpha=0), ValueError,
-         "n must be a whole number"),
     ],
 )  # fmt: skip
 def test_what_a_law_does_not_describe_is_refused(

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep.model import record_format
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
@@ -117,15 +116,6 @@ def test_a_bad_file_or_option_is_refused_by_name(write, content, options, senten
     given = {"file": path, "kappa": KAPPA, "T0": 0}
     with pytest.raises(InputError, match=sentence):
         TemperatureRecord(**given | options)
-
-
-def test_files_of_too_many_rows_or_bytes_are_refused(write, monkeypatch):
-    monkeypatch.setattr(record_format, "MOST_ROWS", 2)
-    with pytest.raises(InputError, match="row of data, and at most 2"):
-        record(write(HEAD + "0,1\n1,2\n2,3\n"))
-    monkeypatch.setattr(record_format, "MOST_BYTES", 2**20)
-    with pytest.raises(InputError, match=r"at most 1 MiB$"):
-        record(write(HEAD.encode() + b"\n" * 2**20))
 
 
 @pytest.mark.parametrize(

@@ -57,18 +57,6 @@ def test_modal_motion_agrees_with_the_matrix_exponential(arithmetic, ends):
 
 
 @pytest.mark.parametrize("ends", ALL_ENDS)
-def test_the_motion_at_many_times_is_that_at_each(ends):
-    rng = np.random.default_rng(21)
-    times = [0.0, 1e-6, 0.3, 3.0]
-    for p in (1, 2, 7):
-        motion = Run(FLOAT64, ends, rng.normal(size=p), rng.normal(size=p))
-        found = motion.at(np.array(times))
-        for k, t in enumerate(times):
-            each = np.array([motion.slider(n, t) for n in range(p)])
-            assert found[:, :, k] == pytest.approx(each.T, rel=1e-13, abs=1e-14)
-
-
-@pytest.mark.parametrize("ends", ALL_ENDS)
 def test_modal_energy_is_conserved_and_bounds_every_derivative(ends):
     rng = np.random.default_rng(21)
     p = 6

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +14,6 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_of
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.interface import Rearrangement
-from tests.paper import captions
 
 
 def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:
@@ -96,21 +94,6 @@ def test_the_energies_of_every_phase_close(arithmetic: Arithmetic) -> None:
         phases += 1
     assert phases > 5
     assert replay.energies().kinetic == 0
-
-
-def test_a_stop_at_a_finite_speed_loses_its_kinetic_energy() -> None:
-    chain = captions(2)
-    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
-    slip = [
-        Event(0.0, EventKind.START, (2,), (1,)),
-        Event(math.pi / 2, EventKind.STOP, (2,), (1,)),
-    ]
-    replay = Replay(chain, state, slip)
-    for _ in replay:
-        pass
-    energies = replay.energies()
-    assert energies.lost == pytest.approx(chain.excess**2 / 2, rel=1e-14)
-    assert abs(energies.left) < 1e-16
 
 
 def test_in_balls_a_replay_encloses_the_certified_end() -> None:

@@ -111,16 +111,6 @@ def test_what_is_first_is_so_in_every_state_as_near_as_was_said(unsure):
     assert decided > 20
 
 
-def test_a_stop_at_a_threshold_is_left_to_others():
-    """A lone slider goes on for 2 a / w^2 = .08; so much its neighbour lacks, or a bit more."""
-    forces = np.array([0.0, 0.58, 0.0])
-    signs = np.array([0, 1, 0])
-    for lacks, slider in ((0.08, -1), (0.080001, 1), (0.079999, 0)):
-        thresholds = np.array([lacks, 0.65, 0.65])
-        found = proved(forces, np.zeros(3), signs, thresholds)
-        assert found[0] == slider
-
-
 def arrived(state, event, shift, unit=UNIT):
     """Return when an event comes to the state that lies `shift` (forces, velocities) off, and the
     flow there."""
@@ -209,17 +199,6 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when(unit):
     assert done > 40
 
 
-def test_an_event_is_steep_if_its_slope_outweighs_its_change_until_the_last_state_comes():
-    def steep(late, haste):
-        slope, still = np.array([-0.01, 0.0]), np.zeros(2)
-        pair = springs_of(2), np.array([1, 0]), still, slope
-        return Crossing(*pair, 0.0, 1.0, late, haste, 0, 0, -1).steep
-
-    assert steep(2.0**-9, 0.5)
-    assert not steep(2.0**-9, 1.0)
-    assert not steep(0.2, 0.0)
-
-
 def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
     done = 0
     with BALLS.active():
@@ -239,11 +218,3 @@ def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
                     for gap, allowed in zip(gaps.tolist(), most.tolist(), strict=True):
                         assert abs(gap) <= allowed + 1e-9
     assert done > 40
-
-
-def test_a_bracket_in_which_the_slope_may_vanish_is_not_used():
-    balls = balls_of(200)
-    with balls.active():
-        still = np.zeros(2)
-        flow = flow_of(balls, np.array([0.5, 0.0]), still, np.array([1, 0]))
-        assert enclosed_event(flow.runs(), (0, 0), None, 0.0, 1e-6) is None

@@ -6,7 +6,7 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep.motion.arithmetic import Undecided, balls_of
+from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.state_set import Crossing, StateSet, orthogonal
 
 
@@ -62,11 +62,6 @@ def test_a_box_holds_what_is_so_thin_that_its_square_is_zero(thin):
             inside = flint.arb_mat(axes.tolist()).solve(state).entries()
             for y, size in zip(inside, sizes.tolist(), strict=True):
                 assert abs(y) <= flint.arb(size)
-
-
-def test_a_set_too_wide_for_floats_is_not_enclosed():
-    with pytest.raises(Undecided, match="not enclosed"):
-        orthogonal(np.full((2, 3), 1e308), np.zeros(2))
 
 
 @pytest.mark.parametrize("size", [1.0, 2.0**-900])

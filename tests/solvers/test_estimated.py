@@ -129,11 +129,6 @@ def test_a_start_near_grazing_costs_digits_and_is_told(graze: Fraction) -> None:
     assert error_of(far, places) < far.error
 
 
-def test_the_estimate_does_not_depend_on_where_the_chain_stands(graze: Fraction) -> None:
-    here, there = (five_sliders(graze + Fraction(1, 10**8), place) for place in (0.0, 2.0**40))
-    assert there.error == pytest.approx(here.error, rel=0.05)
-
-
 def test_reference_loses_digits_near_grazing_and_says_so(graze: Fraction) -> None:
     for k in (6, 10):
         near = five_sliders(graze + Fraction(1, 10**k), solver="reference")
@@ -159,20 +154,12 @@ def test_a_tie_that_the_rules_have_settled_is_undecided_whatever_is_estimated() 
         assert result.error == np.inf if k == 17 else result.error < 1e-14
 
 
-MIRRORED = Chain(4, 1, "1/2", "3/5", tan_alpha=0)
 STEEP = Chain(3, 1, "1/2", "3/5", tan_alpha="7/10")
 STILL = Chain(3, 1, "1/2", "3/5", tan_alpha="1/4")
 ERRORS = [
     (STEEP, [0, 0], 1, 3, TENSION_TOLERANCE),  # it runs away: up to the last event
     (STILL, [0, 0], 0, 0, 0.0),  # nothing moves
 ]
-
-
-def test_the_error_of_a_tie_is_not_estimated() -> None:
-    result = rearrange(MIRRORED, State.prepared(MIRRORED, [Fraction(0)] * 3), direction=1)
-    assert len(result.events[0].sliders) == 2
-    assert result.error == np.inf
-    assert "2 comparisons lie within the rounding bound" in result.doubt
 
 
 @pytest.mark.parametrize(("chain", "tensions", "direction", "first", "most"), ERRORS)

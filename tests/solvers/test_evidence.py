@@ -9,16 +9,11 @@ from exactcreep import (
     Creep,
     Cycles,
     Evidence,
-    GaussianSteps,
     Outcome,
     State,
     creep,
     rearrange,
 )
-from exactcreep.quasistatic.course import known_of
-from exactcreep.solvers.interface import Solver
-from exactcreep.solvers.registry import SOLVERS
-from exactcreep.watch import preparation
 from tests.paper import captions, paper_chain
 
 SIX, PAIR = paper_chain(6), paper_chain(2, "0")
@@ -32,23 +27,6 @@ def test_an_avalanche_beyond_the_promise_is_undecided_alone_and_in_a_run() -> No
     assert alone.outcome is run.outcome is Outcome.RUNAWAY
     assert run.event_count > 200
     assert alone.evidence is run.evidence is Evidence.UNDECIDED
-
-
-@pytest.mark.parametrize("solver", ["exact", "certified", "mpmath", "reference", "verlet"])
-def test_a_time_limit_does_not_count_what_is_compiled_or_loaded(
-    solver: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    now, chain, loaded = [0.0], paper_chain(3, "0"), SOLVERS[solver]
-
-    def loads() -> type[Solver]:
-        now[0] += 1000.0
-        return loaded()
-
-    monkeypatch.setattr(preparation.time, "perf_counter", lambda: now[0])
-    monkeypatch.setattr(preparation, "_spent", [0.0])
-    monkeypatch.setitem(SOLVERS, solver, loads)
-    moved = rearrange(chain, State.relaxed(chain), direction=1, solver=solver, max_seconds=1)
-    assert moved.outcome is Outcome.AT_REST
 
 
 def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> None:
@@ -82,33 +60,6 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
     run = creep(level, Cycles("0.003", 10), twin=True)
     assert run.undecided > 0
     assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
-
-
-def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
-    unseen = creep(PAIR, Cycles("0.001", 20_000))
-    assert (unseen.course, unseen.trusted_half_cycles) == ("", None)
-    seen = creep(PAIR, Cycles("0.001", 2000), twin=True)
-    assert seen.evidence is Evidence.COMPUTED
-    assert seen.trusted_half_cycles == 4000
-    assert creep(PAIR, Cycles("0.001", 20), solver="certified").course == ""
-    assert creep(PAIR, Cycles("0.001", 20)).course == "known to 1e-9 to the end"
-    cut = creep(PAIR, Cycles("0.001", 2000), twin=True, max_events=100)
-    assert cut.outcome is Outcome.LIMIT
-    assert 0 < cut.half_cycles < 16  # so far every one is looked at
-    assert cut.course == f"known to 1e-9 for the first {cut.half_cycles} half-cycles"
-
-
-def test_several_runs_are_told_of_together() -> None:
-    runs = [creep(SIX, Cycles("0.01", 40), seed=seed) for seed in range(4)]
-    told = known_of(runs)
-    ends = [run.followed for run in runs]
-    assert f"up to half-cycle {min(ends)} to {max(ends)}; averages hold" in told
-    assert "4 of them with an unknown standard error" in told
-    long = creep(SIX, GaussianSteps("0.01", 1000), seed=2)
-    assert long.velocity_error > 0
-    assert "4 of them with an unknown" in known_of([*runs, long])
-    pair = creep(PAIR, Cycles("0.001", 20))
-    assert "(4 of 5 runs); averages" in known_of([*runs, pair])
 
 
 def held(run: Creep) -> tuple[float, float]:

@@ -14,10 +14,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers import sliding
 from exactcreep.solvers.nearest_rest import brought_to_rest
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.watch.limits import Limits
 
 PYTHAGOREAN = [
     (Fraction(3, 4), Fraction(9, 10)),
@@ -246,17 +244,3 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
     assert reason in stretch.reason
     assert simulation.evidence is evidence
     assert prediction(chain, Cycles("0.01", 3)) is None
-
-
-def test_a_deadline_is_heard_between_half_cycles_and_changes_no_bit(monkeypatch):
-    monkeypatch.setattr(sliding, "_PAUSE", 50)  # sliders times half-cycles
-    chain, drive, pieces = chain_of(9, Fraction(1, 5)), GaussianSteps("0.007", 40), []
-    simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G", "x"))
-    while len(pieces) < 40:
-        left = 40 - len(pieces)
-        stretch = simulation.follow(drive, len(pieces) + 1, left, Limits(at=0.0))
-        assert stretch.completed == min(5, left)
-        assert len(stretch.recorded["x"]) == stretch.completed
-        pieces += stretch.recorded["x_G"].tolist()
-    _, recorded = simulate(chain, drive)
-    assert pieces == recorded["x_G"].tolist()

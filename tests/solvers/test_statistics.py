@@ -7,11 +7,9 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import stats
 
 from exactcreep import Chain, GaussianSteps, creep
 from exactcreep.solvers.statistics import (
-    _MOST_GROWTH,
     FEWEST_STEPS,
     falls_like_inverse_square,
     rests_for_long,
@@ -89,11 +87,6 @@ def test_rests_without_a_finite_variance_leave_no_known_error() -> None:
     result = creep(chain_of(2, "0.005"), GaussianSteps("0.01", 3000), record=())
     assert math.isnan(result.velocity_error)
     assert "too few for a standard error beside the time" in result.velocity_reason
-
-
-def test_the_growth_that_chance_allows_is_a_quantile_of_fisher_s_ratio() -> None:
-    for blocks, most in _MOST_GROWTH.items():
-        assert most == pytest.approx(stats.f.ppf(0.99, blocks - 1, FEWEST_STEPS - 1), rel=1e-12)
 
 
 def test_steps_that_fall_as_fast_as_inverse_squares_are_told_from_others() -> None:

@@ -20,7 +20,6 @@ from exactcreep.model.enclosure import Enclosure, as_written, floats, quantity
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
-from exactcreep.solvers.exact import pack
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import (
     COLUMNS,
@@ -197,26 +196,6 @@ def test_the_compiled_rows_are_those_of_a_replay_of_the_events(which: str) -> No
     assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
 
 
-def test_rows_of_an_avalanche_of_a_long_chain_are_those_of_a_replay() -> None:
-    chain = paper_chain(100)
-    tensions = np.random.default_rng(2).normal(0, 0.6, chain.n - 1)
-    start = State.prepared(chain, tensions)
-    run = creep(chain, Cycles("0.0002", 1), seed=4, start=start, record=ALL)
-    table, slips = (rows(run.recorded, name) for name in BOTH)
-    assert table["last"][0] - table["first"][0] > 48
-    assert table["events"][0] > 100
-    known = replayed(run, table["direction"])
-    for name in ("duration", "displacement", "dissipation", "elastic_after", "sliders"):
-        expected = known["rearrangements"][name][0]
-        assert table[name][0] == pytest.approx(expected, rel=1e-12)
-    lengths, theirs = (
-        np.bincount(one["slider"], weights=one["displacement"])
-        for one in (slips, known["slip_table"])
-    )
-    assert lengths == pytest.approx(theirs, rel=0, abs=1e-12)
-    assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
-
-
 @each_solver
 def test_a_rearrangement_is_the_sum_of_its_slips(solver: str) -> None:
     chain = paper_chain(3)
@@ -247,31 +226,6 @@ def test_a_rearrangement_is_the_sum_of_its_slips(solver: str) -> None:
         assert {name: table[name][number] for name in expected} == expected
     assert (table["slips"] > table["sliders"]).any()
     assert (table["began"] == 2).any()
-
-
-def test_where_the_log_is_full_changes_no_bit_of_the_tables(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    chain = paper_chain(30)
-    whole = creep(chain, Cycles("0.005", 1), seed=3, record=ALL)
-    assert rows(whole.recorded, "rearrangements")["slips"].max() > 2 * 29
-    monkeypatch.setattr(pack, "_ROWS", 1)  # after 58 starts and stops the log is full
-    cut = creep(chain, Cycles("0.005", 1), seed=3, record=ALL)
-    for name, values in whole.recorded.items():
-        assert np.array_equal(cut.recorded[name], values), name
-
-
-def test_rows_are_the_same_whatever_else_is_recorded() -> None:
-    """Two sliders without events take the shortcut for end slips, with events they do not."""
-    for chain in (CHAINS["two"], CHAINS["six"]):
-        alone, beside = (
-            creep(chain, Cycles("0.005", 20), record=record).recorded for record in (BOTH, ALL)
-        )
-        for name in LOGS["slip_table"].columns:
-            assert np.array_equal(alone[name], beside[name])
-        for name in LOGS["rearrangements"].columns:
-            close = np.abs(alone[name] - beside[name]).max()
-            assert close <= (1e-14 if alone[name].dtype.kind == "f" else 0), name
 
 
 @each_solver
@@ -311,19 +265,3 @@ def test_sums_over_the_tables_are_what_the_run_did(solver: str) -> None:
     assert table["elastic_after"][-1] == pytest.approx(elastic, abs=1e-11)
     longest = table["largest_slip"][slips["rearrangement"].astype(int)]
     assert (np.abs(slips["displacement"]) <= longest).all()
-
-
-@pytest.mark.parametrize(("locate", "order"), [(False, 2), (True, 3)])
-def test_the_ledger_of_verlet_closes_to_its_order(locate: bool, order: int) -> None:
-    """Seen at the end of a step, a stop takes away the square of a velocity of order dt."""
-    over = []
-    steps = (0.04, 0.02, 0.01, 0.005)
-    for dt in steps:
-        run = creep(
-            paper_chain(3), Cycles("0.004", 2), solver="verlet", dt=dt, locate=locate,
-            record=BOTH,
-        )  # fmt: skip
-        table = rows(run.recorded, "rearrangements")
-        over.append(float(np.sqrt((left(table) ** 2).mean())))
-    slope = np.polyfit(np.log(steps), np.log(over), 1)[0]
-    assert slope == pytest.approx(order, abs=0.2)

@@ -19,6 +19,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.studies.compare import ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
 from exactcreep.studies.trajectory import Trajectory, agree, drive_with_rests, trajectory
+from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import captions, paper_chain
 
@@ -123,8 +124,9 @@ def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its
     broken = replace(member, drive=path)
     truth = trajectory(TRUTH, broken, path.half_cycles, enough=120)
     exact = creep(CHAIN, GIVEN.drive, seed=6, record=())
+    most = Limits(2 * len(truth.events) + 100)
     for method in ladder(CHAIN)[2:-1]:
-        found = agree(trajectory(method, broken, truth.reached), truth)
+        found = agree(trajectory(method, broken, truth.reached, limits=most), truth)
         there = data().loc[{"method": method.label, "seed": 6}]
         errors = there.errors.values[~np.isnan(there.errors.values)]
         assert (there.agreed, there.differs, there.rests) == (

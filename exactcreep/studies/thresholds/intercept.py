@@ -224,7 +224,7 @@ def intercept(
         if not over:
             raise InputError("cycles", cycles, "must be more: velocities have no standard error")
     elif len(measured) >= FEWEST_POINTS:
-        line = _fitted(*columns)
+        line = fitted(*columns)
     return Intercept(
         chain=chain, cycles=drive.cycles, seed=key, size=spread,
         amplitudes=columns[0], velocities=columns[1], errors=columns[2], fit=(low, high),
@@ -233,7 +233,7 @@ def intercept(
     )  # fmt: skip
 
 
-def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:
+def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:
     """Return what the weighted line tells; unknown errors are set to the largest of the others."""
     count = amplitudes.size
     unknown = np.isnan(errors)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import threading
 from fractions import Fraction
 
 import numpy as np
@@ -21,9 +20,7 @@ from exactcreep import (
     laws,
     rearrange,
 )
-from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
-from exactcreep.solvers.interface import advance
 from exactcreep.watch.limits import Limits, Stop
 from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
@@ -115,30 +112,6 @@ def test_where_a_run_is_cut_changes_no_bit_of_its_tables(most: int) -> None:
         assert np.array_equal(joined, known[name]), name
 
 
-def test_other_threads_go_on_while_the_compiled_loop_runs():
-    simulation = ExactSimulation(paper_chain(2), State.relaxed(paper_chain(2)), 0)
-    simulation.follow(Cycles("0.01", 1), 1, 2)  # compiled now, if it was not
-    high = np.where(np.arange(50_000) % 2 == 0, 10.0, -10.0)  # l0 theta of more cycles
-    targets = high, np.zeros(high.size), simulation.at_targets(high.size, ())
-    between, seen = {simulation.events}, set()
-    over = threading.Event()
-
-    def look() -> None:
-        while not over.wait(0.0005):
-            seen.add(simulation.events)
-
-    beside = threading.Thread(target=look)
-    beside.start()
-    for _ in range(100):
-        kernel.follow(*simulation.work, *targets, 10**9, 10**9, False)
-        between.add(simulation.events)
-        if seen - between:  # what lies between two calls lets other threads in anyway
-            break
-    over.set()
-    beside.join()
-    assert seen - between
-
-
 def test_slips_of_length_zero_end_at_once_even_when_two_begin_together():
     # most draws lie below mu_d; at alpha = 0 both ends start together
     chain = Chain(4, 1000, "0.3", "0.300001", "0.01", tan_alpha=0)
@@ -160,22 +133,6 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     simulation.come_to_rest(Limits())  # as a checkpoint does: it must not matter when
     assert simulation.follow(Cycles("0.005", 5), 1, 10).stop is Stop.LIMIT
     assert simulation.state() == given_up
-
-
-@pytest.mark.parametrize(("tan_alpha", "together"), [("0.25", False), ("0.499", True)])
-def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
-    tan_alpha: str, together: bool
-) -> None:
-    chain = paper_chain(2, tan_alpha=tan_alpha)
-    start = State.relaxed(chain, 1)
-    lone, prepared = (ExactSimulation(chain, start, 1) for _ in range(2))
-    prepared.make_room()
-    for simulation in (lone, prepared):
-        advance(simulation, Cycles("0.01", 20), 40)
-    assert (lone.work.series is not None) == together
-    assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
-    known = prepared.snapshot()
-    assert all(np.array_equal(values, known[name]) for name, values in lone.snapshot().items())
 
 
 @pytest.mark.parametrize(

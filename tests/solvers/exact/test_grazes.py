@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import math
-import random
 from typing import Any
 
-import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, State, creep, rearrange
-from exactcreep.compiling import njit
-from exactcreep.solvers.exact import layout, margins, taylor
-from exactcreep.solvers.exact.pack import Origin, placed, series_of
 
 GRAZING = Chain(3, 1000, "0.5", "0.5100", "0", tan_alpha="0.473")
 """The speed of slider 3 has a minimum of a few 1e-17 while slider 2 moves; then both stop."""
 TENSIONS = [-0.0038935232465282786, 0.015485941569594042]
-STEEP = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.4")
 SHIFTS = [0.0, *(-(10.0**-k) for k in range(18, 12, -1))]
 ELSEWHERE = [
     (4, "0.5100", "0.387", [-0.09797908730571969, -0.1437237953022194, -0.03244114934483819], 1),
@@ -124,64 +118,3 @@ def test_what_a_slow_slider_has_left_to_go_at_its_stop_is_in_the_error_of_refere
     )
     off = abs(result.state.tensions.astype(float) - truth.state.tensions.astype(float)).max()
     assert 3e-15 < off < result.error < 1e-13
-
-
-def test_a_margin_that_falls_reaches_zero_however_it_is_bent() -> None:
-    """And a margin that is as steep, but bent back more, need not."""
-    rng = random.Random(3)
-    for _ in range(2000):
-        bound, curve = 10 ** rng.uniform(-17, -12), 10 ** rng.uniform(-6, 2)
-        steep = max(64 * bound, math.sqrt(8 * curve * bound)) * 10 ** rng.uniform(-0.5, 0.5)
-        falls = margins.falls.py_func(-steep, bound, curve)
-        least = 2 * bound - steep**2 / (2 * curve)  # of the true margin, at worst
-        if falls:
-            root = (steep - math.sqrt(steep**2 - 4 * curve * bound)) / curve
-            assert least < 0
-            assert root <= margins.blur.py_func(-steep, bound) * (1 + 1e-9)
-        elif steep >= 64 * bound:
-            assert least > -3 * 2 * bound  # nothing is in doubt that is far from a graze
-        assert not margins.falls.py_func(steep, bound, curve)
-
-
-@njit(error_model="numpy")
-def evaluated(series, orders, even_tail, odd_tail, t):
-    taylor._evaluate(series, 1, orders, even_tail, odd_tail, t)
-
-
-def test_a_margin_is_the_sum_of_its_series_and_its_fourth_derivative_within_all_terms() -> None:
-    rng, series = np.random.default_rng(4), series_of(2)
-    orders = np.arange(layout.ORDERS)
-    for t in (0.0, 1e-3, 0.1, 0.5, 1.0):
-        derivatives = rng.standard_normal((layout.ORDERS, 8)) * 2.0 ** -rng.integers(0, 8, (1, 8))
-        series[: layout.ORDERS] = derivatives
-        series[layout.MOVES], series[layout.RESTS], series[layout.HOLDS] = 0.0, 1.0, 0.0
-        even, odd = np.abs(derivatives[10:12]).max(axis=1).tolist()
-        evaluated(series, layout.ORDERS, even, odd, t)
-        terms = t**orders / np.array([float(math.factorial(k)) for k in orders])
-        np.testing.assert_allclose(series[layout.AT_END], terms @ derivatives, atol=1e-14)
-        bound = terms[:8] @ np.abs(derivatives[4:12])
-        beyond = t**6 * (even * 1.1 / math.factorial(6) + odd * 1.4 * t / math.factorial(7))
-        assert (series[layout.BENT] >= bound * (1 - 1e-14)).all()
-        assert (series[layout.BENT] <= (bound + beyond) * (1 + 1e-14)).all()
-
-
-def test_of_a_speed_that_dips_and_then_vanishes_the_first_zero_is_found_without_a_doubt() -> None:
-    rng, series = np.random.default_rng(8), series_of(2)
-    work = placed(STEEP, Origin.of(STEEP, State.relaxed(STEEP)), 0, 0)
-    i, now = layout.PAD + 1, work.now[0]
-    work.cell[layout.SIDE, i] = 1.0
-    orders = np.arange(layout.ORDERS)
-    factorials = np.array([float(math.factorial(k)) for k in orders])
-    for _ in range(300):
-        lowest, zero = rng.uniform(0.1, 0.6), rng.uniform(0.7, 1.1)
-        dip = np.polynomial.Polynomial([lowest**2 + 10 ** rng.uniform(-6, -1), -2 * lowest, 1.0])
-        speed = dip * [zero, -1.0] * [1.0, 0.0, *rng.uniform(-0.2, 0.2, 3)]
-        t = 1.0
-        series[: layout.ORDERS] = 0.0
-        series[: speed.degree() + 1, 3] = speed.coef * factorials[: speed.degree() + 1]
-        series[layout.AT_END, 3], series[layout.SLOPE_AT_END, 3] = speed(t), speed.deriv()(t)
-        fourth = np.polynomial.Polynomial(np.abs(speed.deriv(4).coef))
-        series[layout.BENT, 3] = fourth(t)
-        first = taylor._first_crossing(work.cell, series, now, i, 0, 3, layout.ORDERS, False, t)
-        assert first == (pytest.approx(zero, rel=1e-13) if zero <= t else math.inf)
-        assert now["counts"]["undecided"] == 0

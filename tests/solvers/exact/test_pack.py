@@ -9,12 +9,10 @@ from collections import Counter
 from fractions import Fraction
 from itertools import pairwise
 
-import numpy as np
 import pytest
 
 from exactcreep import Chain, Outcome, State, rearrange
 from exactcreep.solvers.exact import layout
-from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.exact.pack import Origin, dilation, placed
 from tests.paper import paper_chain
 
@@ -41,27 +39,21 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
 
 
 @pytest.mark.parametrize("n", [1, 2, 6])
-def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays(n: int) -> None:
-    steep = paper_chain(n, tan_alpha="0.499")
-    level = Chain(n, 10, "0.3", "0.6", tan_alpha="0.1")
-    rng = random.Random(n)
-    states = []
+def test_what_was_computed_before_in_the_same_arrays_changes_no_bit(n: int) -> None:
+    rng, states = random.Random(n), []
     for seed in range(20):
-        for chain in (steep, level):
+        for chain in (
+            paper_chain(n, tan_alpha="0.499"),
+            Chain(n, 10, "0.3", "0.6", tan_alpha="0.1"),
+        ):
             tensions = [rng.uniform(-2, 2) for _ in range(n - 1)]
             states.append((chain, State.prepared(chain, tensions, seed=seed)))
-    new = []
-    for chain, state in states:
-        exact._USED.clear()
-        new.append(rearrange(chain, state, direction=1))
-    for (chain, state), known in zip(states, new, strict=True):
-        given_up = rearrange(steep, states[0][1], direction=1, max_events=2)
+    known = [rearrange(chain, state, direction=1) for chain, state in states]
+    for k in rng.sample(range(len(states)), len(states)):
+        chain, state = states[k]
+        given_up = rearrange(*states[0], direction=1, max_events=2)
         assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
-        again = rearrange(chain, state, direction=1)
-        assert again == known
-        assert np.array_equal(again.log, known.log)
-        assert again.initial == known.initial
-    assert len(exact._USED[n]) == 1
+        assert rearrange(chain, state, direction=1) == known[k]
 
 
 def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
@@ -69,17 +61,6 @@ def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
     work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
     arrays = (work.cell, work.whole, work.deviate, work.series)
     assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
-
-
-@pytest.mark.parametrize("n", [2, 3, 80, 81, 1000])
-def test_what_is_compiled_before_a_run_is_what_its_chain_runs_through(n: int) -> None:
-    first = exact.Exact().compiles(n)
-    rooms = []
-    for length in (n, first):
-        chain = paper_chain(length)
-        work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
-        rooms.append(work.series is None)
-    assert rooms[0] == rooms[1]
 
 
 def test_no_name_of_the_layout_is_bound_twice() -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from fractions import Fraction
 
 import flint
 import numpy as np
@@ -12,15 +10,14 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
 from exactcreep import Path as ThetaPath
-from exactcreep.model.enclosure import enclosure, enclosures
+from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
-from exactcreep.solvers.field import set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.computed import FieldSimulation, Mpmath
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS, joined
 from exactcreep.watch.limits import Limits
-from tests.paper import captions, event_rows, lone_slip, paper_chain
+from tests.paper import captions, event_rows, paper_chain
 
 
 def relaxed(chain):
@@ -55,35 +52,6 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     events = simulation.tally.events
     assert events > 100
     assert 0 < simulation.mechanics.rest.evaluations < 2.5 * events
-
-
-def late(signs, slider, side, time, radius):
-    return slider, side, time + 1e-9, radius
-
-
-def early(signs, slider, side, time, radius):
-    return slider, side, time - 1e-9, radius
-
-
-def another(signs, slider, side, time, radius):
-    for n in np.flatnonzero(signs).tolist():
-        if slider >= 0 and (n, 0) != (slider, side):
-            return n, 0, time, radius
-    return -1, 0, 0.0, 0.0
-
-
-@pytest.mark.parametrize("wrong", [late, early, another])
-def test_an_event_said_to_hold_for_all_states_is_refused_if_the_middle_has_another(
-    monkeypatch, wrong
-):
-    found = set_integrator.first_event_of_set
-
-    def sabotaged(springs, signs, *numbers):
-        return wrong(signs, *found(springs, signs, *numbers))
-
-    monkeypatch.setattr(set_integrator, "first_event_of_set", sabotaged)
-    with pytest.raises(AssertionError, match="does not hold a state of the set"):
-        followed(paper_chain(6), Cycles("0.003", 1), 15)
 
 
 def random_scene(random):
@@ -169,52 +137,6 @@ def test_a_restart_hands_out_no_row_twice():
             assert abs(one.middle - other.middle) <= one.radius + other.radius
     places = simulation.state().displacements.tolist()
     assert all(x.rad() <= 1e-30 * (1 + abs(x)) for x in places)  # as many digits as were asked for
-
-
-def crossings(chain, state, **options):
-    result = rearrange(chain, state, solver="certified", **options)
-    return {kind for kind, count in result.report["crossings"].items() if count}, result
-
-
-def test_a_crossing_is_called_by_the_condition_on_which_it_was_decided():
-    steep = captions(2, tan_alpha="1/2")  # slider 1 comes to its threshold
-    told, exactly = crossings(steep, State.relaxed(steep), direction=1)
-    assert (told, exactly.evidence) == ({"grazing"}, Evidence.PROVED)
-    assert exactly.itinerary == lone_slip(2)
-    # known only as a ball, it is settled by the rules
-    vague = np.array([flint.arb(0, 1e-80)], dtype=object)
-    vague = replace(State.relaxed(steep), tensions=vague)
-    limits = {"digits": 20, "most_digits": 60}
-    told, result = crossings(steep, vague, direction=1, **limits)
-    assert (told, result.evidence) == ({"unresolved"}, Evidence.UNDECIDED)
-    assert result.itinerary == exactly.itinerary
-    assert result.report["ties_assumed"] == result.undecided > 0
-    level = captions(4, tan_alpha=0)
-    assert crossings(level, State.relaxed(level), direction=1)[0] == {"tie"}
-
-
-def test_calls_one_after_the_other_lose_digits_until_they_are_undecided_and_a_run_does_not():
-    chain, calls = paper_chain(3), []
-    state = State.relaxed(chain)
-    while not calls or calls[-1].evidence is Evidence.PROVED:
-        options = {"solver": "certified", "digits": 20, "most_digits": 40}
-        calls.append(rearrange(chain, state, direction=1, **options))
-        state = calls[-1].state
-    assert len(calls) > 10
-    assert calls[-1].report["ties_assumed"] > 0
-    left = [call.report["digits_left"] for call in calls]
-    assert left[0] >= 20 > left[-2]
-    proved = calls[:-1]
-    later = Fraction(float(proved[-1].theta)) + Fraction(1, 10**9)
-    run = creep(chain, ThetaPath([later]), solver="certified", digits=20)
-    assert run.evidence is Evidence.PROVED
-    assert run.rearrangements == len(proved)
-    assert run.event_count == sum(len(call.events) for call in proved)
-    known, claimed = (enclosures(s.displacements) for s in (run.state, proved[-1].state))
-    for narrow, wide in zip(known.tolist(), claimed.tolist(), strict=True):
-        assert abs(narrow.middle - wide.middle) <= narrow.radius + wide.radius
-        assert narrow.radius < 1e-20
-    assert max(wide.radius for wide in claimed) > 1e-20
 
 
 @pytest.mark.parametrize("solver", [Certified, Mpmath])

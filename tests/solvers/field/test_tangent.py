@@ -1,4 +1,4 @@
-"""The derivative of a period over a set of states, held against states that differ a little."""
+"""The derivative of a period over a set of states is that of states that differ a little."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import flint
 import numpy as np
 import pytest
 
+from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import balls_of
@@ -16,47 +17,58 @@ from exactcreep.solvers.registry import solver_named
 from tests.paper import captions
 
 BALLS = balls_of(400)
+STEP = Fraction(1, 2**60)
+"""How far a state beside the first is off in one coordinate."""
+
+
+def settled(chain: Chain, drive: Cycles) -> State:
+    """Return the state on the limit cycle, after thirty cycles."""
+    solver = solver_named("certified", {"digits": 100})
+    simulation = solver.simulation(chain, State.relaxed(chain), 0, ())
+    simulation.follow(drive, 1, 60)
+    return simulation.state()
+
+
+def directions(n: int) -> list[list[Fraction]]:
+    """Return the changes of forces: of each inner slider against both ends, and of the ends."""
+    changes = []
+    for k in range(1, n - 1):
+        change = [Fraction(0)] * n
+        change[0], change[k], change[-1] = -STEP / 2, STEP, -STEP / 2
+        changes.append(change)
+    return [*changes, [STEP, *[Fraction(0)] * (n - 2), -STEP]]
+
+
+def coordinates(forces: list[flint.arb]) -> list[flint.arb]:
+    """Return how far forces moved: of each inner slider, and of one end against the other."""
+    return [*forces[1:-1], (forces[0] - forces[-1]) / 2]
 
 
 @pytest.mark.parametrize(("n", "amplitude"), [(3, "0.00085"), (4, "0.0009")])
-def test_the_derivative_of_a_cycle_is_that_of_its_states(n: int, amplitude: str) -> None:
+def test_the_derivative_of_two_cycles_is_the_difference_of_neighbouring_states(
+    n: int, amplitude: str
+) -> None:
     chain, drive = captions(n), Cycles(Fraction(amplitude), 100)
-    course = solver_named("certified", {"digits": 100}).simulation(
-        chain, State.relaxed(chain), 0, ()
-    )
-    course.follow(drive, 1, 60)
-    state = course.state()
+    state = settled(chain, drive)
 
     def after(change: list[Fraction]) -> TangentSimulation:
-        """Return the set after two cycles, its shape and load begun so far from `state`."""
+        """Return the set two cycles after the state whose forces are changed."""
         with BALLS.active():
-            forces = [BALLS.number(x) for x in change]
-            middle = State(
-                BALLS.vector([x.mid() for x in state.tensions + np.cumsum(forces)[:-1]]),
-                state.displacements,
-                state.coefficients,
-                state.draws,
-                state.theta,
-            )
+            tensions = state.tensions + np.cumsum([BALLS.number(x) for x in change])[:-1]
+            middle = State(BALLS.vector([x.mid() for x in tensions]), state.displacements,
+                           state.coefficients, state.draws, state.theta)  # fmt: skip
             simulation = TangentSimulation(chain, middle, drive, BALLS)
             simulation.mechanics.begin(np.zeros((n - 2, n - 2)), 0.0)
         simulation.follow(drive, 1, 4)
         return simulation
 
-    near = Fraction(1, 2**60)
     first = after([Fraction(0)] * n).mechanics
     with BALLS.active():
         derivative = first.derivative()
-    assert max(float(x.rad()) for row in derivative for x in row) < 1e-4
-    for k in range(n - 1):
-        change = [Fraction(0)] * n
-        if k < n - 2:
-            change[k + 1], change[0], change[-1] = near, -near / 2, -near / 2
-        else:
-            change[0], change[-1] = near, -near
+        assert max(float(x.rad()) for row in derivative for x in row) < 1e-4
+    for k, change in enumerate(directions(n)):
         other = after(change).mechanics
         with BALLS.active():
-            gaps = (other.known_forces() - first.known_forces()).tolist()
-            moved = [*gaps[1:-1], (gaps[0] - gaps[-1]) / 2]
-            for i, gap in enumerate(moved):
-                assert (gap / BALLS.number(near)).overlaps(derivative[i][k] + flint.arb(0, 1e-9))
+            moved = coordinates((other.known_forces() - first.known_forces()).tolist())
+            for row, gap in zip(derivative, moved, strict=True):
+                assert (gap / BALLS.number(STEP)).overlaps(row[k] + flint.arb(0, 1e-9))

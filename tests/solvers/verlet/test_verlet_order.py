@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from exactcreep.model.state import State
 from exactcreep.solvers.registry import rearrange
 from tests.data.make_whole_rearrangements import load
-from tests.paper import paper_chain
 
 LADDER = [0.02 / 2**k for k in range(6)]
 
@@ -59,27 +57,3 @@ def test_verlet_is_of_first_order_across_events_and_of_second_if_it_locates_them
     )
     assert len(orders) >= 40
     assert np.median(orders) == pytest.approx(order, abs=0.1)
-
-
-def test_the_time_of_the_first_event_that_verlet_locates_is_of_second_order():
-    """Sliders side by side start together, and nothing happens before."""
-    orders = []
-    rng = np.random.default_rng(7)
-    for seed in range(60):
-        n = int(rng.integers(2, 9))
-        tan_alpha = ("0.1", "0.25", "0.4")[seed % 3]
-        chain = paper_chain(n, tan_alpha=tan_alpha)
-        state = State.prepared(chain, rng.uniform(-1.2, 1.2, n - 1), seed=seed)
-        exact = rearrange(chain, state, direction=0, seed=seed, solver="exact")
-        if len(exact.events) < 2:
-            continue
-        errors = []
-        for dt in LADDER:
-            about = {"seed": seed, "solver": "verlet", "dt": dt, "locate": True}
-            verlet = rearrange(chain, state, direction=0, **about)
-            assert verlet.itinerary[:2] == exact.itinerary[:2]
-            errors.append(abs(verlet.events[1].time - exact.events[1].time))
-        orders.append(fitted_order(LADDER, errors))
-    print(f"first event: {len(orders)} rearrangements, median order {np.median(orders):.4f}")
-    assert len(orders) >= 45
-    assert np.median(orders) == pytest.approx(2.0, abs=0.02)

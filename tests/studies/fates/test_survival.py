@@ -1,6 +1,5 @@
 """How long creep lives, and what the statistics of lives are worth."""
 
-import pickle
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
@@ -92,8 +91,6 @@ def test_records_do_not_depend_on_who_follows_them(six: Survival) -> None:
     with ThreadPoolExecutor(3) as pool:
         elsewhere = survival(SIX, six.amplitude, executor=pool, **given)
     assert elsewhere.records == six.records[:10]
-    task = study._Task(six, range(5, 7), None)
-    assert study.records_of(pickle.loads(pickle.dumps(task))) == list(six.records[4:6])
     others = survival(SIX, six.amplitude, seed=1, workers=1, **given)
     assert not set(others.records) & set(six.records)
 
