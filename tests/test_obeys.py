@@ -16,12 +16,10 @@ from exactcreep.model.contacts import EventKind
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.state import State
-from exactcreep.quasistatic.creep import creep, run_alone
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.scene import load_scene
 from exactcreep.solvers.interface import Rearrangement
 from exactcreep.solvers.registry import rearrange
-from exactcreep.watch.limits import Limits
 from tests.data.make_whole_rearrangements import load
 from tests.oracle.obeys import judge
 from tests.paper import captions, paper_chain
@@ -35,11 +33,6 @@ LEVEL = captions(6, tan_alpha=0)
 SYMMETRIC = State.prepared(LEVEL, ["0.3", "-0.2", "0.4", "-0.2", "0.3"])
 SHORT = Cycles("0.002", 2)
 STEPPED = {"solver": "verlet", "dt": "0.001", "locate": True}
-SCENES = (
-    "two-sliders-cycles", "two-sliders-angle", "two-sliders-trace", "six-sliders-cycles",
-    "thirty-sliders-cycles", "chain-near-threshold", "chain-pivots", "chain-waiting",
-    "gaussian-closed-form", "chain-plateaus",
-)  # fmt: skip
 
 
 @lru_cache
@@ -107,16 +100,6 @@ def test_whole_rearrangements_obey_the_model(
         assert not judged.faults, case.label
         events += judged.events
     assert events > 5000 / every / 5
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_a_scene_obeys_the_model(name: str) -> None:
-    scene = load_scene(name)
-    experiment = replace(scene.experiment(scene.settings()[-1]), record=("x", "tension", "events"))
-    result = run_alone(experiment, limits=Limits(events=400))
-    judged = judge(result)
-    assert not judged.faults
-    assert judged.events == result.event_count > 100
 
 
 RUNS: dict[str, tuple[Callable[[], Creep], int, float | None]] = {

@@ -107,18 +107,6 @@ def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "120")
 
 
-def shown(
-    monkeypatch: pytest.MonkeyPatch, screen: io.StringIO, heard: list[Progress], **words: Any
-) -> str:
-    monkeypatch.setattr(sys, "stderr", screen)
-    with Display(**words) as bar:
-        for progress in heard:
-            bar.show(progress)
-            if bar.bar is not None:
-                bar.bar.refresh()
-    return screen.getvalue()
-
-
 def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -134,22 +122,6 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
         "running: 30 of 80 half-cycles, 3.5 events/s, about 0:00:10 left",
         "running: 60 of 80 half-cycles, 3.5 events/s, about 0:00:04 left",
     ]
-
-
-@pytest.mark.parametrize(
-    ("progress", "name", "told"),
-    [
-        (Progress("running", 5, 80, 35, 2.0), "", ("running", "5 of 80 half-cycles")),
-        (Progress("running", 3, 10, counted="cells", found=2), "map", ("map", "(2 found saved)")),
-        (Progress("measuring", 0.25, 1, counted="", text="exact"), "", ("measuring exact", "25 %")),
-    ],
-)  # fmt: skip
-def test_on_a_terminal_a_bar_names_what_is_done_and_goes_away(
-    monkeypatch: pytest.MonkeyPatch, progress: Progress, name: str, told: tuple[str, str]
-) -> None:
-    said = shown(monkeypatch, Terminal(), [progress], name=name)
-    assert all(word in said for word in told)
-    assert said.endswith("\x1b[2K")  # the line is erased at the end
 
 
 @pytest.mark.parametrize("progress", [None, True, False])

@@ -22,9 +22,8 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
-from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
-from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
+from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
 
 SHORT = Cycles("0.01", 5)
 
@@ -87,17 +86,6 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
     assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
 
 
-@pytest.mark.parametrize("solver", ["exact", "verlet"])
-def test_what_is_recorded_changes_no_bit(solver: str) -> None:
-    all_of_it, nothing = (
-        creep(SIX, Cycles("0.005", 10), solver=solver, record=kept) for kept in (RECORDS, ())
-    )
-    assert all_of_it.state == nothing.state
-    assert all_of_it.velocity == nothing.velocity
-    assert "half_cycle" not in nothing.dataset.sizes
-    assert repr(nothing).startswith(f"Creep(n=6, solver='{solver}', outcome='creeping', evidence=")
-
-
 LARGEST = 2**64 - 1
 SAVED: dict[str, dict[str, Any]] = {
     "verlet": {
@@ -146,18 +134,6 @@ def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> No
         Creep.load(target)
 
 
-@pytest.mark.parametrize("limit", [{"max_events": 500}, {"max_seconds": 0}])
-def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict) -> None:
-    result = creep(TWO, Cycles("0.01", 10**9), **limit)
-    assert result.outcome is Outcome.LIMIT
-    assert " = ".join(map(str, *limit.items())) in result.reason
-    reached = result.recorded["x_G"]
-    assert reached.size == result.half_cycles < 10**9
-    if reached.size:
-        whole = creep(TWO, Cycles("0.01", result.half_cycles))
-        assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
-
-
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
@@ -186,17 +162,3 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
     pressed = State.prepared(close, ["-0.55", "-0.3"])
     with pytest.warns(PhysicsWarning, match="crossed"):
         assert creep(close, Cycles("0.001", 5), start=pressed).warnings["crossings"] == 10
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"seed": -1}, {"record": ("y",)}, {"burn_in": 10**6}, {"solver": "nose"}, {"twin": 1},
-     {"options": {"dt": 1}}, {"accuracy": 2}, {"start": State.relaxed(THIRTY)}, {"chain": 2}],
-    ids=lambda wrong: next(iter(wrong)),
-)  # fmt: skip
-def test_an_experiment_is_checked_however_it_is_made(wrong: dict) -> None:
-    experiment = Experiment(SIX, Cycles("0.005", 20))
-    with pytest.raises(InputError):
-        replace(experiment, **wrong)
-    with pytest.raises(InputError):
-        Experiment(**{"chain": SIX, "drive": Cycles("0.005", 20)} | wrong)

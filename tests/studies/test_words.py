@@ -42,22 +42,3 @@ def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
     level = creep(captions(6, "0.01", tan_alpha="0"), GaussianSteps("0.01", 400), seed=3)
     assert (level.outcome, level.outcome_evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
-
-
-@pytest.mark.parametrize(
-    ("n", "tan_alpha", "amplitude", "settled", "period"),
-    [(3, "0.217", "0.000754859", 6, 157), (4, "0.286", "0.000538196", 205, 125)],
-)
-def test_velocity_of_a_settled_chain_is_that_of_its_cycle(
-    n: int, tan_alpha: str, amplitude: str, settled: int, period: int
-) -> None:
-    chain = captions(n, tan_alpha=tan_alpha)
-    known = fate(chain, amplitude, solver="exact")
-    assert (known.settled_after, known.period) == (settled, period)
-    result = creep(chain, Cycles(amplitude, settled + 2 * period + 1))
-    x = result.recorded["x_G"][1::2]
-    assert result.outcome is Outcome.CREEPING
-    assert result.since <= settled
-    assert result.velocity_error == 0
-    assert result.velocity == pytest.approx((x[-1] - x[-1 - period]) / (2 * period), rel=1e-12)
-    assert result.velocity == pytest.approx(known.velocity, rel=1e-12)

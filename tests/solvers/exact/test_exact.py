@@ -11,18 +11,14 @@ import pytest
 from exactcreep import (
     Chain,
     Cycles,
-    EventKind,
     Evidence,
     Path,
     State,
     creep,
-    disorder,
     laws,
-    rearrange,
 )
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.watch.limits import Limits, Stop
-from tests.paper import paper_chain
 from tests.solvers.exact.simulations import followed
 
 
@@ -50,36 +46,6 @@ def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
     assert 100 < creeping < 200
 
 
-@pytest.mark.parametrize(("n", "tan_alpha"), [(3, "0.35"), (12, "0.3"), (90, "0.4")])
-def test_every_rearrangement_obeys_the_contact_law(n: int, tan_alpha: str) -> None:
-    chain = paper_chain(n, tan_alpha=tan_alpha)
-    state, events = State.relaxed(chain, n), 0
-    for k in range(60):
-        result = rearrange(chain, state, direction=1 if k < 40 else -1, seed=n)
-        times = [event.time for event in result.events]
-        assert times == sorted(times)
-        assert max(result.replay().residuals(), default=0) < 1e-13
-        stops = [e.sliders for e in result.events if e.kind is EventKind.STOP]
-        stopped = [slider for sliders in stops for slider in sliders]
-        slips = np.bincount(stopped, minlength=n + 1)[1:]
-        assert np.array_equal(result.state.draws, state.draws + slips)
-        kept = result.state.coefficients == state.coefficients
-        assert np.array_equal(kept, slips == 0)  # who is stuck keeps its contact
-        state = result.state
-        held = np.maximum(state.coefficients, 0.5) * chain.cos_alpha * (1 + 1e-15)
-        assert np.all(np.abs(state.forces(chain)) <= held)
-        events += len(result.events)
-    assert events >= 120
-
-
-def test_batches_of_draws_have_the_bits_of_the_keyed_coefficients():
-    chain = paper_chain(3)
-    state = followed(chain, Cycles("0.01", 40), seed=2**64 - 1)[0].state()
-    assert state.draws.min() > 100
-    for slider, (draws, held) in enumerate(zip(state.draws, state.coefficients, strict=True), 1):
-        assert held == disorder.static_coefficient(chain, 2**64 - 1, slider, int(draws) - 1)
-
-
 @pytest.mark.parametrize("n", [2, 3, 6, 30])
 def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n):
     chain = Chain(n, 1, "0.5", "0.6", tan_alpha=0)
@@ -92,24 +58,6 @@ def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n):
     assert np.any(u != 0)
     assert simulation.tally.undecided > 0
     assert simulation.evidence is Evidence.UNDECIDED
-
-
-@pytest.mark.parametrize("most", [37, 2_000])
-def test_where_a_run_is_cut_changes_no_bit_of_its_tables(most: int) -> None:
-    # one slip of an end slider after the other, of which the log takes some four thousand
-    chain, record = paper_chain(2), ("rearrangements", "slip_table")
-    start = State.relaxed(chain, 5)
-    whole, parts = (ExactSimulation(chain, start, 5, record) for _ in range(2))
-    known = whole.follow(Cycles("0.01", 30), 1, 60).recorded
-    done, pieces = 0, []
-    while done < 60:
-        stretch = parts.follow(Cycles("0.01", 30), 1 + done, 60 - done, Limits(most))
-        done += stretch.completed
-        pieces.append(stretch.recorded)
-    assert len(known["slip_slider"]) > 5000
-    for name in known:
-        joined = np.concatenate([piece[name] for piece in pieces])
-        assert np.array_equal(joined, known[name]), name
 
 
 def test_slips_of_length_zero_end_at_once_even_when_two_begin_together():

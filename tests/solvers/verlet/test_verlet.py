@@ -2,22 +2,19 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from exactcreep import laws
-from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.verlet.solver import Verlet
 from exactcreep.watch.limits import Stop
 from tests.paper import captions, lone_slip, paper_chain
 
 RECORD = ("x_G", "x", "tension", "slips", "events")
-either = pytest.mark.parametrize("locate", [False, True])
 
 
 def run(chain, drive, *, seed=3, record=RECORD, **options):
@@ -66,33 +63,6 @@ def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n):
     assert 0 < late.replay().residuals()[1] < 0.01 * 2 * chain.excess
 
 
-def test_a_slider_that_stops_draws_the_next_keyed_coefficient_and_nobody_else_does():
-    chain = paper_chain(30)
-    simulation, recorded, _ = run(chain, Cycles("0.005", 4))
-    end = simulation.state()
-    assert (end.draws == 1 + recorded["slips"].sum(axis=0)).all()
-    for n, draws in enumerate(end.draws.tolist()):
-        drawn = keyed_disorder.static_coefficient(chain, 3, n + 1, draws - 1)
-        assert end.coefficients[n] == drawn
-
-
-@either
-@pytest.mark.parametrize("n", [7, 60])
-def test_a_mirror_symmetric_chain_stays_mirror_symmetric_bit_for_bit(n, locate):
-    """Long chains move at both ends at the same time, in two windows."""
-    chain = captions(n, tan_alpha=0)
-    result = first(chain, locate=locate)
-    both = (1, n), (-1, 1)
-    assert result.itinerary == (("start", *both), ("stop", *both))
-    assert result.undecided > 0
-    assert result.evidence is Evidence.UNDECIDED
-    recorded = run(chain, Cycles("0.01", 5), locate=locate)[1]
-    moved = recorded["x"]
-    assert (moved == -moved[:, ::-1]).all()
-    assert np.abs(moved).max() > 1
-    assert (recorded["x_G"] == 0).all()
-
-
 @pytest.mark.parametrize(("theta", "events"), [("0.6", 0), ("0.6000000001", 2)])
 def test_a_slider_whose_ramp_ends_exactly_at_its_threshold_stays(theta, events):
     simulation, _, _ = run(Chain(2, 1, "0.5", "0.6", tan_alpha="0"), Path([theta]))
@@ -100,18 +70,6 @@ def test_a_slider_whose_ramp_ends_exactly_at_its_threshold_stays(theta, events):
 
 
 # Runaway and limits
-
-
-@pytest.mark.parametrize(("tan_alpha", "way"), [("0.55", 1), ("-0.55", -1)])
-def test_a_runaway_is_proved_and_returned_with_the_state_and_the_time(tan_alpha, way):
-    chain = paper_chain(6, tan_alpha=tan_alpha)
-    result = first(chain)
-    assert result.outcome is Outcome.RUNAWAY
-    v, mean = result.velocities, result.velocities.mean()
-    assert (way * v > 0).all()
-    tensions = result.state.tensions
-    twice = (v - mean) @ (v - mean) + tensions @ tensions
-    assert way * mean > math.sqrt((1 - 1 / 6) * twice)
 
 
 @pytest.mark.parametrize("dt", [1.5, 3.0, 1e5])

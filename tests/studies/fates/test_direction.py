@@ -72,6 +72,9 @@ def test_a_survival_counts_creep_either_way() -> None:
     uphill = [record for record in found.records if record.direction == "uphill"]
     assert {record.outcome for record in uphill} == {"creeping"}
     assert len(uphill) == ways["uphill"].starts == found.summary()["directions"]["uphill"]["starts"]
+    unsettled = survival(captions(6, tan_alpha="-0.02"), "0.002", starts=4, cycles=200)
+    assert set(unsettled.directions) == {"downhill"}
+    assert unsettled.creeping.starts == 4
 
 
 def test_a_threshold_says_which_creep_begins_there() -> None:

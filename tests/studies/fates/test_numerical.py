@@ -86,20 +86,6 @@ def test_chains_that_rest_lock_run_away_and_do_not_settle(
     assert said in found.reason
 
 
-def test_the_mirror_image_has_the_mirrored_fate() -> None:
-    one, other = (
-        fate(captions(3, tan_alpha=slope), "0.00085", solver="exact") for slope in ("0.25", "-0.25")
-    )
-    assert other.advance == -one.advance
-    assert other.settled_after == one.settled_after
-    assert len(other.itinerary) == len(one.itinerary)
-    for (half, events), (its_half, its_events) in zip(one.itinerary, other.itinerary, strict=True):
-        assert its_half == half
-        assert [[4 - i for i in event[1][::-1]] for event in its_events] == [
-            [*event[1]] for event in events
-        ]
-
-
 def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
     chain = captions(2)
     found = fate(chain, 0, start=State.prepared(chain, ["1.5"]), solver="exact")
