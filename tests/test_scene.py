@@ -65,13 +65,6 @@ def test_settings_reach_the_experiment_and_another_kind_of_drive_replaces_the_ta
     assert scene.with_settings(random).experiment().drive == GaussianSteps("0.01", 9)
 
 
-def test_a_set_key_is_no_longer_varied_and_a_varied_one_no_longer_set() -> None:
-    scene = load_scene("chain-jumps").with_settings({"run.start": "relaxed"})
-    assert len(list(scene.members())) == 2
-    scene = scene.with_settings({"vary.chain.n": [3, 4, 5], "drive.amplitude": Literal("0.001")})
-    assert [member.settings for member in scene.members()] == [{"chain.n": n} for n in (3, 4, 5)]
-
-
 def test_members_are_all_combinations_and_the_first_key_varies_slowest() -> None:
     text = TEXT + '[vary]\nchain.n = [2, 3]\n"drive.amplitude" = [0.001, 0.002]\n'
     members = list(Scene.from_text(text).members())

@@ -24,7 +24,6 @@ OUTSIDE = """
 return [...document.querySelectorAll("figure:not(#chain) path")].filter(path =>
   path.getAttribute("d").match(/[-.\\d]+/g)?.some(at => at < -0.01 || at > 100.01)).length;
 """
-WIDE = "return document.documentElement.scrollWidth - window.innerWidth"
 CHAIN_ANGLE = """
 const numbers = document.querySelector("#chain path").getAttribute("d").match(/[-.\\d]+/g);
 const [a, b, c, d] = numbers.map(Number); return (d - b) / (c - a);
@@ -102,18 +101,6 @@ def test_an_avalanche_plays_pauses_and_begins_again(visit: Any) -> None:
     assert page.script("return Math.abs(now - end()) < 1e-3")
     page.find("play").click()  # from the end it begins again
     page.until(lambda: page.script("return playing && now < end() / 2 || now > 0 && !playing"))
-
-
-def test_inside_another_page_it_plays_at_once_and_fits_a_telephone(visit: Any) -> None:
-    page = visit(avalanche_of(10, "0.002"), framed=True)
-    page.until(lambda: page.script("return now > 0"))
-    size = {"deviceScaleFactor": 1, "mobile": False, "width": 400, "height": 900}
-    page.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
-        assert page.script(WIDE) <= 0
-        assert page.colours("chain") > 5
-    finally:
-        page.browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_the_page_of_the_command_needs_no_server(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -17,10 +16,6 @@ import exactcreep
 from exactcreep.figures.style import VELOCITY
 from exactcreep.figures.sweep import (
     draw_sweep,
-    plot_sweep,
-    points_of,
-    predicted,
-    sticking,
 )
 from exactcreep.laws import sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
@@ -118,19 +113,3 @@ def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> Non
             exactcreep.plot_sweep(part)
     with pytest.raises(InputError, match="other than the seed"):
         exactcreep.plot_sweep(swept(vary__run__seed=[1, 2]))
-
-
-def test_points_without_a_known_error_are_counted_and_the_sliding_limit_does_not_stick() -> None:
-    scene = load_scene("six-sliders-cycles").with_settings({"drive.cycles": 6})
-    grid = sweep(scene.with_settings({"vary.run.solver": ["exact", "sliding"]}))
-    assert np.isnan(grid["velocity_error"]).all()
-    axes = plot_sweep(grid)
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert "errors of 2 of 2 are not known" in labels
-    exact, sliding = (sticking(predicted(point.parameters))[0] for point in points_of(grid))
-    assert math.isfinite(exact)
-    assert math.isnan(sliding)
-    errors = grid.assign(velocity_error=grid["velocity_error"] * 0 + 0.1)
-    errors["velocity_error"][:] = 0.1
-    known = plot_sweep(errors).get_legend().get_texts()
-    assert not any("not known" in text.get_text() for text in known)

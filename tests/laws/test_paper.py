@@ -105,14 +105,6 @@ def test_a_corrected_law_is_what_the_derivations_prove(label: str) -> None:
     assert positive > 1
 
 
-@pytest.mark.parametrize("label", ["alpha_c_minus", "alpha_c_plus"])
-def test_the_ends_of_the_plateau_of_two_sliders_are_those_of_the_paper(label: str) -> None:
-    right = stated(BY_NAME[label].formula)
-    for p in cases(label):
-        ends = laws.plateau_ends(mu_d=p["mu_d"], sigma_mu=p["sigma_mu"])
-        assert ends[label == "alpha_c_plus"] == pytest.approx(float(value_of(right, p)), rel=1e-14)
-
-
 def test_the_sliding_law_is_the_exact_rational_chain() -> None:
     random, found_cases, resting = Random(31), 0, 0
     for n in range(2, 13):

@@ -5,7 +5,6 @@ Each was written by ``run two-sliders-cycles --set drive.cycles=2 --record x_G -
 """
 
 import json
-from dataclasses import fields, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.creep_result import load_members
 from exactcreep.quasistatic.dataset import FORMAT
-from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 FORMATS = {"result": int(FORMAT.rpartition(" ")[2]), "checkpoint": VERSION}
@@ -60,19 +58,3 @@ def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
     assert runs[0].recorded["event_time"].size == 896
     assert runs[3].experiment.digits == 25
     assert runs[2].experiment.initial.tensions.tolist() == [Fraction(1, 3), 0]
-
-
-def test_what_a_file_keeps_of_a_run_is_every_number_and_word_of_its_result(
-    known: Creep, tmp_path: Path
-) -> None:
-    kept = {attribute_of(name) for name in names(Place.FILE)}
-    others = {"experiment", "velocity_enclosure", "state", "recorded", "saved"}
-    assert kept | others == {field.name for field in fields(Creep)}
-    assert "since" not in replace(known, since=None).dataset.attrs
-    for number, cycle in enumerate((0, 7, None)):  # 0 is a cycle, not none
-        run = replace(known, since=cycle, trusted_half_cycles=cycle)
-        run.save(tmp_path / f"{number}.nc")
-        read = Creep.load(tmp_path / f"{number}.nc")
-        assert (read.since, read.trusted_half_cycles) == (cycle, cycle)
-        assert read == run
-    assert reader_of("since")(-1) is None  # in files of version 0.2.0

@@ -75,17 +75,6 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     assert grid.identical(sweep(scene))
 
 
-def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
-    pytest.importorskip("distributed")
-    from exactcreep.studies.dask_cluster import cluster
-
-    with (
-        pytest.raises(InputError, match=r"scheduler = 'tcp://127.0.0.1:9': does not answer"),
-        cluster("tcp://127.0.0.1:9", timeout=0.5),
-    ):
-        pass
-
-
 @pytest.mark.slow
 def test_a_scheduler_that_is_killed_ends_the_sweep_in_a_sentence_and_resume_goes_on(
     tmp_path: Path,

@@ -13,7 +13,6 @@ from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, p
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
 from exactcreep.studies.plan import plan_scene
-from exactcreep.watch.limits import Limits
 from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
 
@@ -114,18 +113,6 @@ def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -
     ((_, one),) = plan_scene(named)
     assert (one.explicit, one.solver, one.reason) == ("verlet", "verlet", "the scene names it")
     assert one.seconds > 0
-
-
-def test_a_plan_whose_time_is_over_keeps_the_members_before(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    vary = {"chain.tan_alpha": ["0.1", "0.2", "0.3"]}
-    scene = Scene.from_mapping(SCENE | {"vary": vary}).with_settings({"chain.n": 2})
-    heard: list[float] = []
-    monkeypatch.setattr(Limits, "passed", lambda limits: heard[-1:] == [2])
-    plans = plan_scene(scene, max_seconds=10**6, progress=lambda told: heard.append(told.done))
-    assert [settings["chain.tan_alpha"] for settings, _ in plans] == ["0.1", "0.2"]
-    assert heard == [0, 1, 2]
 
 
 def test_the_command_prints_a_plan_and_many_members_in_a_line(command: Command) -> None:

@@ -53,18 +53,6 @@ def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles(number:
     assert (slips[2:] == slips[:-2]).all()
 
 
-@pytest.mark.slow
-def test_certified_says_the_same_of_it_and_that_it_is_no_proof() -> None:
-    found = fate(EIGHT, AMPLITUDE, start=start(12), cycles=80)
-    floats = fate(EIGHT, AMPLITUDE, start=start(12), cycles=300, solver="exact")
-    assert (found.solver, found.outcome, found.marginal) == ("certified", Outcome.CYCLING, True)
-    assert found.evidence is Evidence.UNDECIDED
-    assert "not proved" in found.reason
-    assert found.settled_after == found.last_advance == 7
-    assert floats.settled_after == floats.last_advance == 7
-    assert found.itinerary == floats.itinerary
-
-
 @pytest.mark.parametrize(("over", "number", "cycles"), [("1.225", 1, 2000), ("1.235", 14, 3000)])
 def test_a_run_does_not_call_creeping_what_is_locked_in_the_limit(
     over: str, number: int, cycles: int

@@ -8,10 +8,7 @@ from fractions import Fraction
 import pytest
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.paper import captions
@@ -57,18 +54,6 @@ def test_what_three_and_four_sliders_do_below_is_proved() -> None:
     found = threshold(captions(4), after=20, digits=20)
     assert found.outcome_at_lower is Outcome.CYCLING
     assert found.outcome_evidence is Evidence.PROVED
-
-
-@pytest.mark.parametrize("n", [3, 5])
-def test_an_edge_is_theta_c_of_the_event_that_decides_there(n: int) -> None:
-    found = threshold(captions(n), after=20, digits=30, points=300)
-    sides = found.deciding_event.at_lower, found.deciding_event.at_upper
-    event = min((side for side in sides if side is not None), key=lambda side: side.half_cycle)
-    drive = Cycles(Fraction(str(found.lower if event is sides[0] else found.upper)), 20)
-    run = creep(captions(n), drive, solver="certified", record=("events",))
-    theta = abs(rearrangements(run.recorded)[event.rearrangement].theta)
-    assert event.number == 0
-    assert float(theta) == pytest.approx(float(bounds(found)[0]), rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize(
