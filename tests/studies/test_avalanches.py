@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -19,6 +21,12 @@ CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 @pytest.fixture(scope="module")
 def run() -> Creep:
     return creep(CHAIN, Cycles("0.003", 40), seed=2, record=("x_G", "slips", "rearrangements"))
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    plt.close("all")
 
 
 def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:
