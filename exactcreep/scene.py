@@ -175,12 +175,6 @@ class Scene(Shown):
         ------
         InputError
             If a name is unknown.
-
-        Examples
-        --------
-        >>> from exactcreep import Scene
-        >>> Scene.from_mapping({"chain": {"n": 2}}).tables["chain"]
-        {'n': 2}
         """
         _known(data, ("title", *_keys(), "vary"), "")
         title = data.get("title", "")
@@ -239,13 +233,6 @@ class Scene(Shown):
         ------
         InputError
             If a key is unknown.
-
-        Examples
-        --------
-        >>> from exactcreep import load_scene
-        >>> scene = load_scene("two-sliders-cycles")
-        >>> scene.with_settings({"chain.n": 6}).tables["chain"]["n"]
-        6
         """
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         vary = dict(self.vary)
@@ -276,13 +263,6 @@ class Scene(Shown):
         ------
         InputError
             If there are more than a million.
-
-        Examples
-        --------
-        >>> from exactcreep import load_scene
-        >>> scene = load_scene("two-sliders-cycles")
-        >>> scene.settings()
-        [{}]
         """
         count = math.prod(map(len, self.vary.values()))
         if count > MOST_MEMBERS:
@@ -328,13 +308,6 @@ class Scene(Shown):
         ------
         InputError
             If a value is out of its range.
-
-        Examples
-        --------
-        >>> from exactcreep import load_scene
-        >>> scene = load_scene("two-sliders-cycles")
-        >>> scene.experiment({"drive.cycles": 10}).drive.cycles
-        10
         """
         return self._member(settings or {}).experiment
 

@@ -97,58 +97,22 @@ class Solid:
 
     @property
     def mass(self) -> Fraction:
-        """m = rho S L/N of one slider, kg.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> float(roof.mass)
-        10.206
-        """
+        """m = rho S L/N of one slider, kg."""
         return self.density * self.section * self.length / self.chain.n
 
     @property
     def stiffness(self) -> Fraction:
-        """k = N Y S/L of one spring, N/m.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> float(roof.stiffness)
-        160000000.0
-        """
+        """k = N Y S/L of one spring, N/m."""
         return self.chain.n * self.youngs_modulus * self.section / self.length
 
     @property
     def tau_dyn(self) -> float:
-        """Unit of time sqrt(m/k), s.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> f"{roof.tau_dyn:.3g}"
-        '0.000253'
-        """
+        """Unit of time sqrt(m/k), s."""
         return math.sqrt(self.mass / self.stiffness)
 
     @property
     def length_unit(self) -> Fraction:
-        """Unit of length g tau_dyn^2, m.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> f"{float(roof.length_unit):.3g}"
-        '6.26e-07'
-        """
+        """Unit of length g tau_dyn^2, m."""
         return self.gravity * self.mass / self.stiffness
 
     def dilation(self, temperature_change: Number) -> Fraction:
@@ -256,16 +220,7 @@ class Solid:
 
     @property
     def critical_temperature_change(self) -> float:
-        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> f"{roof.critical_temperature_change:.3g}"
-        '0.0517'
-        """
+        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it."""
         known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
         return float(threshold_amplitude(**known))
 
@@ -320,14 +275,6 @@ class Solid:
         ------
         InputError
             If a number is out of range.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> roof.altered(contacts=20).chain.n
-        20
         """
         chain, factor = self.chain, positive_number(friction, "friction")
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
@@ -340,14 +287,6 @@ class Solid:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
         It goes as ``N + 3 - 2 i`` (Eq. 20): the next pivot is worth a fiftieth.
-
-        Examples
-        --------
-        >>> from exactcreep import physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> roof.converged_contacts
-        150
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
@@ -373,14 +312,6 @@ class Solid:
         ------
         InputError
             If it is missing, not wanted, or the record is of another kappa.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> roof.time_unit_of(Cycles(roof.dilation(10), 5), 43200)
-        43200.0
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
@@ -504,15 +435,6 @@ class Descent:
         ------
         InputError
             If the run is of another chain.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> Descent.of(roof, descent.result, 43200).total == descent.total
-        True
         """
         seconds, own = solid.time_unit_of(result.drive, time_unit), result.experiment
         if result.chain != solid.chain:
@@ -535,15 +457,6 @@ class Descent:
         """Millimetres per year in the sliding limit, by `contacts` and the factor on all friction.
 
         Six runs, which are made when they are asked for; the factors are `Solid.friction`.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> len(descent.rates)
-        6
         """
         return {
             (contacts, factor): self._rate(
@@ -554,35 +467,14 @@ class Descent:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Millimetres per year at both ends of the friction, on many contacts: least and most.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> least, most = descent.interval
-        >>> least < most
-        True
-        """
+        """Millimetres per year at both ends of the friction, on many contacts: least and most."""
         _, many = self.contacts
         ends = [self.rates[many, factor] for factor in self.solid.friction[::2]]
         return min(ends), max(ends)
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """Temperature at each target, of a record in its unit, else less that of theta = 0.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.temperatures[:2].round(6)
-        array([ 10., -10.])
-        """
+        """Temperature at each target, of a record in its unit, else less that of theta = 0."""
         drive, reached = self.result.drive, self.result.half_cycles
         if isinstance(drive, TemperatureRecord):
             return drive.temperatures[:reached]
@@ -590,49 +482,19 @@ class Descent:
 
     @property
     def elapsed(self) -> NDArray[np.float64]:
-        """Days from the start to each target that was reached, shape (targets,).
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.elapsed[:2]
-        array([0.5, 1. ])
-        """
+        """Days from the start to each target that was reached, shape (targets,)."""
         ticks = self.result.drive.clock(np.arange(self.result.half_cycles + 1))
         days: NDArray[np.float64] = (ticks[1:] - ticks[0]) * self.time_unit
         return days / _DAY
 
     @property
     def days(self) -> float:
-        """How long the part of the drive lasts that was reached.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.days
-        5.0
-        """
+        """How long the part of the drive lasts that was reached."""
         return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
 
     @property
     def millimetres(self) -> NDArray[np.float64]:
-        """Displacement of the centre of mass at each target, mm; needs a recorded x_G.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.millimetres.shape
-        (10,)
-        """
+        """Displacement of the centre of mass at each target, mm; needs a recorded x_G."""
         if "x_G" not in self.result.recorded:
             raise InputError("record", self.result.experiment.record, "must hold x_G")
         moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
@@ -640,32 +502,12 @@ class Descent:
 
     @property
     def total(self) -> float:
-        """Displacement of the centre of mass at the end, mm.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> f"{descent.total:.2f}"
-        '5.76'
-        """
+        """Displacement of the centre of mass at the end, mm."""
         return float(_MILLIMETRES * self.solid.metres(self.result.x_G))
 
     @property
     def millimetres_per_year(self) -> float:
-        """Mean velocity of the run, mm per year of 365.25 days.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> f"{descent.millimetres_per_year:.0f}"
-        '443'
-        """
+        """Mean velocity of the run, mm per year of 365.25 days."""
         return self.solid.per_year(self.result.velocity, self.time_unit)
 
     def stretches(self, days: Number) -> NDArray[np.float64]:
@@ -680,15 +522,6 @@ class Descent:
         -------
         ndarray
             One number for each whole stretch.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.stretches(2).shape
-        (2,)
         """
         ends = np.arange(int(self.days / float(days)) + 1) * float(days)
         if "x_G" not in self.result.recorded:
@@ -701,15 +534,6 @@ class Descent:
 
         Between the years of a record of at least five; else from blocks of ten days, each against
         the next, so that the seasons do not count. nan if there are too few.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> type(descent.weather).__name__
-        'float'
         """
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
@@ -721,49 +545,19 @@ class Descent:
 
     @property
     def disorder(self) -> float:
-        """The standard deviation between seeds, mm per year; nan if there is but one.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.disorder
-        nan
-        """
+        """The standard deviation between seeds, mm per year; nan if there is but one."""
         rates = (self.millimetres_per_year, *self.of_seeds)
         return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
 
     @property
     def contacts(self) -> tuple[int, int]:
-        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> descent.contacts
-        (10, 150)
-        """
+        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
         n, many = self.solid.chain.n, self.solid.converged_contacts
         return n, many if n < many else 2 * n
 
     @property
     def pivot_step(self) -> float:
-        """By how much of itself the descent jumps when the pivot moves on by one contact.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> f"{descent.pivot_step:.2g}"
-        '0.29'
-        """
+        """By how much of itself the descent jumps when the pivot moves on by one contact."""
         chain = self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
@@ -773,17 +567,7 @@ class Descent:
 
     @property
     def artefact(self) -> float:
-        """By what share the rate differs from that on many contacts, all else the same.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> type(descent.artefact).__name__
-        'float'
-        """
+        """By what share the rate differs from that on many contacts, all else the same."""
         few, many = self.contacts
         return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
 
@@ -822,15 +606,6 @@ class Descent:
         -------
         list of (str, str)
             As the command line prints them.
-
-        Examples
-        --------
-        >>> from exactcreep import Cycles, physical
-        >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
-        ...             kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> len(descent.lines()) > 3
-        True
         """
         few, many = self.contacts
         chain, sliding = self.solid.chain, self.result.solver == "sliding"

@@ -147,12 +147,6 @@ class Chain(Shown):
         -------
         float
             The product, rounded once.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.times_cosine(chain.mu_d) == chain.friction
-        True
         """
         top, bottom = self._cosine
         return value.numerator * top / (value.denominator * bottom)
@@ -166,98 +160,42 @@ class Chain(Shown):
 
     @cached_property
     def cos_alpha(self) -> float:
-        """cos(alpha), nearest float64.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> round(chain.cos_alpha, 6)
-        0.970143
-        """
+        """cos(alpha), nearest float64."""
         return self.times_cosine(Fraction(1))
 
     @cached_property
     def sin_alpha(self) -> float:
-        """sin(alpha), nearest float64: the weight of a slider along the incline.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> round(chain.sin_alpha, 6)
-        0.242536
-        """
+        """sin(alpha), nearest float64: the weight of a slider along the incline."""
         return self.times_cosine(self.tan_alpha)
 
     @cached_property
     def friction(self) -> float:
-        """mu_d cos(alpha), nearest float64: the dynamical friction force.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> round(chain.friction, 6)
-        0.485071
-        """
+        """mu_d cos(alpha), nearest float64: the dynamical friction force."""
         return self.times_cosine(self.mu_d)
 
     @cached_property
     def excess(self) -> float:
-        """D = (mu_s - mu_d) cos(alpha), nearest float64.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> round(chain.excess, 6)
-        0.097014
-        """
+        """D = (mu_s - mu_d) cos(alpha), nearest float64."""
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @property
     def no_advance(self) -> Fraction:
-        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> float(chain.no_advance) < 1e-12
-        True
-        """
+        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
         return (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha) / 2**40
 
     @property
     def rounding(self) -> Fraction:
-        """The most that rounding adds to a displacement in one slip, in float64.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> float(chain.rounding) < 1e-14
-        True
-        """
+        """The most that rounding adds to a displacement in one slip, in float64."""
         return self.n * self.no_advance / 2**10
 
     @property
     def may_run_away(self) -> bool:
-        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.may_run_away
-        False
-        """
+        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
         return abs(self.tan_alpha) >= self.mu_d
 
     @property
     def slides(self) -> bool:
-        """Whether sliders follow theta without slips: no static excess, and no disorder.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.slides
-        False
-        """
+        """Whether sliders follow theta without slips: no static excess, and no disorder."""
         return self.mu_s == self.mu_d and self.sigma_mu == 0
 
     def mirrored(self) -> Chain:
@@ -292,11 +230,6 @@ class Chain(Shown):
         ------
         InputError
             Unless it is.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.require_dilation(0.01, "theta", 0.01)
         """
         finite = isinstance(theta, Fraction) or math.isfinite(theta)
         if not finite or math.isinf(nearest_float(2 * self.l0 * Fraction(theta))):
@@ -310,12 +243,6 @@ class Chain(Shown):
         -------
         dict of str to int or Fraction
             `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.parameters()["mu_s"]
-        Fraction(3, 5)
         """
         return {field.name: getattr(self, field.name) for field in fields(self)}
 

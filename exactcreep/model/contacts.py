@@ -78,13 +78,7 @@ class Event:
 
     @property
     def signature(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """What happened, without when: the element of an itinerary.
-
-        Examples
-        --------
-        >>> Event(0.0, EventKind.START, (2,), (1,)).signature
-        ('start', (2,), (1,))
-        """
+        """What happened, without when: the element of an itinerary."""
         return (self.kind.value, self.sliders, self.signs)
 
 

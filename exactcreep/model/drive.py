@@ -50,13 +50,7 @@ class Drive(Shown):
 
     @property
     def half_cycles(self) -> int:
-        """Number of targets.
-
-        Examples
-        --------
-        >>> Cycles("0.001", 5).half_cycles, GaussianSteps("0.001", 5).half_cycles
-        (10, 5)
-        """
+        """Number of targets."""
         raise NotImplementedError
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
@@ -97,11 +91,6 @@ class Drive(Shown):
         -------
         Fraction
             Dimensionless.
-
-        Examples
-        --------
-        >>> Cycles("0.001", 5).exact_target(2)
-        Fraction(-1, 1000)
         """
         return Fraction(float(self.targets(q, 1, seed)[0]))
 
@@ -117,23 +106,12 @@ class Drive(Shown):
         -------
         ndarray
             Of the same shape.
-
-        Examples
-        --------
-        >>> Cycles("0.001", 5).clock(np.arange(3))
-        array([0., 1., 2.])
         """
         return targets.astype(np.float64)
 
     @property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """When targets are reached, shape (half_cycles,); None unless a record has dates.
-
-        Examples
-        --------
-        >>> Cycles("0.001", 5).dates is None
-        True
-        """
+        """When targets are reached, shape (half_cycles,); None unless a record has dates."""
         return None
 
     def parameters(self) -> dict[str, Any]:
@@ -143,11 +121,6 @@ class Drive(Shown):
         -------
         dict
             What makes the drive again.
-
-        Examples
-        --------
-        >>> Cycles("0.001", 5).parameters()
-        {'kind': 'cycles', 'amplitude': Fraction(1, 1000), 'cycles': 5}
         """
         made_from = {field.name: getattr(self, field.name) for field in fields(self)}
         lists = {name: list(value) for name, value in made_from.items() if type(value) is tuple}

@@ -72,13 +72,6 @@ class Enclosure(NamedTuple):
         -------
         str
             A decimal number.
-
-        Examples
-        --------
-        >>> from fractions import Fraction
-        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
-        >>> third.radius_text()
-        '0.000001'
         """
         return _decimal(self.radius, 3, rounding="ROUND_CEILING")
 
@@ -97,13 +90,6 @@ class Enclosure(NamedTuple):
         -------
         float
             Not negative.
-
-        Examples
-        --------
-        >>> from fractions import Fraction
-        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
-        >>> third.apart(third)
-        0.0
         """
         distance = abs(self.middle - other.middle)
         return nearest_float(distance) if distance > self.radius + other.radius else 0.0
@@ -122,13 +108,6 @@ class Enclosure(NamedTuple):
         -------
         Enclosure
             The change by the span.
-
-        Examples
-        --------
-        >>> from fractions import Fraction
-        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
-        >>> third.rate(third, 2).middle
-        Fraction(0, 1)
         """
         middle = (self.middle - begin.middle) / span
         return Enclosure(middle, (self.radius + begin.radius) / span)

@@ -33,30 +33,12 @@ class Result(Shown):
 
     @property
     def finding(self) -> str:
-        """What was found and how well that is known, in a line; "" if no line says it.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep, fate
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> creep(chain, Cycles("0.001", 50)).finding
-        'creeping downhill, settled after 1 cycle (computed)'
-        >>> fate(chain, "0.001").finding
-        'creeping downhill, settled after 1 cycle (proved)'
-        """
+        """What was found and how well that is known, in a line; "" if no line says it."""
         return ""
 
     @property
     def sentence(self) -> str:
-        """The finding and its `reason`, if there is one, as commands print them.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> creep(chain, Cycles("0.001", 50), max_events=9).sentence
-        'limit (undecided): max_events = 9 was reached'
-        """
+        """The finding and its `reason`, if there is one, as commands print them."""
         reason = getattr(self, "reason", "")
         return self.finding + (f": {reason}" if reason else "")
 
@@ -83,14 +65,7 @@ class Result(Shown):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, fate
-        >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").dataset.attrs["outcome"]
-        'creeping'
-        """
+        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out."""
         known = {name: value for name, value in self.summary().items() if value is not None}
         texts = {name: json.dumps(value) for name, value in known.items()
                  if isinstance(value, (bool, list, dict))}  # fmt: skip
@@ -114,14 +89,6 @@ class Result(Shown):
         ------
         AttributeError
             If no picture of such a result is known.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> type(run.plot()).__name__
-        'Axes'
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
         return import_module("exactcreep.figures.pictures").plots_of(self)

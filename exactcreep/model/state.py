@@ -101,15 +101,6 @@ class State(Shown):
         -------
         State
             Whose arrays they are from now on, read-only.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> state = State.relaxed(chain)
-        >>> arrays = state.tensions, state.displacements, state.coefficients, state.draws
-        >>> State.owning(*arrays, theta=0.0) == state
-        True
         """
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
@@ -135,15 +126,7 @@ class State(Shown):
 
     @property
     def n(self) -> int:
-        """Number of sliders.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> State.relaxed(chain).n
-        3
-        """
+        """Number of sliders."""
         return self.displacements.size
 
     def require_finite(self) -> None:
@@ -153,12 +136,6 @@ class State(Shown):
         ------
         InputError
             If one is not.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> State.relaxed(chain).require_finite()
         """
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)

@@ -283,13 +283,6 @@ class TemperatureRecord(Listed):
         ------
         InputError
             If the file is no table, or its times cannot be read.
-
-        Examples
-        --------
-        >>> from pathlib import Path
-        >>> _ = Path("days.csv").write_text("time,temperature\\n0,10\\n1,\\n2,12\\n")
-        >>> TemperatureRecord.readings("days.csv").faults()
-        {'missing': array([1])}
         """
         about = {"kappa": 1, "T0": 0, **options, "theta": [0], "times": [0], "sha256": ""}
         return cls(file, **about)._read()[0]
@@ -309,14 +302,7 @@ class TemperatureRecord(Listed):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Names of the columns that are read, by option: of times, and of temperatures.
-
-        Examples
-        --------
-        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
-        >>> record.columns["time_column"]
-        'time'
-        """
+        """Names of the columns that are read, by option: of times, and of temperatures."""
         names = _DAILY if self.minimum_column else _SINGLE
         return {name: getattr(self, name).strip() for name in names}
 
@@ -337,14 +323,7 @@ class TemperatureRecord(Listed):
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """The date of each row, in UTC if the record names a time zone; None if it has numbers.
-
-        Examples
-        --------
-        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
-        >>> record.dates is None
-        True
-        """
+        """The date of each row, in UTC if the record names a time zone; None if it has numbers."""
         if not self.origin:
             return None
         origin = datetime.fromisoformat(self.origin)
@@ -355,14 +334,7 @@ class TemperatureRecord(Listed):
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperature of each row in `unit`, shape (rows,).
-
-        Examples
-        --------
-        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
-        >>> record.temperatures
-        array([10. , 31. , 12.5])
-        """
+        """The temperature of each row in `unit`, shape (rows,)."""
         return np.array([nearest_float(theta / self.kappa + self.T0) for theta in self.theta])
 
     @cached_property
@@ -381,12 +353,6 @@ class TemperatureRecord(Listed):
         -------
         ndarray
             Of the same shape.
-
-        Examples
-        --------
-        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
-        >>> record.clock(np.arange(4))
-        array([ 0.,  0., 12., 24.])
         """
         return self._clock[targets]
 

@@ -100,30 +100,13 @@ class Solution:
         -------
         Solution
             It begins with the first piece and ends with the last.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
-        >>> len(type(sol).of(sol.pieces, sol(0.0)).ts)
-        2
         """
         ends = [piece.t_max for piece in pieces[-1:]] or [0.0]
         return cls(partial(tuple, pieces), at_rest, [piece.t_min for piece in pieces] + ends)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
-        """The motion from each event to the next, made when it is first asked for.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
-        >>> len(sol.pieces)
-        1
-        """
+        """The motion from each event to the next, made when it is first asked for."""
         return tuple(self._make())
 
     def piece_at(self, t: Scalar) -> Piece:

@@ -91,16 +91,7 @@ class Interrupted(KeyboardInterrupt):
 
     @property
     def partial(self) -> Creep:
-        """The result that was being computed.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> Interrupted([run]).partial == run
-        True
-        """
+        """The result that was being computed."""
         return self.results[-1]
 
 

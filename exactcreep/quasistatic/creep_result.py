@@ -144,84 +144,32 @@ class Creep(Result):
 
     @property
     def chain(self) -> Chain:
-        """The chain of the experiment.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.chain == chain
-        True
-        """
+        """The chain of the experiment."""
         return self.experiment.chain
 
     @property
     def drive(self) -> Drive:
-        """The drive of the experiment.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.drive.cycles
-        50
-        """
+        """The drive of the experiment."""
         return self.experiment.drive
 
     @property
     def solver(self) -> str:
-        """The name of the solver.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.solver
-        'exact'
-        """
+        """The name of the solver."""
         return self.experiment.solver
 
     @property
     def seed(self) -> int:
-        """The seed of the disorder.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.seed
-        0
-        """
+        """The seed of the disorder."""
         return self.experiment.seed
 
     @property
     def settled(self) -> bool:
-        """Whether cycles have brought the chain back to earlier tensions, or to rest, for ever.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> [creep(chain, Cycles("0.001", cycles)).settled for cycles in (1, 2)]
-        [False, True]
-        """
+        """Whether cycles have brought the chain back to earlier tensions, or to rest, for ever."""
         return self.since is not None and self.velocity_error == 0
 
     @property
     def finding(self) -> str:
-        """What the chain does, after how many cycles or in this run only, and how sure that is.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> creep(chain, Cycles("0.0009", 12), solver="certified").finding
-        'creeping downhill, seen in this run only, from half-cycle 3 on (computed)'
-        """
+        """What the chain does, after how many cycles or in this run only, and how sure that is."""
         when = ""
         if self.settled:
             when = f"settled after {cycles_text(self.since or 0)}"
@@ -234,16 +182,7 @@ class Creep(Result):
 
     @property
     def x_G(self) -> float:
-        """Displacement of the centre of mass at the end, unit ``g tau_dyn**2``.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> round(run.x_G, 6)
-        77.223343
-        """
+        """Displacement of the centre of mass at the end, unit ``g tau_dyn**2``."""
         return math.fsum(floats(self.state.displacements).tolist()) / self.chain.n
 
     @property
@@ -251,14 +190,6 @@ class Creep(Result):
         """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
 
         On the level ``+x`` or ``-x``; ``none`` if it does neither, as far as `outcome` is known.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.direction
-        'downhill'
         """
         if self.outcome not in (Outcome.CREEPING, Outcome.RUNAWAY):
             return "none"
@@ -270,60 +201,24 @@ class Creep(Result):
 
     @property
     def velocity_text(self) -> str | None:
-        """The velocity in the digits that were asked for and are known; None without digits.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.velocity_text is None
-        True
-        """
+        """The velocity in the digits that were asked for and are known; None without digits."""
         known, digits = self.velocity_enclosure, self.experiment.digits
         return None if known is None or digits is None else known.text(digits)
 
     @property
     def velocity_radius(self) -> str:
-        """The radius of `velocity_enclosure`; "" if it is zero, or there is none.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.velocity_radius
-        ''
-        """
+        """The radius of `velocity_enclosure`; "" if it is zero, or there is none."""
         known = self.velocity_enclosure
         return known.radius_text() if known and known.radius else ""
 
     @property
     def velocity_units(self) -> str:
-        """The unit of `velocity` and `velocity_error`.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.velocity_units
-        'g tau_dyn^2 per half-cycle'
-        """
+        """The unit of `velocity` and `velocity_error`."""
         return f"g tau_dyn^2 per {self.drive.per}"
 
     @property
     def velocity_of(self) -> str:
-        """Which velocity it is: that of this run after its burn-in, or of what it settled in.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.velocity_of
-        'the cycle in which it has settled'
-        """
+        """Which velocity it is: that of this run after its burn-in, or of what it settled in."""
         if self.outcome is Outcome.AT_REST:
             return "at rest, in which the run ends"
         if math.isinf(self.velocity):
@@ -337,16 +232,7 @@ class Creep(Result):
 
     @property
     def velocity_reason(self) -> str:
-        """Why the velocity, or only its standard error, is nan; "" where both are known.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.velocity_reason
-        ''
-        """
+        """Why the velocity, or only its standard error, is nan; "" where both are known."""
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
         named = "half-cycles" if cyclic else "targets"
         if math.isnan(self.velocity):
@@ -375,14 +261,6 @@ class Creep(Result):
 
         That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. For
         more than two sliders no number is known: `survival` tells for how long they creep.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.metastable
-        ''
         """
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
@@ -401,16 +279,7 @@ class Creep(Result):
 
     @property
     def followed(self) -> int | None:
-        """Up to which target the course is followed, if it is undecided beyond; else None.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.followed is None
-        True
-        """
+        """Up to which target the course is followed, if it is undecided beyond; else None."""
         if not self.undecided_from:
             return None
         before = self.undecided_from - 1
@@ -419,30 +288,12 @@ class Creep(Result):
 
     @property
     def course(self) -> str:
-        """One sentence: what outcome and velocity are worth, how far the course is known; or "".
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.course
-        'known to 1e-9 to the end'
-        """
+        """One sentence: what outcome and velocity are worth, how far the course is known; or ""."""
         return known_of([self])
 
     @property
     def counts(self) -> dict[str, int]:
-        """The counts by the names that they have in files.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.counts["half_cycles"]
-        100
-        """
+        """The counts by the names that they have in files."""
         return {name: getattr(self, attribute_of(name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
@@ -465,14 +316,6 @@ class Creep(Result):
         ------
         InputError
             If the run did not reach it.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.state_at(0) == run.experiment.initial
-        True
         """
         most, experiment = self.half_cycles, self.experiment
         until = whole_number(half_cycle, "half_cycle", least=0, most=most)
@@ -518,14 +361,6 @@ class Creep(Result):
         ``event``, ``rearrangement`` and ``slip``; half-cycles of a record with dates have a
         ``date`` (UTC, if it names a time zone). Parameters stand in the attributes, rationals as
         strings; each variable says its unit and meaning.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.dataset.x_G.shape
-        (100,)
         """
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
@@ -549,14 +384,6 @@ class Creep(Result):
         ------
         InputError
             If the table was not recorded.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> len(run.to_pandas("half_cycles"))
-        100
         """
         return import_module("exactcreep.quasistatic.frames").frame(self, table)
 
@@ -576,14 +403,6 @@ class Creep(Result):
         ------
         InputError
             If the file exists and `force` is not given, or it cannot be written.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 5))
-        >>> result.save("run.nc")
-        >>> Creep.load("run.nc") == result
-        True
         """
         save_members([self], path, force=force)
 
@@ -605,15 +424,6 @@ class Creep(Result):
         ------
         InputError
             If it holds none, or several.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.save("it.nc", force=True)
-        >>> Creep.load("it.nc") == run
-        True
         """
         members = load_members(path)
         if len(members) != 1:

@@ -114,30 +114,12 @@ class Experiment:
 
     @property
     def theta(self) -> float:
-        """The dilation at which the chain starts.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.theta
-        0.0
-        """
+        """The dilation at which the chain starts."""
         return 0.0 if self.start is None else as_float(self.start.theta)
 
     @cached_property
     def widest(self) -> float:
-        """A bound of |theta| over the whole drive.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.widest
-        0.001
-        """
+        """A bound of |theta| over the whole drive."""
         drive = self.drive
         if isinstance(drive, Cycles):
             return nearest_float(drive.amplitude)
@@ -147,44 +129,17 @@ class Experiment:
 
     @cached_property
     def algorithm(self) -> Solver:
-        """The solver, made from its name and options.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.algorithm.name
-        'exact'
-        """
+        """The solver, made from its name and options."""
         return solver_named(self.solver, dict(self.options))
 
     @cached_property
     def initial(self) -> State:
-        """The state at which the run begins.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.initial.tensions
-        array([0.])
-        """
+        """The state at which the run begins."""
         return State.relaxed(self.chain, self.seed) if self.start is None else self.start
 
     @property
     def digits(self) -> int | None:
-        """Significant decimal digits asked of the solver; None if it knows only floats.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.digits is None
-        True
-        """
+        """Significant decimal digits asked of the solver; None if it knows only floats."""
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
 
@@ -200,14 +155,6 @@ class Experiment:
         -------
         int
             Targets left out of the mean velocity.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.burn_in_of(100)
-        10
         """
         if self.burn_in is not None:
             targets = self.burn_in
@@ -224,14 +171,6 @@ class Experiment:
         -------
         dict
             Of numbers, texts, rationals and arrays.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> experiment.description()["solver"]
-        'exact'
         """
         start = self.start
         return {field.name: getattr(self, field.name) for field in fields(self)} | {
@@ -260,14 +199,6 @@ class Experiment:
         ------
         InputError
             If it describes none.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 50))
-        >>> Experiment.from_description(experiment.description()).chain == chain
-        True
         """
         drive, start = dict(data["drive"]), data["start"]
         made = {

@@ -182,43 +182,17 @@ class Rearrangement(Result):
 
     @property
     def finding(self) -> str:
-        """What the chain came to, and how sure that is.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> rearrange(chain, State.relaxed(chain), direction=+1).finding
-        'at rest (computed)'
-        """
+        """What the chain came to, and how sure that is."""
         return found_text(self.outcome, "none", "", self.evidence)
 
     @property
     def evidence(self) -> Evidence:
-        """What the result is worth: proved, computed, or undecided where rounding may decide.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> slip.evidence.value
-        'computed'
-        """
+        """What the result is worth: proved, computed, or undecided where rounding may decide."""
         return self.decided
 
     @cached_property
     def sol(self) -> Solution:
-        """Positions, velocities and forces at any time between the first event and the last.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> slip.sol(slip.duration).positions.round(4)
-        array([0.   , 0.194])
-        """
+        """Positions, velocities and forces at any time between the first event and the last."""
         if self.motion is not None:
             return self.motion
         with self.arithmetic.active():
@@ -230,29 +204,12 @@ class Rearrangement(Result):
 
         Of `exact`, `reference` and `mpmath`; nan of others, inf where the order of events is in
         doubt. The rounding of the state's numbers to float64 comes on top.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> 0 < slip.error < 1e-14
-        True
         """
         return math.nan
 
     @property
     def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else "".
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> slip.doubt
-        ''
-        """
+        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
         return ""
 
     def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
@@ -267,14 +224,6 @@ class Rearrangement(Result):
         -------
         Replay
             It yields the phases between events, and tells how far events are from holding.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> len(slip.replay().residuals())
-        2
         """
         contacts = Contacts(self.chain, self.seed)
         arithmetic = self.arithmetic if arithmetic is None else arithmetic
@@ -282,44 +231,17 @@ class Rearrangement(Result):
 
     @property
     def itinerary(self) -> Itinerary:
-        """The sequence of events without their times.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> slip.itinerary
-        (('start', (2,), (1,)), ('stop', (2,), (1,)))
-        """
+        """The sequence of events without their times."""
         return tuple(event.signature for event in self.events)
 
     @property
     def duration(self) -> Scalar:
-        """Time of the last event, 0 if there is none; unit tau_dyn.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> round(slip.duration, 6)
-        3.141593
-        """
+        """Time of the last event, 0 if there is none; unit tau_dyn."""
         return self.events[-1].time if self.events else 0
 
     @property
     def theta(self) -> Scalar:
-        """The dilation theta_c at which the chain rearranges.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> round(slip.theta, 6)
-        0.00034
-        """
+        """The dilation theta_c at which the chain rearranges."""
         return self.initial.theta
 
     def energy(self, t: ArrayLike) -> Energy:
@@ -340,14 +262,6 @@ class Rearrangement(Result):
         ------
         ValueError
             If a time lies before the first event or after the last.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-        >>> float(slip.energy(slip.duration).kinetic) < 1e-30
-        True
         """
         motion, begin = self.sol(t), self.initial.tensions.astype(float)
         moved = motion.positions.astype(float).T - self.initial.displacements.astype(float)

@@ -85,14 +85,6 @@ class Quiescence(Result):
 
         Runs and cycles are counted from 0 and 1; `waited` is -1 for the first jump of a run.
         Advances have the unit ``g tau_dyn**2``.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep, quiescent
-        >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> rests = quiescent(creep(chain, Cycles("0.0008", 100), seed=6))
-        >>> list(rests.table), int(rests.table["waited"][0])
-        (['run', 'cycle', 'advance', 'waited'], -1)
         """
         import pandas as pd  # noqa: PLC0415
 

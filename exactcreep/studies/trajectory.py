@@ -65,14 +65,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """How it is called in tables and pictures: the solver, and the options that tell it apart.
-
-        Examples
-        --------
-        >>> from exactcreep import Method
-        >>> Method("certified", digits=30).label
-        'certified, 30 digits'
-        """
+        """Its name in tables and pictures: the solver, and options that tell it apart."""
         words = [form.format(self.options[k]) for k, form in _WORDS.items() if self.options.get(k)]
         return ", ".join([self.solver, *words])
 
@@ -88,12 +81,6 @@ class Method:
         ------
         InputError
             If there is no such solver, it has no such option, or an option is out of range.
-
-        Examples
-        --------
-        >>> from exactcreep import Method
-        >>> type(Method("verlet", dt="0.01").algorithm()).__name__
-        'Verlet'
         """
         return solver_named(self.solver, dict(self.options))
 
@@ -116,17 +103,6 @@ class Method:
         ------
         InputError
             As `algorithm`, and if the solver does not take this chain.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, Experiment, Method
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> experiment = Experiment(chain, Cycles("0.001", 5))
-        >>> simulation = Method("exact").simulation(experiment)
-        >>> simulation.follow(experiment.drive, first=1, count=10).completed
-        10
-        >>> simulation.tally.events
-        152
         """
         chain, start = experiment.chain, experiment.initial
         return self.algorithm().simulation(chain, start, experiment.seed, record)

@@ -54,42 +54,18 @@ class Progress:
 
     @property
     def half_cycles(self) -> int:
-        """Of a run: how many targets were reached.
-
-        Examples
-        --------
-        >>> from exactcreep import Progress
-        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
-        >>> half.half_cycles
-        50
-        """
+        """Of a run: how many targets were reached."""
         return int(self.done)
 
     @property
     def share(self) -> float:
-        """Which part of the work is done, between 0 and 1; 0 where that is not known.
-
-        Examples
-        --------
-        >>> from exactcreep import Progress
-        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
-        >>> half.share
-        0.5
-        """
+        """Which part of the work is done, between 0 and 1; 0 where that is not known."""
         counted = self.done / self.total if self.total else 0.0
         return counted if self.work is None else self.work
 
     @property
     def events_per_second(self) -> float:
-        """Events per second of wall time; 0 before any time has passed.
-
-        Examples
-        --------
-        >>> from exactcreep import Progress
-        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
-        >>> half.events_per_second
-        300.0
-        """
+        """Events per second of wall time; 0 before any time has passed."""
         return self.events / self.seconds if self.seconds > 0 else 0.0
 
     @property
@@ -99,13 +75,6 @@ class Progress:
         Notes
         -----
         Guarantee: none; what is to come may take longer than what is done.
-
-        Examples
-        --------
-        >>> from exactcreep import Progress
-        >>> half = Progress("running", done=50, total=100, events=1200, seconds=4.0)
-        >>> half.seconds_left
-        4.0
         """
         share = self.share
         return self.seconds * (1 - share) / share if share > _TOO_FEW else math.nan

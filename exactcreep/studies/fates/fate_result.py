@@ -88,13 +88,6 @@ class Fate(Result):
         """Which way the chain creeps or runs away; ``none`` if it does neither.
 
         ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, the axis from slider 1 to N.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, fate
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> fate(chain, "0.001").direction, fate(chain, "0.0001").direction
-        ('downhill', 'none')
         """
         tangent = self.chain.tan_alpha
         ways = {Outcome.RUNAWAY: tangent, Outcome.CREEPING: self.advance or 0.0}
@@ -109,14 +102,6 @@ class Fate(Result):
         Notes
         -----
         Guarantee: that of `advance`, divided by the half-cycles of a period and rounded.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, fate
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> creeps = fate(chain, "0.001")
-        >>> creeps.velocity == creeps.advance / (2 * creeps.period)
-        True
         """
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
@@ -124,14 +109,7 @@ class Fate(Result):
 
     @property
     def finding(self) -> str:
-        """What the chain does for ever, after how many cycles, and how sure that is.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, fate
-        >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").finding
-        'creeping downhill, settled after 1 cycle (proved)'
-        """
+        """What the chain does for ever, after how many cycles, and how sure that is."""
         when = ""
         if self.outcome is Outcome.LIMIT:
             when = f"not settled in {cycles_text(self.cycles)}"

@@ -141,16 +141,7 @@ class Survival(Result):
 
     @cached_property
     def arrested(self) -> NDArray[np.bool_]:
-        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,).
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.arrested
-        array([False, False, False,  True, False,  True,  True,  True])
-        """
+        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,)."""
         return self._came_to(Outcome.AT_REST, Outcome.CYCLING)
 
     @cached_property
@@ -158,44 +149,18 @@ class Survival(Result):
         """Cycles up to the last advance of an arrested start, and those seen of another.
 
         Shape (starts,). Periodic creep goes on for ever, and counts as seen up to the horizon.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.durations
-        array([50, 50, 50, 12, 50, 12, 12, 12])
         """
         seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
         return np.where(self.arrested, self._column("last_advance"), seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
-        """The last cycle with an advance of each start that is arrested, shape (arrested,).
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.lifetimes
-        array([12, 12, 12, 12])
-        """
+        """The last cycle with an advance of each start that is arrested, shape (arrested,)."""
         return self.durations[self.arrested]
 
     @property
     def censored(self) -> NDArray[np.int64]:
-        """How many cycles each start that is not arrested has been seen, shape (others,).
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.censored
-        array([50, 50, 50, 50])
-        """
+        """How many cycles each start that is not arrested has been seen, shape (others,)."""
         return self.durations[~self.arrested]
 
     @cached_property
@@ -210,16 +175,6 @@ class Survival(Result):
         samples with known rates held these.
 
         Source: transient chaos, Lai and Tél, Transient Chaos (2011).
-
-        Examples
-        --------
-        None of eight starts is arrested within 50 cycles:
-
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> rate = survival(chain, "0.0005", starts=8, cycles=50).rate
-        >>> rate.rate, rate.low, round(rate.high, 3)
-        (0.0, 0.0, 0.009)
         """
         return escape_rate(self.lifetimes, self.censored)
 
@@ -233,14 +188,6 @@ class Survival(Result):
         -----
         Guarantee: its interval of 95 % (log-log) holds for many independent starts; nan where
         none, or all of them, are moving.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.curve.cycles, lives.curve.moving
-        (array([12., 50.]), array([0.5, 0.5]))
         """
         times = scipy.stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
         moving = scipy.stats.ecdf(times).sf
@@ -265,14 +212,6 @@ class Survival(Result):
         -----
         Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
         in at least 95 % of such studies.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.moving.starts, lives.moving.share
-        (4, 0.5)
         """
         return self._share(~self.arrested)
 
@@ -286,14 +225,6 @@ class Survival(Result):
         -----
         Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
         in at least 95 % of such studies.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.creeping.starts, round(lives.creeping.low, 2), round(lives.creeping.high, 2)
-        (4, 0.16, 0.84)
         """
         return self._share(self._creeping)
 
@@ -307,14 +238,6 @@ class Survival(Result):
         -----
         Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
         in at least 95 % of such studies.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> {way: share.starts for way, share in lives.directions.items()}
-        {'downhill': 4}
         """
         ways, creeping = self._column("direction"), self._creeping
         words = np.unique(ways[creeping]).tolist()
@@ -352,29 +275,12 @@ class Survival(Result):
         -----
         Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
         in at least 95 % of such studies.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> {what: share.starts for what, share in lives.fractions.items() if share.starts}
-        {'at_rest': 4, 'creeping': 4}
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
     def evidence(self) -> Evidence:
-        """How well it is known: `COMPUTED` in float64, `UNDECIDED` if one of the starts is.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.evidence.value
-        'computed'
-        """
+        """How well it is known: `COMPUTED` in float64, `UNDECIDED` if one of the starts is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     @property
@@ -423,14 +329,6 @@ class Survival(Result):
         """What every start came to along ``start``, and `curve` along ``step``.
 
         Its attributes are the parameters, `rate` and `reason`.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, survival
-        >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> lives = survival(chain, "0.000477", starts=8, cycles=50)
-        >>> lives.dataset["settled_after"].dims, int(lives.dataset["arrested"].sum())
-        (('start',), 4)
         """
         columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})

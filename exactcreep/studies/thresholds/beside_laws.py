@@ -54,14 +54,6 @@ class BesideLaws(Result):
 
         Of `Threshold` its `windows` along ``edge``; of `Intercept` the velocities along
         ``amplitude``. Units are those of the fields.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, intercept
-        >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-        >>> measured = intercept(chain, cycles=100, points=8).dataset
-        >>> measured["velocities"].dims, measured.sizes["amplitude"], measured.attrs["mu_s"]
-        (('amplitude',), 8, '3/5')
         """
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
         about = plain_data(self.chain.parameters()) | single

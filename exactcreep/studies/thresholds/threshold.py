@@ -109,14 +109,6 @@ class Threshold(BesideLaws):
         """The amplitude N m/(2 l0) of Eq. 22, as a decimal; `law_corrected` has what it drops.
 
         Here m = (mu_d - abs(tan_alpha)) cos(alpha); rounded to `digits` digits.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, threshold
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-        >>> edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
-        >>> edge.law_seuil
-        '0.0000769'
         """
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
@@ -125,14 +117,6 @@ class Threshold(BesideLaws):
         """The amplitude (N m + D)/(2 l0), as a decimal: Eq. 22 with the excess friction D.
 
         D = (mu_s - mu_d) cos(alpha); source ``derivations/thresholds.py``.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, threshold
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-        >>> edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
-        >>> edge.law_corrected
-        '0.000123'
         """
         return laws_beside(self.chain, self.digits)["law_corrected"]
 
@@ -141,29 +125,12 @@ class Threshold(BesideLaws):
         """The edge ``(mu_s c - s)/l0`` of two relaxed sliders, as a decimal; None for others.
 
         c and s are the cosine and the sine of abs(alpha).
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, threshold
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-        >>> edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
-        >>> edge.lower, edge.law_two_sliders
-        ('0.00016923', '0.000169')
         """
         return laws_beside(self.chain, self.digits)["law_two_sliders"]
 
     @property
     def what(self) -> str:
-        """What begins at the edge: ``creep``, or with `after` ``advance in cycle ...``.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, threshold
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-        >>> edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
-        >>> edge.what
-        'creep'
-        """
+        """What begins at the edge: ``creep``, or with `after` ``advance in cycle ...``."""
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
     @property
