@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import functools
-import inspect
 import math
 import re
 import signal
 import sys
-from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -18,7 +16,7 @@ import exactcreep
 from exactcreep import Chain
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands.answer import say_summary
-from exactcreep.commands.studies import QUESTIONS, question
+from exactcreep.commands.studies import QUESTIONS
 from exactcreep.figures import animation
 from tests.conftest import Command
 from tests.processes import finished
@@ -103,23 +101,6 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
     for name in COMMANDS:
         told = command(name, "--help").out
         assert f"exactcreep {name}" in told.partition("Options")[0].partition("Example")[2]
-
-
-@pytest.mark.parametrize("columns", ["50", "80", "200"])
-def test_an_example_of_a_help_can_be_copied_from_a_terminal_of_any_width(
-    command: Command, monkeypatch: pytest.MonkeyPatch, columns: str
-) -> None:
-    monkeypatch.setenv("COLUMNS", columns)
-    for name, function in COMMANDS.items():
-        shown = command(name, "--help").out
-        assert max(map(len, shown.splitlines())) <= int(columns)
-        joined = re.sub(r" \\\n +", " ", shown)
-        said = str(inspect.getdoc(function or question(name)))
-        _, _, examples = said.partition("Examples\n--------\n")
-        assert examples.strip()
-        for line in filter(None, examples.splitlines()):
-            assert f"    {line}\n" in joined
-    assert 'default: ""' not in command("reproduce", "--help").out
 
 
 # --- what is said --------------------------------------------------------------------------------
@@ -320,17 +301,6 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Chain, dict[str, object
 
     monkeypatch.setattr(exactcreep, "threshold", hear)
     return heard
-
-
-def test_negative_numbers_are_values_and_the_last_of_several_counts(
-    command: Command, asked: list[tuple[Chain, dict[str, object]]]
-) -> None:
-    line = "threshold --n 3 --n=4 --tan-alpha -5/12 --bracket -1 -2/3 --from -1e-3 --after 9"
-    assert command(*line.split(), "--cycles", "5", "--windows").code == 3
-    ((chain, given),) = asked
-    assert (chain.n, chain.tan_alpha, chain.mu_s) == (4, Fraction(-5, 12), Fraction(3, 5))
-    expected = {"bracket": ("-1", "-2/3"), "low": "-1e-3", "after": "5", "windows": True}
-    assert {name: given[name] for name in expected} == expected
 
 
 def test_a_setting_may_be_negative_and_a_scene_stand_behind_two_hyphens(command: Command) -> None:

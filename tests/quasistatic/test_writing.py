@@ -13,18 +13,12 @@ import pytest
 from exactcreep import Cycles, InputError
 from exactcreep.cli import status
 from exactcreep.figures import style
-from exactcreep.figures.paper import Picture
 from exactcreep.figures.run import draw_run
 from exactcreep.quasistatic import writing
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.writing import (
-    Occupied,
-    check_output,
-    locked,
-    write_file,
-)
+from exactcreep.quasistatic.writing import Occupied, check_output, locked, write_file
 from tests.paper import paper_chain
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
@@ -91,15 +85,7 @@ def test_only_regular_files_are_replaced_and_links_are_followed(tmp_path: Path) 
     assert (tmp_path / "pipe").is_fifo()
 
 
-@pytest.mark.parametrize("links", [True, False])
-def test_of_two_writers_of_one_file_the_second_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
-) -> None:
-    def refuse(*names: object) -> None:
-        raise OSError(95, "Operation not supported")
-
-    if not links:
-        monkeypatch.setattr(writing.os, "link", refuse)
+def test_of_two_writers_of_one_file_the_second_is_told(tmp_path: Path) -> None:
     assert check_output(tmp_path / "a", "out", force=False)
     write_file(tmp_path / "a", NEW, "out", force=False)
     with pytest.raises(Occupied, match="exists and is not overwritten without force"):
@@ -108,40 +94,34 @@ def test_of_two_writers_of_one_file_the_second_is_told(
     assert left(tmp_path) == ["a"]
 
 
-@pytest.mark.parametrize("writer", ["result", "run", "picture", "sweep", "checkpoint", "paper"])
+EXPERIMENT = Experiment(paper_chain(2), Cycles("0.01", 3))
+SHORT = ("two-sliders-cycles", "--set", "drive.cycles=3")
+WRITERS: dict[str, Callable[[Path], Any]] = {
+    "result": lambda path: run_alone(EXPERIMENT).save(path, force=True),
+    "run": lambda path: status(["run", *SHORT, "--out", str(path), "--force"]),
+    "picture": lambda path: style.save_picture(draw_run([run_alone(EXPERIMENT)]), path),
+    "checkpoint": lambda path: run_alone(EXPERIMENT, checkpoint=Checkpoint(path, 0, force=True)),
+}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
 def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
     writer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / {"picture": "it.png", "sweep": "sweep.nc"}.get(writer, "it.nc")
-    experiment, out = Experiment(paper_chain(2), Cycles("0.01", 3)), str(path)
-    result = run_alone(experiment)
-    scene = ["two-sliders-cycles", "--set", "drive.cycles=3"]
-    blank = Picture("it", "", (0.1, 0.1), [], {}, lambda figure, data, tables: None)
-    writers: dict[str, Callable[[], Any]] = {
-        "result": lambda: result.save(path, force=True),
-        "run": lambda: status(["run", *scene, "--out", out, "--force"]),
-        "picture": lambda: style.save_picture(draw_run([result]), path),
-        "sweep": lambda: status(["sweep", *scene, "--resume", "--workers", "1", "--out", out[:-9]]),
-        "checkpoint": lambda: run_alone(experiment, checkpoint=Checkpoint(path, 0, force=True)),
-        "paper": lambda: blank.write({"it": result.dataset}, tmp_path),
-    }
+    path = tmp_path / ("it.png" if writer == "picture" else "it.nc")
     write_file(path, OLD, "out")
-    if writer == "sweep":  # its own of before: another's is not replaced
-        path.unlink()
-        assert status(["sweep", *scene, "--workers", "1", "--out", out[:-9]]) == 0
-    old = path.read_bytes()
 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(writing.os, "fsync", full)
     try:
-        assert writers[writer]() == 2
+        assert WRITERS[writer](path) == 2
         said = capsys.readouterr().err
     except InputError as error:
         said = str(error)
     assert "cannot be written: No space left on device" in said
-    assert path.read_bytes() == old
+    assert path.read_bytes() == OLD
     assert not list(tmp_path.rglob("*.part"))
 
 
