@@ -11,7 +11,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.velocity import Mark, MeanVelocity
 from exactcreep.solvers.interface import Tally
-from exactcreep.solvers.recurrence import Recurrence
+from exactcreep.solvers.return_map import ReturnMap
 
 NEARLY = "the tensions return to within "
 """How the reason begins of a chain that has settled so."""
@@ -34,7 +34,7 @@ class Behaviour:
 
 
 def behaviour(
-    velocity: MeanVelocity, recurrence: Recurrence | None, state: State, tally: Tally, done: int
+    velocity: MeanVelocity, return_map: ReturnMap | None, state: State, tally: Tally, done: int
 ) -> Behaviour:
     """Return what the chain does at the end, once every target is reached; see `creep`."""
     begin = velocity.burnt(done)
@@ -42,19 +42,19 @@ def behaviour(
     if begin is None or all_burn_in:
         begin = velocity.marks[0]
     advanced = _advanced(velocity, begin, state, tally)
-    if recurrence is None:
+    if return_map is None:
         still = floats(state.displacements) == begin.displacements
         if tally.slips == begin.slips and still.all():
             return Behaviour(Outcome.AT_REST)
         return _drifting(velocity, advanced, None, done)
-    settled = recurrence.settled()
-    if settled is None and (approach := recurrence.approaching()):
+    settled = return_map.settled()
+    if settled is None and (approach := return_map.approaching()):
         cycle, change = approach
         reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
         return Behaviour(Outcome.CYCLING, cycle, reason, Evidence.UNDECIDED, _STILL)
     if settled is None:
         drift = _drifting(velocity, advanced, begin.done // 2, done)
-        if all_burn_in and recurrence.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:
+        if all_burn_in and return_map.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:
             reason = "the run lies within its burn-in: the advance may be that of a transient"
             drift = replace(drift, reason=reason, evidence=Evidence.UNDECIDED)
         return drift

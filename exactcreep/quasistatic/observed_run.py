@@ -18,7 +18,7 @@ from exactcreep.quasistatic.observer import Observer
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
-from exactcreep.quasistatic.return_observer import RecurrenceObserver
+from exactcreep.quasistatic.return_observer import ReturnObserver
 from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.interface import Stretch, longest_avalanche, require, require_like
@@ -54,10 +54,10 @@ class ObservedRun:
         self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
-        self.recurrence = RecurrenceObserver(experiment) if experiment.drive.cyclic else None
+        self.return_map = ReturnObserver(experiment) if experiment.drive.cyclic else None
         self.observers: dict[str, Observer] = {"velocity": self.velocity, "range": self.range}
-        if self.recurrence is not None:
-            self.observers["recurrence"] = self.recurrence
+        if self.return_map is not None:
+            self.observers["return_map"] = self.return_map
         needs = {*self.recorder.needs, *(n for o in self.observers.values() for n in o.needs)}
         if experiment.algorithm.perturbs and experiment.chain.n > 1:
             needs |= {"tension", "slips"}
@@ -81,7 +81,7 @@ class ObservedRun:
 
     def _relative_error(self) -> float:
         """Return the relative error of the mean velocity at 95 %, nan if that is not known."""
-        if self.recurrence is not None and self.recurrence.settled() is not None:
+        if self.return_map is not None and self.return_map.settled() is not None:
             return 0.0
         burn_in, velocity = self.velocity.mean(self.done)
         value = 0.0 if velocity is None else abs(as_float(velocity))
@@ -162,7 +162,7 @@ class ObservedRun:
         simulation, experiment, done = self.simulation, self.experiment, self.done
         tally, state = replace(simulation.tally), simulation.state()
         if self.outcome is None:
-            ended = behaviour(self.velocity, self.recurrence, state, tally, done)
+            ended = behaviour(self.velocity, self.return_map, state, tally, done)
         else:
             never = self.outcome is Outcome.RUNAWAY  # comes to rest: that was proved
             known = Evidence.PROVED if never else Evidence.UNDECIDED

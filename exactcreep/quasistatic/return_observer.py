@@ -1,4 +1,4 @@
-"""Whether a run has come back: a `Recurrence` fed at the ends of its cycles."""
+"""Whether a run has come back: a `ReturnMap` fed at the ends of its cycles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import Observer
 from exactcreep.solvers.interface import Simulation, Stretch
-from exactcreep.solvers.recurrence import Recurrence
+from exactcreep.solvers.return_map import ReturnMap
 
 
-class RecurrenceObserver(Recurrence, Observer):
-    """Feeds the recurrence of a run with what it records."""
+class ReturnObserver(ReturnMap, Observer):
+    """Feeds the return map of a run with what it records."""
 
     needs = ("tension", "slips")
     state = ("ends", "known", "forgotten", "noted", "slipped", "alike_since", "not_slipped")

@@ -141,11 +141,3 @@ def _skewness(steps: NDArray[np.float64], size: int) -> float:
     centred = sums - sums.mean()
     power = float((centred**2).mean()) ** 1.5
     return abs(float((centred**3).mean())) / power if power > 0 else 0.0
-
-
-def falls_like_inverse_square(steps: NDArray[np.float64]) -> bool:
-    """Return whether positive steps fall at least as fast as 1/k**2 with their number k."""
-    if not (steps > 0).all():
-        return False
-    early, middle, late = steps[[0, steps.size // 2, -1]] ** -0.5
-    return bool(late - middle >= 0.9 * (middle - early) > 0)

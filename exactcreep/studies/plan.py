@@ -33,7 +33,7 @@ from exactcreep.watch.progress import Hearer, reporter
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""
 _FIRST = 4  # half-cycles of the first pilot
-_AT_REST = 2**14  # half-cycles of one at rest: the search for a recurrence takes longer until then
+_AT_REST = 2**14  # half-cycles of one at rest: the search for a return takes longer until then
 _MOST = 1_000_000  # events of a pilot
 _COUNTED = 20_000  # events that the last pilot has at least whose events are counted
 _PILOT = 0.02  # seconds of processor time that the last pilot takes at least which is timed

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import Chain, GaussianSteps, creep
+from exactcreep.solvers.return_map import approach
 from exactcreep.solvers.statistics import (
     FEWEST_STEPS,
-    falls_like_inverse_square,
     rests_for_long,
     standard_error,
 )
@@ -90,7 +90,11 @@ def test_rests_without_a_finite_variance_leave_no_known_error() -> None:
 
 
 def test_steps_that_fall_as_fast_as_inverse_squares_are_told_from_others() -> None:
-    number = np.arange(1.0, 65.0)
+    number = np.arange(1.0, 66.0)
     for power, told in ((1, False), (1.5, False), (2, True), (3, True)):
-        assert falls_like_inverse_square(number**-power) is told
-    assert not falls_like_inverse_square(np.append(number**-2.0, 0.0))
+        ends = np.cumsum(number**-power)[:, np.newaxis]
+        found = approach(ends, 128)
+        assert (found is not None) is told
+        assert found is None or found.change == pytest.approx(65.0**-power, rel=1e-9)
+    assert approach(np.append(ends, ends[-1:], axis=0), 128) is None  # it has come to rest
+    assert approach(ends, 63) is None

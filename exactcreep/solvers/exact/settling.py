@@ -31,7 +31,14 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
-from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE, LimitCycle, nearness
+from exactcreep.solvers.return_map import (
+    LONGEST_PERIOD,
+    PATIENCE,
+    Approach,
+    LimitCycle,
+    approach,
+    nearness,
+)
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TRIES = 64  # earlier cycles with the same slips that are looked at
@@ -337,15 +344,13 @@ class SettlingChain:
             return None
         return LimitCycle(self.period, self.since, float(self._searches["apart"][0]), None)
 
-    def steps(self, count: int) -> NDArray[np.float64]:
-        """Return the largest change of a force in each of the last cycles, at most `count`.
-
-        The last one last, shape (at most count,), unit m g.
-        """
+    def approaching(self) -> Approach | None:
+        """Return how the forces approach a limit like 1/k; None if they do not."""
         ring, last = self._memory.ring, self.cycles
-        kept = np.arange(max(last - min(count, ring.shape[0] - 1), 1), last + 1)
-        changes = np.abs(np.diff(ring[kept % ring.shape[0], 0], axis=0))
-        return np.asarray(changes.max(axis=1), dtype=np.float64)
+        if self.simulation.chain.sigma_mu != 0:
+            return None
+        kept = np.arange(max(last - ring.shape[0] + 1, 1), last + 1)
+        return approach(ring[kept % ring.shape[0], 0], self.alike)
 
     @property
     def dormant(self) -> bool:

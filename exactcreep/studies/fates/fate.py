@@ -27,8 +27,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.recurrence import LONGEST_PERIOD, PATIENCE
-from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.solvers.return_map import LONGEST_PERIOD
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
@@ -164,11 +163,9 @@ def numerical_fate(
 
 def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
     """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
-    chain = course.simulation.chain
-    steps = course.steps(course.alike // 2)
-    if chain.sigma_mu != 0 or course.alike < PATIENCE or not falls_like_inverse_square(steps):
+    chain, approach = course.simulation.chain, course.approaching()
+    if approach is None:
         return None
-    ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
     simulation = course.simulation.copied(("events",))
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):
@@ -182,11 +179,12 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     largest = np.abs(np.array(forces) + chain.sin_alpha).max(axis=0)
     # what the ends have left decides how often they slip
     room = chain.friction + chain.excess - float(largest[[0, *(n - 1 for n in resting), -1]].max())
-    if ahead >= room:
+    if approach.ahead >= room:
         return None
     reason = (
-        f"locked in the limit: forces that change by {steps[-1]:.1e} m g per cycle, falling as"
-        f" 1/cycles^2, have {ahead:.1e} to go, and sliders at rest {room:.1e} to a slip; no proof"
+        f"locked in the limit: forces that change by {approach.change:.1e} m g per cycle, falling"
+        f" as 1/cycles^2, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
+        " slip; no proof"
     )
     return reason, {
         "marginal": True,

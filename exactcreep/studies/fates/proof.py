@@ -47,7 +47,7 @@ from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.interface import Start, advance
-from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -63,7 +63,6 @@ _BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter 
 _CLOSER = 0.25  # how much more nearly before it is tried once more
 _LEAST = 2.0**-100  # half width of the joint set
 _ROOM = 4.0  # how much larger than needed the joint set is
-_APPROACH = 64  # equal cycles: fewer do not show how shapes approach theirs
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
@@ -186,15 +185,12 @@ class _Proof:
             before -= 1
         slips = [one for half in self._cycle(last) for one in half]
         slipping = {n for one in slips for _, sliders, _ in one for n in sliders}
-        if last - before < _APPROACH or len(slipping) == self.chain.n:
-            return None
-        shapes = np.array(self.shapes[-(last - before) // 2 :])
-        steps = np.abs(np.diff(shapes, axis=0)).max(axis=1)
-        if not falls_like_inverse_square(steps):
+        found = approach(np.array(self.shapes), last - before)
+        if found is None or len(slipping) == self.chain.n:
             return None
         reason = (
-            f"locked in the limit: forces that change by {steps[-1]:.1e} m g per cycle, falling as"
-            " 1/cycles^2; that they go on so is not proved"
+            f"locked in the limit: forces that change by {found.change:.1e} m g per cycle, falling"
+            " as 1/cycles^2; that they go on so is not proved"
         )
         itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
         known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}

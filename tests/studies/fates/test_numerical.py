@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
-from exactcreep.solvers.recurrence import nearness
+from exactcreep.solvers.return_map import nearness
 from exactcreep.studies.fates.fate_result import Fate
 from tests.conftest import Command
 from tests.paper import captions

@@ -1,9 +1,12 @@
 """Find out whether a chain has come back: compare tensions at the ends of cycles with earlier ones.
 
-Without disorder the tensions at the end of a cycle decide all that follows: once they return, the
-chain goes round on a limit cycle for ever, unless a slider lost a coefficient of the start on the
-way. With disorder no contact gets back its threshold; what can be known is that nothing has moved
-during a cycle, so that nothing ever will again.
+Without disorder the tensions at the end of a cycle decide all that follows, those at the next end
+among them (a return map): once they return, the chain goes round on a limit cycle for ever, unless
+a slider lost a coefficient of the start on the way. With disorder no contact gets back its
+threshold; what can be known is that nothing has moved during a cycle, so that nothing ever will.
+
+`ReturnMap` looks at what any solver has recorded, `exact.settling` at every cycle of a compiled
+loop, `studies.fates.proof` at balls. How they see that a limit is approached like 1/k is said here.
 """
 
 from __future__ import annotations
@@ -16,7 +19,6 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.model.numbers import nearest_float
-from exactcreep.solvers.statistics import falls_like_inverse_square
 
 NEAR = 2.0**-40
 """How nearly what returns does so, in units of what is largest."""
@@ -26,7 +28,7 @@ PATIENCE = 100
 """Cycles in a row that return nearly before `fate` takes them to go on like this."""
 _REMEMBERED = 1024  # cycles, at least, whose ends are kept
 _MOST_KEPT = 2**21  # numbers of all of them
-_APPROACH = 64  # equal cycles: fewer do not show how tensions approach theirs
+_APPROACH = 64  # equal cycles: fewer do not show how forces approach theirs
 _NOTED = 64  # the longest period that is noted of cycles that are forgotten
 _X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
 
@@ -58,7 +60,36 @@ def nearness(chain: Chain) -> float:
     return NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
 
 
-class Recurrence:
+class Approach(NamedTuple):
+    """How far forces change per cycle that approach a limit like 1/k, and how far they have to go.
+
+    Unit m g.
+    """
+
+    change: float
+    ahead: float
+
+
+def approach(ends: NDArray[Any], alike: int) -> Approach | None:
+    """Return how the ends of cycles approach a limit like 1/k; None if they do not.
+
+    They do if the last `alike` cycles have the same slips, and the changes from row to row of
+    `ends`, the forces or tensions up to the present, fall at least as fast as 1/k**2 in cycle k
+    (see `studies.fates.fate` for where that comes from).
+    """
+    if alike < _APPROACH:
+        return None
+    steps = np.abs(np.diff(ends[-(alike // 2) - 1 :], axis=0)).max(axis=1, initial=0.0)
+    if not (steps > 0).all():
+        return None
+    early, middle, late = steps[[0, steps.size // 2, -1]] ** -0.5
+    if not late - middle >= 0.9 * (middle - early) > 0:
+        return None
+    ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
+    return Approach(float(steps[-1]), float(ahead))
+
+
+class ReturnMap:
     """Remembers how a chain stood at the ends of the last thousand cycles, and since when.
 
     Every so many cycles the older half is forgotten, with a note of the shortest period that held;
@@ -179,13 +210,10 @@ class Recurrence:
         slips = np.diff(self.ends[:, _SLIPS])
         alike = slips.size - 1 - _last(slips != slips[-1:])
         alike = min(alike, self.cycles - self.alike_since)
-        if self.chain.sigma_mu != 0 or alike < _APPROACH or self._moved(alike).all():
+        found = approach(self.ends[:, _TENSIONS:], alike)
+        if found is None or self.chain.sigma_mu != 0 or self._moved(alike).all():
             return None
-        changes = np.diff(self.ends[-(alike // 2) :, _TENSIONS:], axis=0)
-        steps = np.abs(changes).max(axis=1, initial=0.0)
-        if not falls_like_inverse_square(steps):
-            return None
-        return self.cycles - alike, float(steps[-1])
+        return self.cycles - alike, found.change
 
     def _moved(self, period: int) -> NDArray[np.int64]:
         """Return which way each slider has moved, 0 if no further than rounding can take it."""
