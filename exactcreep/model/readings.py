@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from fractions import Fraction
+from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, number_of_floats
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -20,12 +21,10 @@ if TYPE_CHECKING:
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
-COLDEST, HOTTEST = -90, 60
-"""No weather was colder in degrees Celsius, and no day's maximum above the second."""
-ROOFS = 120
-"""No roof is hotter in degrees Celsius."""
+COLDEST, HOTTEST, ROOFS = -90, 60, 120
+"""Degrees Celsius: no weather was colder, no weather was hotter, no roof is hotter."""
 GAP = 1.5
-"""A step longer than so many usual ones is a gap."""
+"""A step longer than so many usual steps is a gap."""
 FAR, OFTEN_FAR = 15, 5
 """A reading is far from its neighbours if it is off their median by 15 K, and by 5 times as much as
 nine readings in ten."""
@@ -34,6 +33,8 @@ _MOST_SAID = 20  # readings
 _FEWEST_SWAPPED = 100  # one day of so many may have its minimum above its maximum
 _FIRST_YEAR, _LAST_YEAR = 1700, 2200  # nanoseconds count no more
 _ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
+_UNITS = {"C": "degrees Celsius", "K": "kelvin"}
+_NONE = np.array([], np.intp)
 
 
 class RecordWarning(UserWarning):
@@ -45,54 +46,63 @@ class RecordWarning(UserWarning):
     >>> from exactcreep import TemperatureRecord
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
-    >>> caught[0].category.__name__
-    'RecordWarning'
+    >>> print(caught[0].message)  # doctest: +ELLIPSIS
+    the temperatures of (arrays), from 283 to 304, are said to be in degrees Celsius...
     """
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Every reading of a table in the order of its rows, whatever is wrong with it.
+    """Every reading of a table, in the order of its rows, whatever is wrong with it.
 
-    `times` are dates (in UTC where they name a zone) or floats, `said` the texts of them, `names`
-    the columns of a row in turn, `entries` what stands there, `exact` the temperatures that this
-    means, None where it means none.
+    Attributes
+    ----------
+    file, unit, decimal : str
+        As of the record; `file` is "" for arrays.
+    names, maximum : list of str, int or None
+        The columns of temperatures, by the hour of the day, and which of them is the maximum.
+    times : ndarray
+        Dates, in UTC where a time zone is named, or floats.
+    written : list of str
+        The times as they are written.
+    entries, exact : list
+        What stands in the table, and the temperature that it means; None where it means none.
     """
 
-    shown: str
+    file: str
     unit: str
     decimal: str
-    times: NDArray[Any]
-    said: Sequence[str]
     names: Sequence[str]
     maximum: int | None
+    times: NDArray[Any]
+    written: Sequence[str]
     entries: Sequence[Any]
     exact: Sequence[Fraction | None]
 
     @classmethod
     def of(
-        cls, table: DataFrame, hours: Sequence[Fraction], *, shown: str, unit: str, scale: Fraction,
+        cls, table: DataFrame, hours: Sequence[Fraction], *, file: str, unit: str, scale: Fraction,
         decimal: str, date_format: str,
     ) -> Readings:  # fmt: skip
         """Return the readings of a table: its first column has the times, others temperatures.
 
-        `hours` are those of the columns after a date, if there are two: minimum and maximum.
+        If there are two columns of temperatures, `hours` are the hours after the date of a row.
         """
-        written, names = table.iloc[:, 0], [str(name) for name in table.columns[1:]]
-        moments, maximum = _moments(written, date_format), None
+        rows, names, maximum = table.iloc[:, 0], [str(name) for name in table.columns[1:]], None
+        times = _times_of(rows, date_format)
         if len(names) == 2:
-            if moments.dtype.kind != "M":
+            if times.dtype.kind != "M":
                 allowed = "must be a date, where a row has the minimum and the maximum of a day"
-                raise InputError(str(written.name), str(written.iloc[0]), allowed)
+                raise InputError(str(rows.name), str(rows.iloc[0]), allowed)
             order = sorted((0, 1), key=lambda k: hours[k])
             maximum, names = order.index(1), [names[k] for k in order]
             after = [timedelta(hours=float(hours[k])) for k in order]
-            moments = (moments[:, None] + np.array(after, "timedelta64[us]")).ravel()
+            times = (times[:, None] + np.array(after, "timedelta64[us]")).ravel()
         entries = table[names].to_numpy(dtype=object).ravel().tolist()
         exact = {entry: _temperature(entry, decimal, scale) for entry in set(entries)}
-        said = [str(text) for text in written for _ in names]
+        written = [str(text) for text in rows for _ in names]
         found = [exact[entry] for entry in entries]
-        return cls(shown, unit, decimal, moments, said, names, maximum, entries, found)
+        return cls(file, unit, decimal, names, maximum, times, written, entries, found)
 
     @property
     def dated(self) -> bool:
@@ -100,15 +110,16 @@ class Readings:
 
     @property
     def seconds(self) -> NDArray[np.float64]:
-        """Times since the first of dates in seconds; numbers as they are written."""
+        """Seconds since the first date; numbers as they are written."""
         if not self.dated:
             return self.times
         return np.asarray((self.times - self.times[0]) / np.timedelta64(1, "s"))
 
-    @property
-    def known(self) -> Sequence[Fraction]:
-        """The temperatures, where all are known."""
-        return [value for value in self.exact if value is not None]
+    @cached_property
+    def celsius(self) -> NDArray[np.float64]:
+        """Temperatures in degrees Celsius, nan where there are none."""
+        known = {None: np.nan} | {value: nearest_float(value) for value in self.exact if value}
+        return np.array([known.get(value, 0.0) for value in self.exact]) - self._zero
 
     @property
     def _zero(self) -> float:
@@ -116,20 +127,23 @@ class Readings:
         return 273.15 if self.unit == "K" else 0.0
 
     @property
-    def celsius(self) -> NDArray[np.float64]:
-        """Temperatures in degrees Celsius, nan where there are none."""
-        known = {value: nearest_float(value) for value in {*self.exact} if value is not None}
-        values = [np.nan if value is None else known[value] for value in self.exact]
-        return np.array(values) - self._zero
-
-    @property
     def temperatures(self) -> NDArray[np.float64]:
         """The temperatures in the unit that are known, and not far from their neighbours."""
-        values = self.celsius + self._zero
-        values[self.faults().get("far", np.array([], np.intp))] = np.nan
+        values = np.delete(self.celsius + self._zero, self.faults().get("far", _NONE))
         return np.asarray(values[np.isfinite(values)])
 
     # --- what is wrong ---------------------------------------------------------------------------
+
+    @cached_property
+    def _steps(self) -> NDArray[np.float64]:
+        """The time since the reading before; nan for the first."""
+        return np.diff(self.seconds, prepend=np.nan)
+
+    @property
+    def _usual(self) -> float:
+        """The usual step: nine in ten are not longer; inf if there are few readings."""
+        few = len(self.times) < _FEWEST
+        return np.inf if few else float(np.nanquantile(self._steps, 0.9, method="lower"))
 
     def faults(self) -> dict[str, NDArray[np.intp]]:
         """Return which readings are wrong, by the kind of fault, in the order in which they count.
@@ -137,116 +151,98 @@ class Readings:
         ``missing``; ``late`` (not after the one before); ``gap`` (after one); ``far`` from its
         neighbours, or no temperature of weather; ``swapped`` (a day's second, on too many days).
         """
-        steps, values = np.diff(self.seconds), self.celsius
-        longest = np.inf
-        if len(values) >= _FEWEST:
-            longest = GAP * float(np.quantile(steps, 0.9, method="lower"))
         found = {
-            "missing": np.isnan(values),
-            "late": np.append(False, steps <= 0),
-            "gap": np.append(False, steps > max(longest, 0.0)),
-            "far": self._far(values),
-            "swapped": self._swapped(values),
+            "missing": np.isnan(self.celsius),
+            "late": self._steps <= 0,
+            "gap": self._steps > max(GAP * self._usual, 0.0),
+            "far": self._far,
+            "swapped": self._swapped,
         }
-        if found["swapped"].sum() * _FEWEST_SWAPPED <= len(values) // 2:
+        if found["swapped"].sum() * _FEWEST_SWAPPED <= len(self.times) // 2:
             del found["swapped"]
         return {kind: np.flatnonzero(wrong) for kind, wrong in found.items() if wrong.any()}
 
-    def _far(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which readings differ much from the two before and the two after, if others do."""
-        pandas, far = import_module("pandas"), np.zeros(len(values), bool)
-        known = values[~np.isnan(values)]
-        if not known.size:
-            return far
-        for k in range(len(self.names)):
-            column = pandas.Series(values[k :: len(self.names)]).dropna()
-            if len(column) >= _FEWEST:
-                off = (column - column.rolling(5, center=True, min_periods=1).median()).abs()
-                limit = max(FAR, OFTEN_FAR * off.quantile(0.9, "lower"))
-                far[off.index[off > limit] * len(self.names) + k] = True
-        mark = (values < COLDEST) | (values > ROOFS)
-        if mark.sum() <= max(1, len(values) // 50) and COLDEST < np.median(known) < ROOFS:
-            far |= mark
-        return far | (values < float(ABSOLUTE_ZERO["C"]) - 1e-9)
+    @cached_property
+    def _far(self) -> NDArray[np.bool_]:
+        """Which readings differ much from the two before and the two after, if others do not."""
+        values, pandas = self.celsius, import_module("pandas")
+        table = pandas.DataFrame(values.reshape(-1, len(self.names)))
+        off = table.apply(_distance).reindex(table.index)
+        limit = np.maximum(FAR, OFTEN_FAR * off.quantile(0.9, interpolation="lower"))
+        far = (off > limit).to_numpy(copy=True).ravel()
+        extreme = (values < COLDEST) | (values > ROOFS)
+        usual = COLDEST < pandas.Series(values).median() < ROOFS
+        if usual and extreme.sum() <= max(1, len(values) // 50):
+            far |= extreme
+        return np.asarray(far | (values < float(ABSOLUTE_ZERO["C"]) - 1e-9))
 
-    def _swapped(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        wrong = np.zeros(len(values), bool)
+    @property
+    def _swapped(self) -> NDArray[np.bool_]:
+        wrong = np.zeros(len(self.times), bool)
         if self.maximum is not None:
-            first, second = values[::2], values[1::2]
-            wrong[1::2] = first > second if self.maximum else first < second
+            wrong[1::2] = self.celsius[1 - self.maximum :: 2] > self.celsius[self.maximum :: 2]
         return wrong
 
     def refusal(self, kind: str, places: NDArray[np.intp]) -> InputError:
         """Return the sentence that refuses the first reading of a fault."""
-        k = int(places[0])
-        name, entry, at = self.names[k % len(self.names)], self.entries[k], self.at(k)
-        time, more = self.said[k], len(places) - 1
-        many = f", and {more} more" if more else ""
-        if kind == "missing":
-            what = "is missing" if entry is None or entry != entry or not str(entry).strip() else (
-                f"must be a number with decimal = {self.decimal!r}")  # fmt: skip
-            said = f"{what} {at}{many}"
-        elif kind == "late":
-            name, entry, said = "time", time, f"must be later than {self.said[k - 1]} before it"
+        k, width = int(places[0]), len(self.names)
+        name, entry, at = self.names[k % width], self.entries[k], self._at(k)
+        many = f", and {len(places) - 1} more" if len(places) > 1 else ""
+        if kind == "swapped":
+            low, high = self.names[1 - (self.maximum or 0)], self.names[self.maximum or 0]
+            said = f"is above {high} {self._days(places)}: the columns may be swapped"
+            return InputError("minimum_column", low, f"{said} (in {self.file})")
+        if kind in ("late", "gap"):
+            name, entry = "time", self.written[k]
+        if kind == "late":
+            said = f"must be later than {self.written[k - 1]} before it{many}"
         elif kind == "gap":
             unit, size = (" days", 86400) if self.dated else ("", 1)
-            steps = np.diff(self.seconds) / size
-            usual = float(np.quantile(steps, 0.9, method="lower"))
-            lengths = (
-                f"{steps[k - 1]:.4g}{unit} after {self.at(k - 1)[3:]}, where {usual:.4g} is usual"
-            )
-            name, entry = "time", time
-            said = f"is {lengths}, a gap{f' ({more} more)' if more else ''}"
-        elif kind == "swapped":
-            first = f"on {len(places)} of {len(self.entries) // 2} days, first on {time}"
-            low = self.names[1 - (self.maximum or 0)]
-            high = self.names[self.maximum or 0]
-            said = f"is above {high} {first}: the columns may be swapped"
-            return InputError("minimum_column", low, f"{said} (in {self.shown})")
+            step, usual = self._steps[k] / size, self._usual / size
+            after = self._at(k - 1).partition(" ")[2]
+            said = f"is {step:.4g}{unit} after {after}, where {usual:.4g} is usual, a gap{many}"
+        elif kind == "missing":
+            said = f"is missing, or no number with decimal = {self.decimal!r}, {at}{many}"
         else:
-            near = [str(self.entries[j]) for j in (k - len(self.names), k + len(self.names))
-                    if 0 <= j < len(self.entries)]  # fmt: skip
-            said = (
-                f"is no temperature of weather, {at}"
-                if not near
-                else f"is far from its neighbours, {' and '.join(near)}, {at}{many}"
-            )
-        mend = f"exactcreep record {self.shown} --mend OUT.csv mends a copy"
-        if not self.shown:  # arrays
-            mend = "pandas mends it (sort_index, dropna, resample, interpolate)"
+            beside = [*self.entries[k - width : k : width], *self.entries[k + width :: width][:1]]
+            near = "its neighbours, " + " and ".join(map(str, beside)) if beside else "any weather"
+            said = f"is far from {near}, {at}{many}"
+        mend = "pandas mends it (sort_index, dropna, resample, interpolate)"
+        if self.file and self.dated:
+            mend = f"exactcreep record {self.file} --mend OUT.csv mends a copy"
         return InputError(name, entry, f"{said}; {mend}")
 
-    def at(self, k: int) -> str:
+    def _days(self, places: NDArray[np.intp]) -> str:
+        days, first = len(self.times) // 2, self.written[places[0]]
+        return f"on {len(places)} of {days} days, first on {first}"
+
+    def _at(self, k: int) -> str:
         """Return the time of a reading for the eye: on 10 April 2024."""
         if not self.dated:
-            return f"at {self.said[k]}"
+            return f"at {self.written[k]}"
         date = self.times[k].astype("datetime64[us]").item()
         return f"on {date.day} {date:%B} {date.year}"
 
     def doubts(self) -> Iterator[str]:
         """Yield why the temperatures look like those of another unit, or the columns swapped."""
-        values, zero = self.celsius, self._zero
-        days, file = self.maximum is not None, self.shown or "(arrays)"
-        if days and (wrong := np.flatnonzero(self._swapped(values))).size:
-            first = f"on {wrong.size} of {values.size // 2} days, first on {self.said[wrong[0]]}"
-            yield f"in {file} the minimum is above the maximum {first}"
-        least, most = np.nanquantile(values, (0.01, 0.99), method="nearest") + zero
-        coldest = most - zero
-        if days:
-            coldest = float(np.nanquantile(values[self.maximum :: 2], 0.01, method="nearest"))
-        low, high = LIKE_KELVIN
-        names = {"C": "degrees Celsius", "K": "kelvin"}
-        if (low < least and most < high) if self.unit == "C" else most < low:
-            said = f'said to be in {names.pop(self.unit)} (unit = "{self.unit}")'
-            told = f"the temperatures of {file}, from {least:g} to {most:g}, are {said}"
-            yield f"{told} and look like {names.popitem()[1]}"
-        elif most - zero > HOTTEST:
-            of_days = "maxima of days" if days else "temperatures"
-            told = f"{file} holds {of_days} of up to {most:g} {self.unit}: they look like degrees"
-            yield f"{told} Fahrenheit ((F - 32) * 5/9 are Celsius), or like tenths (scale = 0.1)"
-        elif least - zero < COLDEST or coldest < -HOTTEST:
-            told = f"{file} holds {least:g} {self.unit}, colder than any weather: tenths"
-            yield f"{told} (scale = 0.1)?"
+        file, celsius = self.file or "(arrays)", self.unit == "C"
+        if (places := np.flatnonzero(self._swapped)).size:
+            yield f"in {file} the minimum is above the maximum {self._days(places)}"
+        least, most = np.nanquantile(self.celsius, (0.01, 0.99), method="nearest")
+        low, high = least + self._zero, most + self._zero
+        if (LIKE_KELVIN[0] < low and high < LIKE_KELVIN[1]) if celsius else high < LIKE_KELVIN[0]:
+            yield (
+                f"the temperatures of {file}, from {low:g} to {high:g}, are said to be in"
+                f' {_UNITS[self.unit]} (unit = "{self.unit}") and look like {_UNITS["CK"[celsius]]}'
+            )
+        elif most > HOTTEST:
+            yield (
+                f"{file} holds temperatures of up to {high:g} {self.unit}: they look like degrees"
+                " Fahrenheit ((F - 32) * 5/9 are Celsius), or like tenths (scale = 0.1)"
+            )
+        elif least < COLDEST:
+            told = f"{file} holds {low:g} {self.unit}, colder than any weather"
+            yield f"{told}: tenths (scale = 0.1)?"
 
     # --- and how it is mended --------------------------------------------------------------------
 
@@ -258,67 +254,64 @@ class Readings:
         Raises
         ------
         InputError
-            If there are more rows to fill in than rows.
+            If times are no dates, or there are more rows to fill in than rows.
         """
         pandas, faults, width = import_module("pandas"), self.faults(), len(self.names)
-        values, said = self.celsius + self._zero, list[str]()
+        if not self.dated:
+            raise InputError("file", self.file, "must have dates: gaps are filled by the hour")
+        values, done = self.celsius + self._zero, list[str]()
         for kind, what in (("missing", "no temperature"), ("far", "far from its neighbours")):
-            places = faults.get(kind, np.array([], np.intp))
+            places = faults.get(kind, _NONE)
             values[places] = np.nan
             for k in places[:_MOST_SAID].tolist():
                 entry = f"{self.names[k % width]} = {self.entries[k]}"
-                said.append(f"{self.said[k]}: {entry}, {what}: interpolated")
+                done.append(f"{self.written[k]}: {entry}, {what}: interpolated")
             if (more := len(places) - _MOST_SAID) > 0:
-                said.append(f"{more} more readings, {what}: interpolated")
-        table = pandas.DataFrame(values.reshape(-1, width), self.times[::width])
-        table.columns = ["minimum", "maximum"][:: 1 if self.maximum else -1] if width == 2 else [
-            "temperature"]  # fmt: skip
+                done.append(f"{more} more readings, {what}: interpolated")
+        days = ["minimum", "maximum"] if self.maximum else ["maximum", "minimum"]
+        columns = days if width == 2 else ["temperature"]
+        table = pandas.DataFrame(values.reshape(-1, width), self.times[::width], columns)
         if not table.index.is_monotonic_increasing:
             table = table.sort_index(kind="stable")
-            said.append("the rows were sorted by time")
+            done.append("the rows were sorted by time")
         if twice := int(table.index.duplicated().sum()):
             table = table.groupby(level=0).mean()
-            said.append(f"{twice} rows with the time of another row: the mean of both was taken")
-        for begin, new in self._filling(table.index):
-            said.append(f"{len(new)} rows after {begin} were missing: interpolated")
-            table = table.reindex(table.index.append(pandas.Index(new)).sort_values())
-        if self.dated:  # every hour of the day by itself: a line through a gap has no days
-            of_hour = table.groupby(table.index - table.index.normalize(), group_keys=False)
-            table = of_hour.transform(lambda column: column.interpolate(limit_direction="both"))
-        method = "time" if self.dated else "index"
-        table = table.interpolate(method, limit_direction="both")
-        digits = next(
-            (
-                k
-                for k in range(1, 6)
-                if all(value is None or (value * 10**k).denominator == 1 for value in {*self.exact})
-            ),
-            6,
-        )
-        return table.round(digits), said
+            done.append(f"{twice} rows with the time of another row: the mean of both was taken")
+        lacking, said = self._lacking(table.index)
+        table = table.reindex(table.index.union(lacking))
+        # every hour of the day by itself: a line through a gap has no days
+        of_hour = table.groupby(table.index - table.index.normalize(), group_keys=False)
+        table = of_hour.transform(lambda column: column.interpolate(limit_direction="both"))
+        return table.interpolate("time", limit_direction="both").round(6), done + said
 
-    def _filling(self, index: Any) -> Iterator[tuple[Any, NDArray[Any]]]:
-        """Yield the last time before each gap, and the times that are missing in it."""
+    def _lacking(self, index: Any) -> tuple[NDArray[Any], list[str]]:
+        """Return the times that are missing in gaps, at the hours at which most days have one."""
         pandas, times = import_module("pandas"), index.to_numpy()
-        steps = np.diff(times)
-        if len(times) < _FEWEST:
-            return
-        usual = np.sort(steps)[int(0.9 * (len(steps) - 1))]
-        if sum(np.round(steps[steps > GAP * usual] / usual)) > len(times):
-            raise InputError("file", self.shown, "lacks more rows than it has: take a part of it")
-        hours: Any = pandas.Series(index - index.normalize()).value_counts() if self.dated else []
-        daily = usual <= np.timedelta64(1, "D") if self.dated else False
-        for k in np.flatnonzero(steps > GAP * usual).tolist():
-            new = times[k] + np.arange(1, round(float(steps[k] / usual))) * usual
-            if daily:  # at the hours at which most days have a reading
-                days = pandas.date_range(index[k].normalize(), index[k + 1].normalize())
-                often = hours.index[2 * hours > hours.max()].to_numpy()
-                new = np.sort((days.to_numpy()[:, None] + often).ravel())
-                new = new[(new > times[k] + usual / 2) & (new < times[k + 1] - usual / 2)]
-            yield self._text(times[k]), new
+        steps = pandas.Series(np.diff(times))
+        gaps = steps > GAP * (usual := steps.quantile(0.9, "lower"))
+        if len(times) < _FEWEST or not gaps.any():
+            return times[:0], []
+        if steps[gaps].sum() > len(times) * usual:
+            raise InputError("file", self.file, "lacks more rows than it has: take a part of it")
+        hours = pandas.Series(index - index.normalize()).value_counts()
+        days = pandas.date_range(index[0].normalize(), index[-1].normalize()).to_numpy()
+        grid = np.sort((days[:, None] + hours.index[2 * hours > hours.max()].to_numpy()).ravel())
+        grid = grid[(grid > times[0]) & (grid < times[-1])]
+        at = np.searchsorted(times, grid)  # the reading after each
+        near = np.minimum(times[at] - grid, grid - times[at - 1]) <= usual / 2
+        lacking, after = grid[gaps[at - 1] & ~near], times[at - 1][gaps[at - 1] & ~near]
+        begins, counts = np.unique(after.astype("datetime64[m]"), return_counts=True)
+        return lacking, [
+            f"{count} rows after {begin} were missing: interpolated"
+            for begin, count in zip(begins, counts, strict=True)
+        ]
 
-    def _text(self, time: Any) -> str:
-        return str(time.astype("datetime64[m]")) if self.dated else str(time)
+
+def _distance(column: Series) -> Series:
+    """Return how far readings are off the median of their neighbours; empty if there are few."""
+    known = column.dropna()
+    off = (known - known.rolling(5, center=True, min_periods=1).median()).abs()
+    return off if len(known) >= _FEWEST else off.iloc[:0]
 
 
 def _temperature(entry: Any, decimal: str, scale: Fraction) -> Fraction | None:
@@ -331,7 +324,7 @@ def _temperature(entry: Any, decimal: str, scale: Fraction) -> Fraction | None:
         return None
 
 
-def _moments(entries: Series, date_format: str) -> NDArray[Any]:
+def _times_of(entries: Series, date_format: str) -> NDArray[Any]:
     """Return times as floats, or as dates, in UTC where they name a time zone."""
     name, texts = str(entries.name), entries.astype(str).str.strip()
 
@@ -342,15 +335,15 @@ def _moments(entries: Series, date_format: str) -> NDArray[Any]:
 
     refuse(entries.isna(), "is missing; leave such rows out")
     if not date_format and _temperature(entries.iloc[0], ".", Fraction(1)) is not None:
-        numbers = np.array([nearest_float(exact_number(entry, name)) for entry in entries])
-        refuse(np.isinf(numbers), "must be below the largest float, 1.8e308")
-        return numbers
+        return np.array([nearest_float(number_of_floats(entry, name)) for entry in entries])
     zoned = texts.str.contains(_ZONE)
     refuse(not date_format and zoned != zoned.iloc[0], "must name a time zone as others do, or not")
-    to_datetime, written = import_module("pandas").to_datetime, date_format or "ISO8601"
-    dates = to_datetime(texts, format=written, utc=True, errors="coerce").dt.tz_localize(None)
-    like = f"as date_format = {date_format!r} says" if date_format else "such as 2024-01-31T13:00"
-    mend = "" if date_format else ", or date_format must say how it is written"
-    allowed = f"must be a number, or a date of the years {_FIRST_YEAR} to {_LAST_YEAR} {like}{mend}"
+    dates = import_module("pandas").to_datetime(
+        texts, format=date_format or "ISO8601", utc=True, errors="coerce"
+    ).dt.tz_localize(None)  # fmt: skip
+    like = "such as 2024-01-31T13:00, or date_format must say how it is written"
+    if date_format:
+        like = f"as date_format = {date_format!r} says"
+    allowed = f"must be a number, or a date of the years {_FIRST_YEAR} to {_LAST_YEAR} {like}"
     refuse(~dates.dt.year.between(_FIRST_YEAR, _LAST_YEAR), allowed)
     return np.asarray(dates.to_numpy("datetime64[us]"))

@@ -17,8 +17,6 @@ from exactcreep.model.readings import HOTTEST, LIKE_KELVIN
 from exactcreep.model.user_files import content_of, refused, unpacked
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pandas import DataFrame, Series
 
 MOST_BYTES = 64 * 2**20
@@ -31,45 +29,40 @@ _ENOUGH = 0.9  # of the entries of a column are numbers, where it has numbers
 _NUMBERED_DATES = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M"}
 _LOW, _HIGH = r"min|low|tief|(^|_)tn", r"max|high|hoch|(^|_)tx"
 _TEMPERATURE = r"temp|^t$|(^|_)t[amt]|celsius|deg"
-_NO_TIMES = (
-    "is not found: no column has dates, or numbers that increase; the first row must name the"
-    " columns, or be data"
-)
+_USUAL = {
+    "delimiter": ",", "decimal": ".", "date_format": "", "encoding": "utf-8",
+    "time_column": "time", "temperature_column": "temperature",
+}  # fmt: skip
 
 
 def table_of(
-    path: Path,
-    *,
-    delimiter: str,
-    encoding: str,
-    columns: Mapping[str, str] | None = None,
-    rows: int = 0,
+    path: Path, *, delimiter: str, encoding: str, rows: int | None = None
 ) -> tuple[DataFrame, bytes]:
-    """Return columns of a CSV file, all as text, by their names, and the content of the file.
+    """Return a CSV file as a table of text, and its content.
 
     Columns of a file whose first row holds a number have no names: they are called 1, 2, ...
 
     Raises
     ------
     InputError
-        If the file is too large, no table, or has no such column.
+        If the file is too large, or no table.
     """
     shown, pandas = str(path), import_module("pandas")
     content = content_of(path, "file", MOST_BYTES)
     try:
         text = unpacked(content, "file", shown, MOST_BYTES).decode(encoding).removeprefix("\ufeff")
-    except (LookupError, UnicodeError) as error:
+    except (LookupError, TypeError, UnicodeError) as error:
         allowed = f"does not read {shown}: {error}; many a file is latin-1"
         raise InputError("encoding", encoding, allowed) from None
-    names, named = _names(text, delimiter, shown)
-    for field, name in (columns or {}).items():
-        if name not in names:
-            among = ", ".join(names[:12]) + " (its first row has no names)" * (not named)
-            allowed = f"must be one of the columns of {shown}: {among} (delimiter = {delimiter!r})"
-            raise InputError(field, name, allowed)
     with refused("file", shown, f"must be a CSV file with delimiter = {delimiter!r}"):
+        begin = next(filter(str.strip, text[:_LONGEST_ROW].splitlines()), "")
+        (first,) = csv.reader([begin], delimiter=delimiter, skipinitialspace=True)
+        if len(first) > _MOST_COLUMNS or len(begin) == _LONGEST_ROW:
+            raise ValueError(f"its first row has more than {_MOST_COLUMNS} columns, or no end")
         if text.count(delimiter) > _MOST_CELLS:
             raise ValueError(f"it must have at most {_MOST_CELLS} entries")
+        named = not any(re.fullmatch(r"\s*[+-]?(\d+[.,]?\d*|[.,]\d+)\s*", cell) for cell in first)
+        names = [cell.strip() if named else str(k) for k, cell in enumerate(first, 1)]
         with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
             table = pandas.read_csv(
                 io.StringIO(text), sep=delimiter, dtype=str, header=0 if named else None,
@@ -80,32 +73,8 @@ def table_of(
     return table, content
 
 
-def _names(text: str, delimiter: str, shown: str) -> tuple[list[str], bool]:
-    """Return the names of the columns, and whether the first row of the file has them."""
-    with refused("file", shown, "must be a CSV file"):
-        begin = next(filter(str.strip, text[:_LONGEST_ROW].splitlines()), "")
-        (first,) = csv.reader([begin], delimiter=delimiter, skipinitialspace=True)
-        if len(first) > _MOST_COLUMNS or (len(begin) == _LONGEST_ROW < len(text)):
-            raise ValueError(f"its first row has more than {_MOST_COLUMNS} columns, or no end")
-    if any(map(_is_number, first)):
-        return [str(k) for k in range(1, 1 + len(first))], False
-    return [name.strip() for name in first], True
-
-
-def _is_number(text: str) -> bool:
-    return re.fullmatch(r"[+-]?(\d+[.,]?\d*|[.,]\d+)", text.strip()) is not None
-
-
 class RecordFormat(NamedTuple):
-    """How a file is written.
-
-    Attributes
-    ----------
-    options : dict
-        Arguments of `TemperatureRecord` that are not its defaults.
-    doubts : dict of str to str
-        Of some of these: what else they might be.
-    """
+    """How a file is written: arguments of `TemperatureRecord`, and what else some might be."""
 
     options: dict[str, Any]
     doubts: dict[str, str]
@@ -148,10 +117,8 @@ def guessed(path: Path) -> RecordFormat:
         raise InputError("temperature_column", shown, f"is not found: there are no {among}")
     guesses = {"delimiter": delimiter, "decimal": decimal, "date_format": written}
     guesses |= {"encoding": encoding, "time_column": time} | _temperatures(values, doubts)
-    usual = {"delimiter": ",", "decimal": ".", "date_format": "", "encoding": "utf-8",
-             "time_column": "time", "temperature_column": "temperature"}  # fmt: skip
-    options = {name: value for name, value in guesses.items() if usual.get(name) != value}
-    return RecordFormat(options, {name: said for name, said in doubts.items() if name in options})
+    options = {name: value for name, value in guesses.items() if _USUAL.get(name) != value}
+    return RecordFormat(options, {name: doubts[name] for name in doubts if name in options})
 
 
 def _numbers(table: DataFrame, decimal: str) -> DataFrame:
@@ -159,7 +126,7 @@ def _numbers(table: DataFrame, decimal: str) -> DataFrame:
     pandas, known = import_module("pandas"), table
     if decimal == ",":  # no dots between thousands
         known = table.apply(lambda column: column.str.replace(".", " ").str.replace(",", "."))
-    values = known.apply(lambda column: pandas.to_numeric(column, errors="coerce"))
+    values = known.apply(pandas.to_numeric, errors="coerce")
     return values.loc[:, values.notna().sum() >= np.maximum(_ENOUGH * table.notna().sum(), 1)]
 
 
@@ -178,16 +145,16 @@ def _times(
     for name in values:
         if values[name].is_monotonic_increasing and values[name].is_unique:
             return str(name), ""
-    raise InputError("time_column", shown, _NO_TIMES)
+    allowed = "is not found: no column has dates, or numbers that increase"
+    raise InputError("time_column", shown, f"{allowed}; the first row must name the columns")
 
 
 def _date_formats(texts: Series, *, number: bool) -> list[str]:
     """Return how dates may be written, the one with the most even steps first; "" is ISO 8601."""
-    pandas, first = import_module("pandas"), str(texts.iloc[0])
+    pandas, first, steps = import_module("pandas"), str(texts.iloc[0]), dict[str, int]()
     guess = import_module("pandas.tseries.api").guess_datetime_format
     with warnings.catch_warnings(action="ignore"):  # both ways are tried
         formats = ["ISO8601", *(guess(first, dayfirst=way) for way in (True, False))]
-    steps: dict[str, int] = {}
     for written in filter(None, [_NUMBERED_DATES.get(len(first))] if number else formats):
         dates = pandas.to_datetime(texts, format=written, errors="coerce", utc=True)
         if dates.notna().all():
@@ -198,21 +165,15 @@ def _date_formats(texts: Series, *, number: bool) -> list[str]:
 
 def _temperatures(values: DataFrame, doubts: dict[str, str]) -> dict[str, Any]:
     """Return the columns of temperatures, their unit and scale."""
-    names = [str(name) for name in values]
     low, high, named = (
-        [name for name in names if re.search(pattern, name.lower())]
+        [str(name) for name in values if re.search(pattern, str(name).lower())]
         for pattern in (_LOW, _HIGH, _TEMPERATURE)
     )
-    options: dict[str, Any] = {"temperature_column": (named or names)[0]}
+    first, *others = named or map(str, values)
+    options: dict[str, Any] = {"temperature_column": first}
     if low and high:
         options = {"minimum_column": low[0], "maximum_column": high[0]}
-    elif len(names) == 2 and not named and names == ["2", "3"]:
-        below = (values["2"] <= values["3"]).mean() >= 0.5
-        options = dict(
-            zip(("minimum_column", "maximum_column"), names if below else names[::-1], strict=True)
-        )
-        doubts["minimum_column"] = "of two columns without names the lower one"
-    elif others := [name for name in named or names if name not in options.values()]:
+    elif others:
         doubts["temperature_column"] = f"or {', '.join(others)}"
     known = values[[*options.values()]].to_numpy()
     least, most = np.nanquantile(known, (0.01, 0.99))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import os
+import re
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -34,31 +35,27 @@ from exactcreep.model.record_format import table_of
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_CHOICES = {"unit": ("C", "K"), "decimal": (".", ",")}
 _SINGLE = ("time_column", "temperature_column")
 _DAILY = ("time_column", "minimum_column", "maximum_column")
-_TEXTS = {*_SINGLE, *_DAILY, *_CHOICES, "delimiter", "date_format", "encoding"}
+_TEXTS = {*_SINGLE, *_DAILY, "unit", "delimiter", "decimal", "date_format", "encoding"}
 
 
 @dataclass(frozen=True, repr=False)
 class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
-    Between two rows theta ramps monotonically; rows in the middle of a monotone stretch change
-    nothing. A velocity is a displacement per unit of `times` (per second for dates); the chain is
-    taken from T0 to the first row at the time of that row. What a record lacks or has twice, gaps,
-    and single values far from their neighbours are refused with the first row that is concerned;
-    ``exactcreep record FILE --mend OUT`` mends a copy.
+    A target for each row. The chain is taken from T0 to the first row at the time of that row, and
+    a velocity is a displacement per unit of `times`: per second for dates.
 
-    Warns with `RecordWarning` if temperatures look like those of the other unit, like degrees
-    Fahrenheit or tenths of a degree; and if the minimum of a day is above its maximum, which is
-    refused on more than one day in a hundred.
+    Missing readings, rows out of order, gaps and single values far from their neighbours are
+    refused; ``exactcreep record FILE --mend OUT`` mends a copy. A `RecordWarning` tells if the
+    temperatures look like those of another unit, or a day's minimum is above its maximum.
 
     Parameters
     ----------
     file : str or path
         A CSV file of at most 64 MiB and a million rows, also packed by gzip (.gz). Its first row
-        names the columns, which else are called 1, 2, ... See `of` for arrays and pandas.
+        names the columns; columns without names are called 1, 2, ... See `of` for arrays.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
@@ -66,9 +63,9 @@ class TemperatureRecord(Listed):
     time_column, temperature_column : str
         Names of the columns. Times increase from row to row: numbers, or dates, all of one kind.
     minimum_column, maximum_column : str
-        Instead of `temperature_column`: a day's minimum and maximum, the commonest old record.
+        Instead of `temperature_column`: a day's minimum and maximum.
     minimum_hour, maximum_hour : number
-        When they are read, in hours after the date of the row.
+        When these are read, in hours after the date of the row.
     scale : number
         What the numbers are multiplied by: 0.1 for tenths of a degree.
     unit : {"C", "K"}
@@ -76,25 +73,25 @@ class TemperatureRecord(Listed):
     delimiter, decimal : str
         One character between columns, and ``.`` or ``,`` before the decimals.
     date_format : str
-        How dates are written, ``%d.%m.%Y %H:%M``; default ISO 8601, ``2024-01-31T13:00``.
+        How dates are written, ``%d.%m.%Y %H:%M``. Default: ISO 8601, ``2024-01-31T13:00``.
     encoding : str
-        Of the file, ``latin-1``; default UTF-8.
+        Of the file, ``latin-1``. Default: UTF-8.
     theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
 
     Raises
     ------
     InputError
-        If an option is not what it must be, a row has no temperature, times do not
-        increase, there is a gap: a step longer than 1.5 usual ones (at least one step in
-        ten is as long as the usual one, so that uneven hours are no gaps), or a reading is off
-        the median of the two before and the two after it by 15 K and by 5 times as much as nine
-        in ten are.
+        If an option is not what it must be; for the first reading that is missing, not later than
+        the one before, after a gap (a step longer than 1.5 times the usual one, which nine steps in
+        ten do not exceed), or far from its neighbours (off the median of the two before and the two
+        after it by 15 K, and by 5 times as much as nine readings in ten); if a day's minimum is
+        above its maximum on more than one day in a hundred.
 
     Attributes
     ----------
     theta : tuple of Fraction
-        One dilation per reading, exact: decimal texts are kept as the rationals that they denote.
+        One dilation for each reading: decimals are kept as the rationals that they denote.
     times : tuple of float
         Of each row: in seconds since `origin` for dates, as written otherwise.
     origin : str
@@ -207,29 +204,24 @@ class TemperatureRecord(Listed):
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 
-        What a file has in another form, pandas reads (``pandas.read_csv``, ``read_excel``), sorts
-        (``sort_index``), thins (``groupby(level=0).mean()``, ``dropna``) and fills
-        (``interpolate``).
+        Pandas reads files of other forms (``read_csv``, ``read_excel``), sorts (``sort_index``),
+        thins (``groupby(level=0).mean()``, ``dropna``) and fills them (``interpolate``).
 
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
-            Floats are taken for the binary numbers that they are. Two columns are minimum and
-            maximum of a day.
-        kappa : number
-            Thermal expansion coefficient, unit 1/K; positive.
-        T0 : number
-            Temperature at which the chain is prepared (theta = 0), in `unit`.
+            Floats are taken for the binary numbers that they are. Two columns: minimum and maximum
+            of a day.
+        kappa, T0, minimum_hour, maximum_hour, scale, unit
+            As of a file.
         times : array, shape (rows,), optional
             Numbers, `datetime.datetime`, `numpy.datetime64` or ISO 8601 texts. Default: the index
             of a Series or DataFrame.
-        minimum_hour, maximum_hour, scale, unit : optional
-            As of a file.
 
         Returns
         -------
         TemperatureRecord
-            A drive with one target for each temperature; dilations are kappa (T - T0), exactly.
+            A drive with one target for each temperature.
 
         Raises
         ------
@@ -283,20 +275,31 @@ class TemperatureRecord(Listed):
         ------
         InputError
             If the file is no table, or its times cannot be read.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> _ = Path("days.csv").write_text("time,temperature\\n0,10\\n1,\\n2,12\\n")
+        >>> TemperatureRecord.readings("days.csv").faults()
+        {'missing': array([1])}
         """
         about = {"kappa": 1, "T0": 0, **options, "theta": [0], "times": [0], "sha256": ""}
         return cls(file, **about)._read()[0]
 
     def _read(self) -> tuple[Readings, bytes]:
-        table, content = table_of(
-            Path(self.file), delimiter=self.delimiter, encoding=self.encoding, columns=self.columns
-        )
+        path = Path(self.file)
+        table, content = table_of(path, delimiter=self.delimiter, encoding=self.encoding)
+        for field, name in self.columns.items():
+            if name not in table:
+                among = ", ".join(table.columns[:12])
+                allowed = f"must be one of the columns of {path}: {among}"
+                raise InputError(field, name, f"{allowed} (delimiter = {self.delimiter!r})")
         keep(self.file)
         return self._readings(table[[*self.columns.values()]]), content
 
     def _readings(self, table: DataFrame) -> Readings:
         return Readings.of(
-            table, (self.minimum_hour, self.maximum_hour), shown=self.file, unit=self.unit,
+            table, (self.minimum_hour, self.maximum_hour), file=self.file, unit=self.unit,
             scale=self.scale, decimal=self.decimal, date_format=self.date_format,
         )  # fmt: skip
 
@@ -312,10 +315,11 @@ class TemperatureRecord(Listed):
             raise readings.refusal(kind, places)
         for told in readings.doubts():
             warnings.warn(told, RecordWarning, stacklevel=4)
-        dilation = {value: self.kappa * (value - self.T0) for value in {*readings.known}}
+        found = [value for value in readings.exact if value is not None]
+        dilation = {value: self.kappa * (value - self.T0) for value in {*found}}
         origin = readings.times[0].astype("datetime64[us]").item() if readings.dated else None
         vars(self).update(
-            theta=tuple(dilation[value] for value in readings.known),
+            theta=tuple(dilation[value] for value in found),
             times=tuple(readings.seconds.tolist()),
             sha256=hashlib.sha256(content).hexdigest(),
             origin="" if origin is None else origin.isoformat(),
@@ -342,18 +346,6 @@ class TemperatureRecord(Listed):
         return np.array((self.times[0], *self.times))
 
     def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return when targets are reached, in units of `times`; the start has the first row's.
-
-        Parameters
-        ----------
-        targets : ndarray of int
-            Numbers of targets.
-
-        Returns
-        -------
-        ndarray
-            Of the same shape.
-        """
         return self._clock[targets]
 
     def _facts(self) -> dict[str, Any]:
@@ -367,32 +359,30 @@ class TemperatureRecord(Listed):
         return kept
 
 
-def _check_options(options: Mapping[str, Any]) -> None:
-    for name, choices in _CHOICES.items():
-        if not isinstance(options[name], str) or options[name] not in choices:
-            *most, last = (f'"{choice}"' for choice in choices)
-            raise InputError(name, options[name], f"must be {', '.join(most)} or {last}")
-    for name in {*_SINGLE, *_DAILY}:
-        text = options[name]
-        if not isinstance(text, str) or not (text.strip() or name in _DAILY[1:]):
-            raise InputError(name, text, "must be the name of a column")
-    _, low, high = (options[name].strip() for name in _DAILY)
-    if bool(low) != bool(high):
-        raise InputError("maximum_column", high, "must be given with minimum_column")
-    single = options["temperature_column"]
-    if low and single != "temperature":
-        raise InputError("temperature_column", single, "must be left out beside minimum_column")
-    for first, second in itertools.combinations(_DAILY if low else _SINGLE, 2):
-        if options[first].strip() == options[second].strip():
-            raise InputError(second, options[second], f"must not be {first}")
-    delimiter = options["delimiter"]
-    if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
-        raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
-    if options["decimal"] == delimiter:
-        raise InputError("decimal", delimiter, "must not be the delimiter as well")
-    written = options["date_format"]
-    if not isinstance(written, str) or (written and "%" not in written):
-        allowed = "must say how dates are written, e.g. %d.%m.%Y %H:%M"
-        raise InputError("date_format", written, allowed)
-    if not isinstance(options["encoding"], str):
-        raise InputError("encoding", options["encoding"], "must be a name, e.g. latin-1")
+def _check_options(given: Mapping[str, Any]) -> None:
+    daily = given["minimum_column"] or given["maximum_column"]
+    columns = _DAILY if daily else _SINGLE
+    for name in columns:
+        if not isinstance(given[name], str) or not given[name].strip():
+            raise InputError(name, given[name], "must be the name of a column")
+    if daily and given["temperature_column"] != "temperature":
+        allowed = "must be left out beside minimum_column"
+        raise InputError("temperature_column", given["temperature_column"], allowed)
+    for first, second in itertools.combinations(columns, 2):
+        if given[first].strip() == given[second].strip():
+            raise InputError(second, given[second], f"must not be {first}")
+    delimiter, decimal, written = given["delimiter"], given["decimal"], given["date_format"]
+    rules = [
+        ("unit", given["unit"] in ("C", "K"), 'must be "C" or "K"'),
+        ("decimal", decimal in (".", ","), 'must be "." or ","'),
+        ("decimal", decimal != delimiter, "must not be the delimiter as well"),
+        ("delimiter", re.fullmatch(r'[^"\r\n]', str(delimiter)), "must be one character, e.g. ;"),
+        (
+            "date_format",
+            written == "" or "%" in str(written),
+            "must hold codes: %d.%m.%Y",
+        ),
+    ]
+    for name, kept, allowed in rules:
+        if not kept:
+            raise InputError(name, given[name], allowed)

@@ -41,7 +41,7 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
          {"time_column": "1", "temperature_column": "2"}, ""),
         (columns("31.03.2024 12:00;1,5;50,5", lambda k, d: f"{d:%d.%m.%Y} 12:00;{k},5;5{k % 9},5"),
          {"delimiter": ";", "decimal": ",", "date_format": "%d.%m.%Y %H:%M", "time_column": "1",
-          "minimum_column": "2", "maximum_column": "3"}, "minimum_column"),
+          "temperature_column": "2"}, "temperature_column"),
         (columns("2024-03-31  1.5", lambda k, day: f"{day}  {k}.5"),
          {"delimiter": " ", "time_column": "1", "temperature_column": "2"}, ""),
         (columns("day,min,max", lambda k, day: f"{day},{k},{3 * k}"),
