@@ -154,11 +154,8 @@ def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], li
     from exactcreep.quasistatic.writing import write_file
 
     table, done = readings.mended()
-    times = table.index.to_numpy()
-    if readings.dated:
-        whole = readings.maximum is not None
-        times = np.datetime_as_string(times, "D" if whole else "s")
-    table.insert(0, "time", times)
+    unit: Any = "s" if readings.maximum is None else "D"
+    table.insert(0, "time", np.datetime_as_string(table.index.to_numpy(), unit))
     write_file(to, table.to_csv(index=False, lineterminator="\n").encode(), "mend", force=force)
     say_written(to)
     about: dict[str, Any] = {"file": str(to)}

@@ -212,11 +212,13 @@ class TemperatureRecord(Listed):
         temperatures : array of numbers, shape (rows,) or (rows, 2)
             Floats are taken for the binary numbers that they are. Two columns: minimum and maximum
             of a day.
-        kappa, T0, minimum_hour, maximum_hour, scale, unit
+        kappa, T0 : number
             As of a file.
         times : array, shape (rows,), optional
             Numbers, `datetime.datetime`, `numpy.datetime64` or ISO 8601 texts. Default: the index
             of a Series or DataFrame.
+        minimum_hour, maximum_hour, scale, unit : optional
+            As of a file.
 
         Returns
         -------
