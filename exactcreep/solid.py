@@ -529,7 +529,7 @@ class Descent:
         return np.asarray(np.diff(np.interp(ends, self.elapsed, self.millimetres)))
 
     @property
-    def weather(self) -> float:
+    def _weather(self) -> float:
         """By how much one year's descent differs from another's, as a standard deviation, mm.
 
         Between the years of a record of at least five; else from blocks of ten days, each against
@@ -556,7 +556,7 @@ class Descent:
         return n, many if n < many else 2 * n
 
     @property
-    def pivot_step(self) -> float:
+    def _pivot_step(self) -> float:
         """By how much of itself the descent jumps when the pivot moves on by one contact."""
         chain = self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
@@ -566,7 +566,7 @@ class Descent:
         return 2 / highest if highest > 0 else math.inf
 
     @property
-    def artefact(self) -> float:
+    def _artefact(self) -> float:
         """By what share the rate differs from that on many contacts, all else the same."""
         few, many = self.contacts
         return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
@@ -588,14 +588,15 @@ class Descent:
         >>> sorted(descent.summary())[:2]
         ['artefact_of_contacts', 'days']
         """
-        names = ("days", "millimetres_per_year", "weather", "disorder", "pivot_step")
+        names = ("days", "millimetres_per_year", "disorder")
         rates = [
             {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
             for (n, factor), rate in self.rates.items()
         ]
         return plain_data(
             {name: getattr(self, name) for name in names}
-            | {"millimetres": self.total, "artefact_of_contacts": self.artefact, "rates": rates}
+            | {"weather": self._weather, "pivot_step": self._pivot_step, "rates": rates}
+            | {"millimetres": self.total, "artefact_of_contacts": self._artefact}
             | {"measured_millimetres_per_year": float(self.solid.measured) or math.nan}
         )
 
@@ -619,8 +620,8 @@ class Descent:
             "descent": f"{self.total:.4g} mm in {self.days:.4g} days: {rate}",
             "friction": f"{_percent(more / same)} where friction is 10 % more,"
             f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
-            "contacts": f"{_percent(1 / (1 + self.artefact))} with N = {many} instead of {few}: an"
-            f" artefact of whole pivots (the next is worth {100 * self.pivot_step:.2g} %);"
+            "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few}: an"
+            f" artefact of whole pivots (the next is worth {100 * self._pivot_step:.2g} %);"
             f" N = {self.solid.converged_contacts} is enough",
         }
         if self.solid.friction != FRICTION:
@@ -628,9 +629,9 @@ class Descent:
             least, most = self.interval
             between = f"{least:.4g} to {most:.4g} mm/year for mu_d from {high:.4g} to {low:.4g}"
             said["friction"] = f"{between} (sliding limit, N = {many})"
-        if math.isfinite(self.weather):
+        if math.isfinite(self._weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
-            differs = f"one year differs from another by {self.weather:.2g} mm"
+            differs = f"one year differs from another by {self._weather:.2g} mm"
             said["weather"] = f"{differs} (standard deviation, from the {of})"
         if self.of_seeds:
             seeds = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
