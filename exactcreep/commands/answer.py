@@ -28,7 +28,7 @@ LIMIT, STALE, INTERRUPTED = 3, 4, 130
 _RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
-_WITHOUT_END = 10**5  # columns of what is no terminal: whoever reads it does not fold lines
+_WITHOUT_END = 10**5  # columns, unless a terminal folds the lines
 _LABELS = {
     "law_seuil": "paper, Eq. 22",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
@@ -91,7 +91,7 @@ def complain(sentence: str) -> None:
 
 @contextmanager
 def unread() -> Iterator[None]:
-    """Let what is printed go nowhere once its reader, e.g. ``head``, has seen enough."""
+    """Discard further output once its reader, e.g. ``head``, has closed the pipe."""
     try:
         yield
     except BrokenPipeError:
@@ -246,8 +246,8 @@ def grouped(
 ) -> list[tuple[list[str], list[int]]]:
     """Return groups of members with equal results whose settings are neighbours.
 
-    Of each group: the values of every key, a range as ``first … last``, and its members. The
-    settings are those of each member by its keys; the results are compared by ``==``.
+    Each group: the values of every key, a range as ``first … last``, and its members. `settings`
+    holds a mapping for each member; results are compared by ``==``.
     """
     rows = [
         ([[value] for value in setting.values()], [number])

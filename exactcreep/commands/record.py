@@ -29,9 +29,9 @@ def record(
     or of minima and maxima. A guess that may be wrong has a remark. T0 is the mean: set it to the
     temperature at which the solid was laid.
 
-    What is wrong with the record is said below the lines: readings that are missing or far from
-    their neighbours, gaps, rows out of order, minima above their maxima. A plot marks it. Exit
-    status: 0 the record can be used as it is, or was mended, 2 it cannot.
+    Faults of the record are listed below the lines: readings that are missing or far from their
+    neighbours, gaps, rows out of order, minima above their maxima. A plot marks them. Exit status:
+    0 the record can be used as it is, or was mended, 2 it cannot.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def roof(
 ) -> None:
     """Say how far a roof creeps in the weather of a file, in millimetres a year, and how surely.
 
-    The file is read as `exactcreep record` guesses. The rate is that of the sliding limit, where
-    the static friction has no effect.
+    The file is read as `exactcreep record` guesses. The rate is computed in the sliding limit: the
+    static friction has no effect.
 
     Parameters
     ----------

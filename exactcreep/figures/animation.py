@@ -52,7 +52,7 @@ def largest_avalanche(
 ) -> int:
     """Return the number of the rearrangement with most events in the first half-cycles.
 
-    It is that of the part which was reached, where a limit comes before.
+    If a limit comes before, only the part that was reached counts.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMI
 
     Notes
     -----
-    Guarantee: its itinerary is that of the run itself (checked).
+    Guarantee: it has the itinerary of the run itself (checked).
     """
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):

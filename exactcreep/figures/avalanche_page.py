@@ -78,8 +78,8 @@ def run_data(run: Creep) -> dict[str, Any]:
 def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
     """Return a rearrangement as it moves, ready for JSON.
 
-    Displacements and velocities are those of its closed form, `Rearrangement.sol`, at some hundred
-    instants, its events among them; the page joins them by cubics.
+    Its closed form, `Rearrangement.sol`, gives displacements and velocities at some hundred
+    instants and at its events; the page joins them by cubics.
     """
     motion, chain = avalanche.rearrangement, avalanche.experiment.chain
     events = np.array([float(event.time) for event in motion.events])

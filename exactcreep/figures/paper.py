@@ -142,11 +142,11 @@ class Table:
 def to_csv(tables: Sequence[Table]) -> str:
     """Return tables as one CSV: a column for each quantity that varies, numbers in full.
 
-    A number that is not known is nan, and what a series does not vary is empty. Where a plateau is
-    not unique, a law has its two values in two columns, else the same in both. The unit is that of
-    the measured value, its standard error and the laws; deviations count standard errors. The law
-    of sliders that stick and slip was measured itself: `sticking_law_deviation` is how far, root
-    mean square, chains were from it, and its deviation counts that and the standard error together.
+    An unknown number is nan; a quantity that a series does not vary is empty. A law has two columns
+    because its plateau may have two values. The unit holds for the measured value, its standard
+    error and the laws; deviations count standard errors. `sticking_law_deviation` is the root mean
+    square distance of measured chains from the law of sliders that stick and slip; the deviation
+    from this law counts that distance and the standard error together.
     """
     varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
     text = io.StringIO()
@@ -250,7 +250,7 @@ SLOPE = r"$\tan\alpha$"
 Style = dict[str, Any]
 LawFunction = Callable[..., Any]
 PRINTED: Style = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
-RANDOM_LAW: Style = {**PRINTED, "color": INKS[3]}  # where that of cycles is drawn too
+RANDOM_LAW: Style = {**PRINTED, "color": INKS[3]}  # beside the law of cycles
 CYCLES: Style = {"markerfacecolor": "white", "color": INKS[6]}  # open circles, as in the paper
 RANDOM: Style = {"color": INKS[6]}  # full circles
 GUIDE: Style = {"color": "0.55", "linewidth": 0.7, "linestyle": DOTTED}

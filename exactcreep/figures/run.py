@@ -668,7 +668,7 @@ class Plots:
             ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
             ``rearrangements`` by either of its names: ``slips``, ``rearrangement_slips``. Places
             and what may be negative, ``first`` or ``displacement``, are on a linear scale, others
-            on a logarithmic one, where those of zero are left out.
+            on a logarithmic one, which leaves out zeros.
         ax : Axes, optional
             Default: new axes.
         **style

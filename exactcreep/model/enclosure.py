@@ -217,7 +217,7 @@ def as_written(name: str, values: NDArray[Any], digits: int | None) -> dict[str,
 
 
 def quantity(name: str) -> str:
-    """Return the name of the numbers of which `name` are, in files, the decimals or the radii."""
+    """Return the name of a quantity; `name` may be the name of its decimals or radii in a file."""
     for companion in ("_decimal", "_radius", "_exact"):
         name = name.removesuffix(companion)
     return name

@@ -122,7 +122,7 @@ def guessed(path: Path) -> RecordFormat:
 
 
 def _numbers(table: DataFrame, decimal: str) -> DataFrame:
-    """Return the columns of numbers with a decimal sign; what is no number is nan."""
+    """Return the columns of numbers with a decimal sign; other entries are nan."""
     pandas, known = import_module("pandas"), table
     if decimal == ",":  # no dots between thousands
         known = table.apply(lambda column: column.str.replace(".", " ").str.replace(",", "."))

@@ -124,7 +124,7 @@ def edges_of(measure: str, low: float, high: float) -> Floats:
 def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -> Distribution:
     """Return how one of `MEASURES` is distributed; on a logarithmic scale zeros are left out.
 
-    The error is that of a ratio of sums over blocks, to first order in their scatter; nan for one.
+    The error is the error of a ratio of sums over blocks, to first order; nan for one block.
     """
     values, logarithmic = found.values[measure], MEASURES[measure].scale == "log"
     counted = (values > 0) | (not logarithmic)

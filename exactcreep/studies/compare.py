@@ -69,7 +69,7 @@ _VARIABLES: dict[str, tuple[Any, str, str]] = {
     "error_after": (math.nan, LENGTH, f"{_LONG}, at any rest"),
     "velocity": (math.nan, LENGTH, "mean displacement of x_G, as of `creep`"),
     "velocity_error": (math.nan, LENGTH, "standard error of the velocity"),
-    "bias": (math.nan, LENGTH, "velocity minus that of exact with the same disorder"),
+    "bias": (math.nan, LENGTH, "velocity minus the velocity of exact with the same disorder"),
     "half_cycles": (0, NUMBER, "targets that the velocity was measured over"),
     "outcome": ("", "", "of the run for the velocity"),
     "evidence": ("", "", "of the events that were compared"),
@@ -128,10 +128,10 @@ def compare(
 
     Notes
     -----
-    Guarantee: events agree in kind, sliders, directions and order, and those of a certified truth
-    are those of the equations, as far as ``truth_evidence`` says ``proved``. Times decide nothing.
-    Velocities are those of `creep`, with its burn-in, over the whole drive or the half-cycles of
-    the first 100 000 events of `exact`; nan if these are none.
+    Guarantee: events agree if their kind, sliders, directions and order agree; times do not count.
+    Where ``truth_evidence`` says ``proved``, the events of a certified truth solve the equations.
+    `creep` measures the velocities, with its burn-in, over the whole drive or the half-cycles of
+    the first 100 000 events of `exact`; nan if there are none.
 
     Examples
     --------

@@ -75,14 +75,14 @@ def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
 
 
 def spread(data: xr.Dataset) -> xr.Dataset:
-    """Return what the seeds say together of each method, over ``method`` and ``interval``.
+    """Return statistics over the seeds for each method, over ``method`` and ``interval``.
 
     The value and its interval of ``agreed``, events before the first that differs (median and
     quartiles; inf where so many seeds met none), the ``rate`` of wrong turns per event (Poisson's
     95 %), ``error`` (median and quartiles of the largest position error) and ``bias`` of the
-    velocity relative to that of `exact` (Student's 95 %).
+    velocity relative to the velocity of `exact` (Student's 95 %).
     """
-    # where the bias is known, velocity - bias is that of exact
+    # velocity - bias is the velocity of exact
     scale = abs(float((data.velocity - data.bias).mean()))
     methods = [_spread(data.isel(method=k), scale) for k in range(data.sizes["method"])]
     dims = ("method", "interval")
@@ -112,7 +112,7 @@ def table(data: xr.Dataset) -> pd.DataFrame:
 
     Columns: ``parted`` (seeds with a wrong event), ``agreed``, ``error`` and ``bias`` as in
     `spread` with half the width of the latter's interval (``bias_error``), ``velocity``,
-    ``seconds`` per half-cycle and ``ratio`` (over those of `exact`), medians over the seeds.
+    ``seconds`` per half-cycle and ``ratio`` (to `exact`), medians over the seeds.
     """
     known, middle = spread(data), data[["seconds", "velocity"]].median("seed")
     value, low, high = (known.sel(interval=part) for part in Interval._fields)

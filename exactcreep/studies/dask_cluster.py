@@ -43,9 +43,9 @@ class DaskExecutor(ClientExecutor):
 def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """Yield an executor that computes on the workers of a dask scheduler.
 
-    `address` is that of the scheduler, e.g. ``tcp://10.0.0.1:8786``, or the path of its
-    ``--scheduler-file``; it is waited for so many seconds. A cell whose worker dies is computed
-    again by another one, as often as dask's ``distributed.scheduler.allowed-failures`` says.
+    `address` is the address of the scheduler, ``tcp://10.0.0.1:8786``, or the path of its
+    ``--scheduler-file``; `timeout` is in seconds. If a worker dies, another one computes its cell
+    again, as often as dask's ``distributed.scheduler.allowed-failures`` says.
     """
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:

@@ -143,9 +143,9 @@ def plan(
     drive : Drive
         The temperatures, as dilations, that the chain is to follow.
     digits : int
-        Significant digits that are wanted of the trajectory.
+        Significant digits of the trajectory.
     record : tuple of str
-        What is to be recorded besides the mean velocity.
+        Quantities to record besides the mean velocity.
     seed : int
         Of the disorder, and of a random drive.
     start : State, optional
@@ -163,9 +163,9 @@ def plan(
 
     Notes
     -----
-    Guarantee: all but the seconds depends on the arguments alone. Of a law, `law_deviation` says by
-    how much runs were measured to differ from it: 0 where it is a theorem. Events and seconds are
-    extrapolated from the first half-cycles: an estimate. Events are those of `exact`.
+    Guarantee: everything but the seconds depends on the arguments alone. `law_deviation` is the
+    measured distance of runs from the law: 0 if the law is a theorem. The events of `exact` and the
+    seconds are estimates, extrapolated from the first half-cycles.
 
     Examples
     --------
@@ -344,9 +344,9 @@ class _Pilot(NamedTuple):
 def _pilots(
     drive: Drive, run: Callable[[Drive], _Pilot], enough: Callable[[_Pilot], bool]
 ) -> list[_Pilot]:
-    """Return pilots of twice as many half-cycles each, until one is enough, two at least.
+    """Return at least two pilots, each twice as long as the one before, until a pilot is enough.
 
-    Those of a chain at rest go on, for very many half-cycles: it may move again.
+    The pilots of a chain at rest go on for many half-cycles: it may move again.
     """
     pilots: list[_Pilot] = []
     half_cycles, ended = _FIRST, False
@@ -361,10 +361,9 @@ def _pilots(
 
 
 def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
-    """Return what all half-cycles take if all that follow take as much as those of the last pilot.
+    """Return the cost of all half-cycles: further ones cost as much as the last pilot's.
 
-    That is as much as the last has taken beyond the pilot before it: transients, and what every run
-    takes, are in both.
+    The difference of the last two pilots leaves out transients and the overhead of every run.
     """
     (before, less), (reached, most) = [(0, 0.0), *pilots][-2:]
     rate = min(max(most - less, 0) / max(reached - before, 1), most / reached)

@@ -125,7 +125,7 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
 
     Notes
     -----
-    Guarantee: none but that of the runs. With chaos rests are statistics, whatever the evidence.
+    Guarantee: none beyond the runs. With chaos rests are statistics, whatever the evidence.
 
     Source: Fig. 8 and its discussion.
 

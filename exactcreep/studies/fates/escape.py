@@ -1,8 +1,8 @@
 """The rate at which creep escapes from its chaos once the early arrests are over.
 
-In transient chaos (Lai and Tél) what outlives an early phase is arrested at a constant rate. Lives
-are whole cycles: those of each phase are geometric. How well the late rate is known follows from
-the likelihood of two such phases, whatever the share and the rate of the early one may be.
+In transient chaos (Lai and Tél) the starts that outlive an early phase are arrested at a constant
+rate. Lives are whole cycles, geometric in each phase. The likelihood of two such phases tells how
+well the late rate is known, whatever the share and the rate of the early phase may be.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _TOLD = 0.8  # standard deviations, at least, from a late phase in which nothing
 _EARLY = 1.92  # gain of log-likelihood from which on an early phase is told
 _STRAGGLERS = 0.1  # starts of the early phase that are expected to outlive the cut
 _DOUBTED = 0.01  # less probable lifetimes are not geometric
-_FEWEST_ARRESTS = 5  # of which a distribution is tested
+_FEWEST_ARRESTS = 5  # from which on their distribution is tested
 _EARLY_RATES, _LATE_RATES, _HALVINGS = 24, 60, 10
 _LONGEST_HORIZON = 10**9
 
@@ -74,7 +74,7 @@ class _Lives(NamedTuple):
         return float(self.number @ self.cycles)
 
     def log_probability(self, rates: Floats) -> Floats:
-        """Return that of every life at each of the rates, shape (rates, lives)."""
+        """Return the log-probability of each life at each rate, shape (rates, lives)."""
         rate = rates[:, None]
         stays = np.log1p(-rate) * (self.cycles - self.arrested)
         return stays + np.where(self.arrested, np.log(np.maximum(rate, 1e-300)), 0.0)
@@ -127,21 +127,18 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
 
     Notes
     -----
-    Each start belongs to one of two phases, of which the early one is arrested at a higher rate;
-    lives are geometric, or longer than was seen. The interval holds the late rates for which some
-    early phase makes the lives about as likely as any (profile likelihood), where an early phase
-    that takes the share s of all starts counts as likely as 1 - s: without that a few survivors
-    could always be a late phase of their own. Where early arrests cannot be told from late ones it
-    is therefore wide, and there is none if the early phase reaches beyond the horizon, if a late
-    phase without arrests is within 0.8 standard deviations, or if the interval would reach down to
-    it. As it is only told beyond these 0.8, its lower end is that of a normal estimate which is
-    seen under this condition.
+    Each start belongs to one of two phases; the early phase is arrested at a higher rate. Lives are
+    geometric, or longer than was seen. The interval is a profile likelihood over the early phase.
+    An early phase with the share s of all starts has the prior 1 - s: otherwise a few survivors
+    could always be a late phase of their own. The interval is wide if early and late arrests cannot
+    be told apart. There is no rate if the early phase reaches beyond the horizon, or if a late
+    phase without arrests is within 0.8 standard deviations or within the interval. The lower end is
+    corrected for this condition, as for a normal estimate.
 
-    Guarantee: none. Of the mixtures of two phases in tests/studies/fates/test_escape.py, 400
-    samples each, it held the late rate in 90 to 99 % of the samples for which it was told, but for
-    horizons of one or two late mean lives or less and early scales of a tenth to a half of one:
-    there it was told in 6 to 51 % of the samples, and held the late rate in 67 to 88 % of these
-    (300 starts, half a life, a scale of .14: 74 %; 200 starts, one life, .45: 85 %).
+    Guarantee: none. In tests/studies/fates/test_escape.py (mixtures of two phases, 400 samples
+    each) the interval held the late rate in 90 to 99 % of the samples with a rate. For horizons up
+    to two late mean lives and early lives of a tenth to a half of one, 6 to 51 % of the samples had
+    a rate, and the interval held the late rate in 67 to 88 % of these.
 
     Examples
     --------
@@ -253,7 +250,7 @@ def _geometric(ends: Floats, others: Floats) -> float:
     At a constant rate arrests are spread evenly over the cycles lived by all (Kolmogorov and
     Smirnov); compared at whole cycles, which makes the test a cautious one.
     """
-    number = ends.size - (not others.size)  # the last arrest of all ends what is compared
+    number = ends.size - (not others.size)  # the last arrest of all ends the comparison
     if number < _FEWEST_ARRESTS:
         return math.nan
     every = np.sort(np.concatenate([ends, others]))

@@ -70,7 +70,7 @@ def fate(
         compiled; it finds that the forces return bit for bit with a period up to 1000, or to within
         rounding for at least 100 cycles in a row.
     max_seconds : number, optional
-        Come back after so much wall time with what is known; `reason` then says so.
+        Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
 
@@ -104,7 +104,7 @@ def fate(
 
 
 def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
-    """Warn of a proof that may never come: that of a chain which float64 sees creep on and on."""
+    """Warn that a proof may never come if the chain creeps on and on in float64."""
     cycles = min(drive.cycles, _TRIED)
     if chain.n < CHAOTIC or cycles < _TRIED:
         return
@@ -162,7 +162,7 @@ def numerical_fate(
 
 
 def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
-    """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
+    """Return how the forces approach a locked cycle, and its facts; None: they do not."""
     chain, approach = course.simulation.chain, course.approaching()
     if approach is None:
         return None

@@ -37,9 +37,9 @@ class Fate(Result):
     cycles : int
         Whole cycles that were followed.
     settled_after, period : int or None
-        After so many cycles every period has this `itinerary` and this `advance`. None: not
-        settled. Tensions at the ends of periods are then the same; where a proved cycle has
-        avalanches, they approach those of the cycle, and the advance lies in its enclosure.
+        After so many cycles every period has this `itinerary` and this `advance`, and ends with
+        the same tensions; where a proved cycle has avalanches, the tensions approach the cycle and
+        the advance lies in its enclosure. None: not settled.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int
@@ -101,7 +101,7 @@ class Fate(Result):
 
         Notes
         -----
-        Guarantee: that of `advance`, divided by the half-cycles of a period and rounded.
+        Guarantee: `advance` divided by the half-cycles of a period, rounded.
         """
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 

@@ -57,7 +57,7 @@ HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
 _MOST_PERIOD = 1000  # cycles: a longer period is not found
 _BITS = 192  # to begin with
-_PROOF_BITS = 128  # of what is concluded from the derivatives
+_PROOF_BITS = 128  # of conclusions from the derivatives
 _CLOSE = 2.0**-40  # how nearly a shape has to return before a proof is tried
 _BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter period
 _CLOSER = 0.25  # how much more nearly before it is tried once more
@@ -93,7 +93,7 @@ class ProvedFate(NamedTuple):
     The times of events are the middles of their enclosures. Neither the itinerary nor any theta_c
     depends on the amplitude, as long as every theta_c is reached, and none beyond: `between` are
     the largest theta_c and the least at which another event would have followed, rounded inward.
-    None if what is proved is proved of this amplitude alone.
+    None if the proof holds for this amplitude alone.
     """
 
     fate: Fate
@@ -333,7 +333,7 @@ class _Proof:
             for place, slips in zip((0, -1), word.late, strict=True):
                 if shape:
                     shape[place] = shape[place] + slips * self._slip()
-            # both halves in one frame, that of a chain at its lower end of theta
+            # both halves in the frame of a chain at its lower end of theta
             return Passed(
                 flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),
                 flint.arb_mat([row[::-1] for row in second]) if second else flint.arb_mat(0, 0),
@@ -364,7 +364,7 @@ class _Proof:
         self, outcome: Outcome, until: int, reason: str,
         proof: Mapping[str, float] | None = None, **known: Any,
     ) -> Fate:  # fmt: skip
-        """Return what is known; the last advance is looked for up to cycle `until`."""
+        """Return the fate as far as it is known; look for the last advance up to cycle `until`."""
         simulation, last = self.simulation, 0
         for cycle, (a, b) in enumerate(pairwise(self.travel[: until + 1]), 1):
             if abs(b.middle - a.middle) > max(a.radius + b.radius, self.chain.no_advance):
@@ -532,8 +532,8 @@ def _length(entries: Sequence[Any]) -> Any:
 def two_norm(matrix: Any) -> Any:
     """Return a bound of the largest singular value of a matrix of balls.
 
-    ``|A|^2 = |A^T A|``, ``|B|^(2^k) = |B^(2^k)|`` for a symmetric B, and no norm exceeds that of
-    the entries taken as a vector, by a factor whose root tends to 1.
+    ``|A|^2 = |A^T A|``, ``|B|^(2^k) = |B^(2^k)|`` for a symmetric B, and the entries taken as a
+    vector have a norm at least as large, by a factor whose root tends to 1.
     """
     power = matrix.transpose() * matrix
     for _ in range(_SQUARINGS):

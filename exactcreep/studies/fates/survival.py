@@ -230,9 +230,7 @@ class Survival(Result):
 
     @property
     def directions(self) -> dict[str, Share]:
-        """Which part of the starts is among `creeping`, by the way that they go.
-
-        The words are those of `Fate.direction`; ways that no start goes are left out.
+        """The starts among `creeping`, by their direction: see `Fate.direction`.
 
         Notes
         -----
@@ -394,8 +392,8 @@ def survival(
     workers : int, optional
         Without an executor: so many threads; default one for each processor.
     max_seconds : number, optional
-        Come back after so much wall time with what is known; `reason` then says so. Starts that
-        were not begun by then are not followed.
+        Wall time after which the result so far is returned; `reason` then says so. Further starts
+        are not begun.
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
@@ -416,8 +414,8 @@ def survival(
     such a cycle like 1/k (see `Fate.marginal`). With disorder tensions never return, and only rest
     counts: a chain whose ends alone slip is dormant, and may wake up.
 
-    Guarantee: results do not depend on the executor, nor on the number of threads. Trajectories are
-    those of float64: not one by one those of the equations, but with their statistics.
+    Guarantee: results do not depend on the executor, nor on the number of threads. In chaos a
+    trajectory in float64 is no solution of the equations, but has the statistics of one.
 
     Examples
     --------

@@ -53,7 +53,7 @@ class BesideLaws(Result):
         """What was looked at, with the chain and all single numbers and texts as attributes.
 
         Of `Threshold` its `windows` along ``edge``; of `Intercept` the velocities along
-        ``amplitude``. Units are those of the fields.
+        ``amplitude``, in the units of the fields.
         """
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
         about = plain_data(self.chain.parameters()) | single

@@ -209,7 +209,7 @@ def intercept(
         try:
             run = creep(chain, drive, max_seconds=limits.seconds_left, **begin)
         except Interrupted:
-            if not limits.passed():  # no block of the caller's takes what is known
+            if not limits.passed():  # no block of the caller takes the result so far
                 raise
         if limits.passed():
             over = limits.reason(Stop.DEADLINE)
@@ -238,7 +238,7 @@ def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, 
     count = amplitudes.size
     unknown = np.isnan(errors)
     errors[unknown] = errors[~unknown].max()
-    # a chain that has settled moves without scatter: its weight is that of the surest other
+    # a settled chain moves without scatter: it gets the largest weight of the others
     scatter = errors[errors > 0]
     weights = 1 / np.maximum(errors, scatter.min() if scatter.size else 1.0)
 

@@ -81,7 +81,7 @@ class Observation(NamedTuple):
 class Question:
     """Does x_G advance down the incline in the last cycle at this amplitude?
 
-    `solver` decides, and `say` hears of it; `runs` are its runs, each of which is made once.
+    `solver` decides, and reports to `say`; each of its `runs` is made once.
     """
 
     chain: Chain
@@ -237,7 +237,7 @@ class Lasting(Question):
     locked: Log = field(default_factory=list, init=False)
     """Of the last run that was proved not to creep."""
     windows: list[Observation] = field(default_factory=list, init=False)
-    """What is proved between two amplitudes."""
+    """Proofs that hold between two amplitudes."""
 
     def report(self) -> dict[str, int]:
         return {**super().report(), "certified_points": len(self.certified)}

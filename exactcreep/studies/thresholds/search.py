@@ -61,11 +61,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class Edge:
-    """Where creep, or an advance in some cycle, `begins` or ends, and what is known of both sides.
+    """Where creep, or an advance in some cycle, `begins` or ends, and both sides of this edge.
 
-    It is between two decimals, None before any are known; `evidence` is of what happens at both.
-    The other fields, those of `Threshold`, are of an edge that two runs have decided; `doubt` says
-    why it is no edge that is known, and is "" if it is.
+    It is between two decimals, None before any are known; `evidence` is for both sides. Two runs
+    decide the other fields, see `Threshold`; `doubt` says why the edge is not known, or is "".
     """
 
     lower: str | None = None
@@ -235,7 +234,7 @@ def _guessed(
 ) -> tuple[Fraction, Fraction]:
     """Return where the event that decides a float64 bracket puts the edge, and by how much it errs.
 
-    float64 claims no more than its own edge shares with that of the itinerary.
+    Digits are claimed only as far as the float64 edge and the itinerary's edge agree.
     """
     room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
     ends = (question.tried(amplitude, "exact", {}) for amplitude in (low - room, high + room))
@@ -247,7 +246,7 @@ def _guessed(
 
 
 class _Decimals(NamedTuple):
-    """The decimals k * unit, at each of which the deciding solver is asked once."""
+    """The decimals k * unit; the deciding solver is asked once at each."""
 
     question: Question
     unit: Fraction

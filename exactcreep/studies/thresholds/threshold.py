@@ -69,8 +69,8 @@ class Threshold(BesideLaws):
     fates : pair of Fate or None
         Of ``lasting``: what the chain does for ever at `lower` and at `upper`.
     sensitive : tuple of float
-        Amplitudes at which starts 1e-13 apart part in float64, and no certified run has told the
-        fate either: there the answer is that of float64, and may be wrong.
+        Amplitudes at which starts 1e-13 apart part in float64, and no certified run told the fate
+        either: there the answer of float64 stands, and may be wrong.
     windows : tuple of Edge or None
         If asked for: every edge of the scan; all but the first in float64.
     report : mapping
@@ -197,14 +197,14 @@ def threshold(
     chain : Chain
         Without disorder; without `after` of at most five sliders.
     after : int, optional
-        Full cycles +A, -A, in the last of which x_G has to advance down the incline by more than
-        1e-6 g tau_dyn**2. Default: the chain creeps for ever, down or up; see `fate`.
+        Full cycles +A, -A; in the last cycle x_G has to advance down the incline by more than 1e-6
+        g tau_dyn**2. Default: the chain creeps for ever, down or up; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
-        Ends of the scan; default 1/2 and 2 times Eq. 22. If nothing creeps up to there (or the
-        law is not positive), the default scan goes on to N (mu_s c - s)/l0; if the chain creeps at
-        its lower end, as it may in an early cycle, it begins at 0.
+        Ends of the scan. Default: 1/2 and 2 times Eq. 22. The default scan goes on to
+        N (mu_s c - s)/l0 if nothing creeps (or the law is not positive), and begins at 0 if the
+        chain creeps at its lower end, as it may in an early cycle.
     points : int
         Equal steps of the scan.
     bracket : pair of numbers, optional
@@ -217,7 +217,7 @@ def threshold(
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
-        Come back after so much wall time with what is known; `reason` then says so.
+        Wall time after which the result so far is returned; `reason` then says so.
 
     Returns
     -------
