@@ -93,19 +93,18 @@ def compare(
     Parameters
     ----------
     experiment : Experiment
-        Of a scene, or ``Experiment(chain, drive)``; its solver and what it records do not
-        matter.
+        Of a scene, or ``Experiment(chain, drive)``; its solver and record do not matter.
     methods : sequence of Method, optional
         Default: `exact`, `certified`, Verlet at the steps 0.1, 0.03 and 0.01 without and with
         located events, and the sliding limit. A chain without slips (mu_s = mu_d): `sliding`.
     truth : Method, optional
-        Whose events count as the true ones; default `certified` with 30 digits.
+        The method whose events are the true events. Default: `certified` with 30 digits.
     seeds : int or sequence of int, optional
-        How many, from the experiment's own on, or which. Default: a number that depends on the
-        number of sliders alone, 1 if nothing is random.
+        How many, from the experiment's own on, or a list. Default: by the number of sliders alone,
+        1 if nothing is random.
     events : int, optional
-        About how many true events to compare, of each seed; the drive may end before. Default: a
-        number that depends on the number of sliders alone.
+        True events to compare for each seed, about; the drive may end before. Default: by the
+        number of sliders alone.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
 
@@ -121,8 +120,8 @@ def compare(
     Raises
     ------
     InputError
-        If an argument is out of range, nothing happens in the experiment, or the first thing that
-        happens is too long for the truth, or never ends.
+        If an argument is out of range, nothing happens in the experiment, or its first
+        rearrangement is too long for the truth, or never ends.
     Interrupted
         After Ctrl-C; `partial` is the dataset of the seeds that were finished.
 

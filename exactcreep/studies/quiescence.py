@@ -50,9 +50,9 @@ class Quiescence(Result):
         Cycles before the first jump of each run and after its last one, which bound a waiting time
         from below: all cycles, twice, if there is no jump.
     advances : tuple of ndarray
-        By how much x_G advanced in each cycle, run by run; unit ``g tau_dyn**2``.
+        The advance of x_G in each cycle, run by run; unit ``g tau_dyn**2``.
     first_cycles : tuple of int
-        Which cycle of its run is the first of `advances`, counted from 1.
+        The cycle of each run, counted from 1, at which its `advances` begin.
 
     Examples
     --------
@@ -105,8 +105,7 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
     Parameters
     ----------
     runs : Creep or sequence of Creep
-        Runs under cycles that recorded ``x_G``; several, such as those from different starts, are
-        pooled.
+        Runs under cycles that recorded ``x_G``; several runs are pooled.
     jump : number, optional
         An advance of x_G in a cycle beyond this, down or up, is a jump; unit ``g tau_dyn**2``.
         Default: N D/4 with D = (mu_s - mu_d) cos(alpha). One slip of an end slider moves x_G by

@@ -65,7 +65,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """Its name in tables and pictures: the solver, and options that tell it apart."""
+        """The name in tables and pictures: the solver, and the options that tell methods apart."""
         words = [form.format(self.options[k]) for k, form in _WORDS.items() if self.options.get(k)]
         return ", ".join([self.solver, *words])
 
@@ -75,7 +75,7 @@ class Method:
         Returns
         -------
         Solver
-            It makes simulations, and knows nothing of a chain or a drive.
+            It makes simulations of any chain.
 
         Raises
         ------
@@ -85,14 +85,14 @@ class Method:
         return solver_named(self.solver, dict(self.options))
 
     def simulation(self, experiment: Experiment, record: tuple[str, ...] = ()) -> Simulation:
-        """Return the solver at the start of an experiment, whose own solver plays no part.
+        """Return a simulation by this method at the start of an experiment.
 
         Parameters
         ----------
         experiment : Experiment
-            Its chain, start and seed are taken.
+            Only its chain, start and seed count.
         record : tuple of str
-            What is recorded on the way: names among the `records` of the solver.
+            Quantities to record: names among the `records` of the solver.
 
         Returns
         -------
@@ -112,7 +112,7 @@ class Method:
 class Trajectory:
     """The events of a method, and the displacements `x` at every target reached, (targets, n).
 
-    It has `ended` if it proved a runaway or gave up by itself, and has nothing more to say.
+    It has `ended` if the solver proved a runaway or gave up by itself.
     """
 
     log: list[LoggedRearrangement]
@@ -133,11 +133,11 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """How far a trajectory agrees with the one that is known.
+    """How far a trajectory agrees with the known trajectory.
 
-    So many events `agreed` before the first that differs (`own` and `known`; None: no further event
-    there; both None: none differs), and rests are `compared` before it; `errors` are the largest
-    difference of a displacement, at every rest that both reached.
+    `agreed` counts the events before the first different pair, `own` and `known` (None: no event;
+    both None: all agree), `compared` the rests before it. `errors` has the largest difference of a
+    displacement at each rest that both trajectories reached.
     """
 
     agreed: int
@@ -155,9 +155,9 @@ class Agreement:
 def agree(own: Trajectory, known: Trajectory) -> Agreement:
     """Return which events of two trajectories are the same, and how far apart their rests are.
 
-    Events are the same if their places, kinds, sliders and directions are. An event is missing
-    from a trajectory that has reached the target on whose way it happened, or that ended by itself
-    while the other one reached it; what a trajectory that was cut short has not come to, is not.
+    Events are the same if their places, kinds, sliders and directions are the same. An event is
+    missing from a trajectory that reached the target of the event, or ended by itself before it. An
+    event beyond the end of a trajectory that was cut short is not missing.
     """
     agreed, mine, other = first_difference(own.events, known.events)
     for event, silent, telling in ((mine, known, own), (other, own, known)):

@@ -52,7 +52,11 @@ _WORDS = {
 
 
 class Share(NamedTuple):
-    """How many of the starts, which part of them, and an exact interval of the probability."""
+    """How many of the starts, which part of them, and an interval of the probability.
+
+    Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts in at
+    least 95 % of such studies.
+    """
 
     starts: int
     share: float
@@ -207,11 +211,6 @@ class Survival(Result):
         """The starts that are not arrested at the horizon, whether they advance or not.
 
         A `Share`: how many, which part of all that were followed, and its interval.
-
-        Notes
-        -----
-        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
-        in at least 95 % of such studies.
         """
         return self._share(~self.arrested)
 
@@ -220,23 +219,12 @@ class Survival(Result):
         """The starts that still creep at the horizon, either way, or run away.
 
         A `Share`; `fractions` says what counts as creeping.
-
-        Notes
-        -----
-        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
-        in at least 95 % of such studies.
         """
         return self._share(self._creeping)
 
     @property
     def directions(self) -> dict[str, Share]:
-        """The starts among `creeping`, by their direction: see `Fate.direction`.
-
-        Notes
-        -----
-        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
-        in at least 95 % of such studies.
-        """
+        """The starts among `creeping`, by their direction: see `Fate.direction`."""
         ways, creeping = self._column("direction"), self._creeping
         words = np.unique(ways[creeping]).tolist()
         return {word: self._share(creeping & (ways == word)) for word in words}
@@ -268,11 +256,6 @@ class Survival(Result):
         have come further than ever, either way, within the last `dormant` cycles (and the last
         half); ``dormant`` those with disorder whose inner sliders have not slipped for so long;
         ``runaway`` those proved never to come to rest; ``undecided`` all others.
-
-        Notes
-        -----
-        Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts
-        in at least 95 % of such studies.
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
 
@@ -377,7 +360,7 @@ def survival(
     amplitude : number
         Of the cycles +A, -A.
     starts : int
-        How many are followed, at least 1.
+        Number of starts, at least 1.
     size : number
         Tensions of the starts are uniform in (-size, size), unit m g.
     cycles : int
@@ -459,7 +442,7 @@ def survival(
 
 
 def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
-    """Follow the starts of a task; once the time is over none but start 1 is begun."""
+    """Follow the starts of a task; once the time is over only start 1 is begun."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if signals is not None:

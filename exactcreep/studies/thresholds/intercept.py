@@ -136,8 +136,8 @@ def intercept(
 ) -> Intercept:
     """Return the amplitude at which the straight part of v(A) meets zero.
 
-    That is what one reads off the paper's figures, and what Eq. 22 is a law of. It is the only
-    threshold of a chain with disorder, and makes sense for long chains without.
+    This is the threshold in the paper's figures and in Eq. 22. It is the only threshold of a chain
+    with disorder, and makes sense for long chains without.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def intercept(
         Amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of start k of
         `survival`.
     fit : pair of numbers, optional
-        Range of the line in units of Eq. 22; default 1.2 and 2.
+        Range of the line in units of Eq. 22. Default: 1.2 and 2.
     size : number
         Tensions of a start are uniform in (-size, size), unit m g.
     seed : int
@@ -157,8 +157,8 @@ def intercept(
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
-        Come back after so much wall time with the velocities that are known, and the line through
-        them if they are 8 or more; `reason` then says so.
+        Wall time after which the velocities so far are returned, with the line through them if
+        there are at least 8; `reason` then says so.
 
     Returns
     -------

@@ -1,9 +1,8 @@
 """Does a chain creep at one amplitude: in the last of so many cycles, or for ever?
 
-*In the last cycle* asks for an advance down the incline by more than 1e-6. That is exact, but the
-chain may lock a little later. An advance uphill is not asked for: relaxing from its start, a chain
-that locks moves up, too, by less and less. *For ever* asks float64 first, and the certified solver
-where that errs.
+*In the last cycle* asks for an advance down the incline by more than 1e-6. The answer is exact, but
+the chain may lock a little later. An advance uphill does not count: a chain that locks moves up,
+too, by less and less. *For ever* asks float64 first, and the certified solver where float64 errs.
 """
 
 from __future__ import annotations

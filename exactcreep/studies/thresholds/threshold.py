@@ -45,7 +45,7 @@ class Threshold(BesideLaws):
     Attributes
     ----------
     chain, digits, solver
-        As asked for.
+        The arguments.
     criterion, cycles : str, int
         ``lasting``: in so many cycles the chain has to settle; ``horizon``: in the last of them (of
         `after`) it has to advance.
