@@ -27,7 +27,7 @@ from .quasistatic.creep_result import Creep as Creep
 from .scene import Scene as Scene, load_scene as load_scene
 from .solid import Descent as Descent, Solid as Solid, physical as physical
 from .solvers.registry import rearrange as rearrange
-from .solvers.interface import Rearrangement as Rearrangement
+from .solvers.rearrangement import Rearrangement as Rearrangement
 from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
 from .studies.fates.fate_result import Fate as Fate

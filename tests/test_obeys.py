@@ -18,7 +18,7 @@ from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.solvers.registry import rearrange
 from tests.data.make_whole_rearrangements import load
 from tests.oracle.obeys import judge

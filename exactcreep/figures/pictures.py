@@ -14,7 +14,7 @@ from exactcreep.figures.run import Plots, plot_rearrangement
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
 from exactcreep.studies.thresholds.intercept import Intercept

@@ -9,7 +9,7 @@ from functools import cached_property
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.outcome import Evidence
 from exactcreep.motion.amplified import amplified_error
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)

@@ -1,4 +1,4 @@
-"""What every solver offers: a rearrangement in full, and a simulation that follows a drive."""
+"""What a solver is: it makes rearrangements and simulations, which follow a drive."""
 
 from __future__ import annotations
 
@@ -6,24 +6,19 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from importlib import import_module
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.enclosure import same_numbers
-from exactcreep.model.numbers import InputError, Scalar
-from exactcreep.model.outcome import Evidence, Outcome, found_text
-from exactcreep.model.result import Result
+from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.replay import Replay
-from exactcreep.motion.solution import Solution
+from exactcreep.solvers.rearrangement import Ending as Ending
+from exactcreep.solvers.rearrangement import Rearrangement as Rearrangement
 from exactcreep.solvers.tables import RECORDS, joined
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import preparing
@@ -53,264 +48,6 @@ def longest_avalanche(chain: Chain) -> int:
     return LONGEST_AVALANCHE + 1000 * chain.n if chain.may_run_away else 2**62
 
 
-class Energy(NamedTuple):
-    """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``, numbers or arrays.
-
-    `gravity`, the potential energy in its field, and `dissipated` count from the start.
-    """
-
-    kinetic: Any
-    elastic: Any
-    gravity: Any
-    dissipated: Any
-
-
-@dataclass(frozen=True, eq=False, repr=False, init=False)
-class Rearrangement(Result):
-    """One mechanical rearrangement, from unstable rest to rest.
-
-    What a solver did not need is made when it is asked for, and kept. `==` compares all but
-    `report` and what follows from the rest.
-
-    Parameters
-    ----------
-    **attributes
-        What follows, by name.
-
-    Attributes
-    ----------
-    chain : Chain
-        What was rearranged.
-    initial, state : State
-        At rest at theta_c, and at the end.
-    events : tuple of Event
-        In order of time; empty if no slider exceeds its threshold.
-    outcome : Outcome
-        `AT_REST`, `RUNAWAY` (proved) or `LIMIT` (given up).
-    velocities : ndarray, shape (n,)
-        At the end; zero at rest.
-    undecided, draws_below_mu_d : int
-        Comparisons inside their rounding bound, settled by the model's rules; static coefficients
-        drawn below `mu_d`, which act as `mu_d`.
-    solver, seed : str, int
-        The seed keys the coefficients that were drawn at stops.
-    arithmetic : Arithmetic
-        The numbers that the solver computes with.
-    decided : Evidence
-        What the solver's comparisons alone are worth.
-    report : mapping
-        What only this solver knows: precision, enclosure radii, work counts.
-    reason : str
-        For a runaway what proves it, for a limit which it is: one sentence.
-    motion : Solution or None
-        The closed form, if the solver has kept it.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, State, rearrange
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
-    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
-    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
-    """
-
-    shown_as: ClassVar[str] = "Rearrangement"
-    chain: Chain
-    initial: State
-    events: tuple[Event, ...]
-    outcome: Outcome
-    state: State
-    velocities: NDArray[Any]
-    undecided: int
-    draws_below_mu_d: int
-    solver: str
-    seed: int
-    arithmetic: Arithmetic
-    decided: Evidence
-    report: Mapping[str, Any]
-    reason: str
-    motion: Solution | None
-
-    def __init__(self, **attributes: Any) -> None:
-        vars(self).update(_USUAL, **attributes)
-
-    @classmethod
-    def of(cls, moved: Any, solver: str, ended: Ending, **attributes: Any) -> Self:
-        """Return the rearrangement that a solver has come to.
-
-        Parameters
-        ----------
-        moved : Simulation or ChainIntegrator
-            The chain as it is now, and its counts.
-        solver : str
-            Its name.
-        ended : Ending
-            Why it came back.
-        **attributes
-            What the solver adds, by name.
-
-        Returns
-        -------
-        Rearrangement
-            Of the class that is asked.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Rearrangement, State
-        >>> from exactcreep.watch.limits import Stop
-        >>> from exactcreep.solvers.exact.solver import ExactSimulation
-        >>> from exactcreep.solvers.interface import Ending
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> moved = ExactSimulation(chain, State.relaxed(chain), 0)
-        >>> Rearrangement.of(moved, "exact", Ending(Stop.DONE), events=()).outcome.value
-        'at_rest'
-        """
-        tally = moved.tally
-        return cls(
-            chain=moved.chain,
-            outcome=_OUTCOMES.get(ended.stop, Outcome.LIMIT),
-            decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
-            state=moved.state(),
-            velocities=moved.velocities(),
-            undecided=tally.undecided,
-            draws_below_mu_d=tally.draws_below_mu_d,
-            solver=solver,
-            seed=moved.seed,
-            reason=ended.reason,
-            **attributes,
-        )
-
-    @property
-    def finding(self) -> str:
-        """What the chain came to, and how sure that is."""
-        return found_text(self.outcome, "none", "", self.evidence)
-
-    @property
-    def evidence(self) -> Evidence:
-        """What the result is worth: proved, computed, or undecided where rounding may decide."""
-        return self.decided
-
-    @cached_property
-    def sol(self) -> Solution:
-        """Positions, velocities and forces at any time between the first event and the last."""
-        if self.motion is not None:
-            return self.motion
-        with self.arithmetic.active():
-            return self.replay().solution()
-
-    @property
-    def error(self) -> float:
-        """Estimate of the largest error that rounding leaves in a tension or a displacement.
-
-        Of `exact`, `reference` and `mpmath`; nan of others, inf where the order of events is in
-        doubt. The rounding of the state's numbers to float64 comes on top.
-        """
-        return math.nan
-
-    @property
-    def doubt(self) -> str:
-        """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
-        return ""
-
-    def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
-        """Return a replay of the events: the closed form of the motion between them.
-
-        Parameters
-        ----------
-        arithmetic : Arithmetic, optional
-            The numbers to compute with; by default the solver's own.
-
-        Returns
-        -------
-        Replay
-            It yields the phases between events, and tells how far events are from holding.
-        """
-        contacts = Contacts(self.chain, self.seed)
-        arithmetic = self.arithmetic if arithmetic is None else arithmetic
-        return Replay(self.chain, self.initial, self.events, arithmetic, contacts)
-
-    @property
-    def itinerary(self) -> Itinerary:
-        """The sequence of events without their times."""
-        return tuple(event.signature for event in self.events)
-
-    @property
-    def duration(self) -> Scalar:
-        """Time of the last event, 0 if there is none; unit tau_dyn."""
-        return self.events[-1].time if self.events else 0
-
-    @property
-    def theta(self) -> Scalar:
-        """The dilation theta_c at which the chain rearranges."""
-        return self.initial.theta
-
-    def energy(self, t: ArrayLike) -> Energy:
-        """Return where the energy is at some time(s).
-
-        Parameters
-        ----------
-        t : number or array_like, shape (m,)
-            Since the first event, unit tau_dyn.
-
-        Returns
-        -------
-        Energy
-            Kinetic, elastic, in the field of gravity and dissipated; numbers, or arrays of
-            shape (m,).
-
-        Raises
-        ------
-        ValueError
-            If a time lies before the first event or after the last.
-        """
-        motion, begin = self.sol(t), self.initial.tensions.astype(float)
-        moved = motion.positions.astype(float).T - self.initial.displacements.astype(float)
-        kinetic = (motion.velocities.astype(float).T ** 2).sum(axis=-1) / 2
-        elastic = ((begin + np.diff(moved, axis=-1)) ** 2).sum(axis=-1) / 2
-        gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
-        return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Rearrangement):
-            return NotImplemented
-        alike = (getattr(self, name) == getattr(other, name) for name in _COMPARED)
-        return all(alike) and same_numbers(self.velocities, other.velocities)
-
-    def __hash__(self) -> int:
-        return hash((self.solver, self.seed, self.outcome, self.state))
-
-    def _numbers(self) -> dict[str, Any]:
-        return {
-            "n": self.chain.n,
-            "theta": float(self.theta),
-            "events": len(self.events),
-            "outcome": self.outcome,
-            "evidence": self.evidence,
-            "duration": float(self.duration),
-            "solver": self.solver,
-            "reason": self.reason,
-        }
-
-    def _facts(self) -> dict[str, Any]:
-        numbers = self._numbers()
-        short = {"theta": f"{numbers['theta']:.9g}", "duration": f"{numbers['duration']:.6g}"}
-        return numbers | {name: float(text) for name, text in short.items()}
-
-
-_USUAL: dict[str, Any] = {
-    "seed": 0,
-    "arithmetic": FLOAT64,
-    "decided": Evidence.COMPUTED,
-    "reason": "",
-    "motion": None,
-}
-_OUTCOMES = {Stop.DONE: Outcome.AT_REST, Stop.RUNAWAY: Outcome.RUNAWAY}
-_COMPARED = (
-    "solver", "seed", "outcome", "reason", "undecided", "draws_below_mu_d", "chain", "state",
-    "events", "initial",
-)  # fmt: skip
-
-
 @dataclass
 class Tally:
     """Counts since the start of a simulation."""
@@ -324,13 +61,6 @@ class Tally:
     undecided: int = 0
     long_rearrangements: int = 0
     """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
-
-
-class Ending(NamedTuple):
-    """Why a simulation came back; `reason` is a sentence, unless every target was reached."""
-
-    stop: Stop
-    reason: str = ""
 
 
 @dataclass(frozen=True, eq=False)

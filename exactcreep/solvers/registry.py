@@ -12,7 +12,8 @@ from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.names import did_you_mean
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.solvers.interface import MOST_EVENTS, Rearrangement, Solver
+from exactcreep.solvers.interface import MOST_EVENTS, Solver
+from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.watch.limits import Limits
 from exactcreep.watch.preparation import preparing
 

@@ -19,7 +19,7 @@ from typing import Any
 
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
 from exactcreep.model.contacts import Itinerary
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 
 FILE = Path(__file__).with_name("edges.json")
 SEED = 84061303

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from exactcreep import Chain, Evidence, Outcome, State, rearrange
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 
 FILE = Path(__file__).parents[1] / "data" / "hard_cases.json"
 CASES = {case["label"]: case for case in json.loads(FILE.read_text("utf-8"))}

@@ -13,7 +13,7 @@ from exactcreep import Chain, Event, Outcome, State, rearrange
 from exactcreep.model.contacts import Contacts, EventKind
 from exactcreep.motion import amplified
 from exactcreep.motion.amplified import DIRECTIONS, MARGIN, amplified_error
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 from tests.paper import unstable_chain
 
 PAIR = Chain(2, 1, "1/2", "3/5", tan_alpha="1/4")

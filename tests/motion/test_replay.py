@@ -13,7 +13,7 @@ from exactcreep import Chain, Event, EventKind, State, rearrange
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_of
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 
 
 def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:

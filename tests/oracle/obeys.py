@@ -28,7 +28,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, di
 from exactcreep.motion.modes import Run, forces_of
 from exactcreep.motion.replay import Phase, Replay
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.studies.event_log import rearrangements
 
 FLOAT_ACCURACY = 1e-12

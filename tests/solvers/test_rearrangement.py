@@ -22,7 +22,7 @@ from exactcreep import (
 )
 from exactcreep.model.enclosure import same, same_numbers
 from exactcreep.motion.arithmetic import balls_of, digits_of
-from exactcreep.solvers.interface import Rearrangement
+from exactcreep.solvers.rearrangement import Rearrangement
 from tests.paper import unstable_chain
 
 SOLVERS: list[dict[str, Any]] = [

@@ -38,8 +38,6 @@ from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
     TENSION_TOLERANCE,
-    Ending,
-    Rearrangement,
     Simulation,
     Solver,
     Start,
@@ -47,6 +45,7 @@ from exactcreep.solvers.interface import (
     Tally,
     require_like,
 )
+from exactcreep.solvers.rearrangement import Ending, Rearrangement
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 MOST_WORK = 2**21
