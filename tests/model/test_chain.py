@@ -91,3 +91,11 @@ def test_a_seeded_start_is_reproducible_bounded_and_keyed_by_its_own_seed():
     assert (one.coefficients != same.coefficients).all()
     assert (one.tensions != other.tensions).all()
     assert 5e-7 < np.abs(one.tensions).max() <= 1e-6
+
+
+def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight():
+    relaxed = State.relaxed(CHAIN, seed=1)
+    assert (relaxed.forces(CHAIN) == CHAIN.sin_alpha).all()
+    assert (relaxed.n, relaxed.theta, relaxed.displacements.any()) == (30, 0, False)
+    state, weight = State.prepared(THREE, ["0.25", "-0.5"]), THREE.sin_alpha
+    assert state.forces(THREE).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
