@@ -362,10 +362,13 @@ class TemperatureRecord(Listed):
 
 
 def _check_options(given: Mapping[str, Any]) -> None:
+    for name, value in given.items():
+        if not isinstance(value, str):
+            raise InputError(name, value, "must be text")
     daily = given["minimum_column"] or given["maximum_column"]
     columns = _DAILY if daily else _SINGLE
     for name in columns:
-        if not isinstance(given[name], str) or not given[name].strip():
+        if not given[name].strip():
             raise InputError(name, given[name], "must be the name of a column")
     if daily and given["temperature_column"] != "temperature":
         allowed = "must be left out beside minimum_column"
@@ -378,10 +381,10 @@ def _check_options(given: Mapping[str, Any]) -> None:
         ("unit", given["unit"] in ("C", "K"), 'must be "C" or "K"'),
         ("decimal", decimal in (".", ","), 'must be "." or ","'),
         ("decimal", decimal != delimiter, "must not be the delimiter as well"),
-        ("delimiter", re.fullmatch(r'[^"\r\n]', str(delimiter)), "must be one character, e.g. ;"),
+        ("delimiter", re.fullmatch(r'[^"\r\n]', delimiter), "must be one character, e.g. ;"),
         (
             "date_format",
-            written == "" or "%" in str(written),
+            written == "" or "%" in written,
             "must hold codes: %d.%m.%Y",
         ),
     ]
