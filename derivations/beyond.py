@@ -1,18 +1,17 @@
-"""Laws beside the paper's: Moseley, Croll, pipelines that walk, Moreau, and level chains."""
+"""Laws beside the paper's: Moseley, Croll, Moreau, and level chains."""
 
 from __future__ import annotations
 
 import sympy as sp
 
 from derivations import continuum, pivots, plateaus, thresholds
-from derivations.model import Model, T, after, g, here, solved
+from derivations.model import Model, T, after, here, solved
 from derivations.notation import (
     CAPTIONS,
     Expression,
     L,
     N,
     Y,
-    alpha,
     amplitude,
     brief,
     c,
@@ -23,7 +22,6 @@ from derivations.notation import (
     mu_d,
     mu_s,
     n,
-    rho,
     s,
     slope_margin,
     star,
@@ -32,7 +30,6 @@ from derivations.notation import (
 )
 from derivations.proof import Line, Proof, chapter
 
-E, A, w_p, phi, mu_p, heat = (symbol(x) for x in ["E", "A", "w", "phi", "mu", "Delta_f"])
 v, trial, low = sp.Function("v"), sp.Function("trial"), sp.Symbol("low", positive=True)
 tension_of = symbol("tension")
 speed, gap = sp.symbols("speed gap", nonnegative=True)
@@ -57,15 +54,6 @@ def derive(p: Proof, model: Model) -> None:
     p.show("its ratio to the amplitude does not know it", rate, 0)
     p.entry("macroscopic_models", lines=2)
     _croll(p, model)
-    pipe = {amplitude: heat / (E * A) / 2, Y: E, rho: w_p / (A * g)}
-    walking = p.show(
-        "a pipeline on a seabed of slope phi, w its weight per length, walks in a cycle of "
-        f"heating and cooling, A_theta = {pipe[amplitude]}, by",
-        sp.expand(2 * solid.velocity.subs(pipe)),
-        (heat - w_p * L * slope_margin) * L * s / (c * E * A * mu_d),
-    )
-    walks = {symbol("delta"): walking, phi: alpha, sp.Abs(heat): heat, mu_p: mu_d}
-    p.entry("pipeline_walking", walks)
     _sweeping(p, model)
     _level(p, model)
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import sympy as sp
@@ -173,3 +174,90 @@ def play_variation(path: list[Q], width: Q, start: Q) -> tuple[list[Q], Q, Q]:
         value = moved
         output.append(value)
     return output, rise, fall
+
+
+@dataclass
+class SweptChain:
+    """A chain in the sliding limit whose friction, pulls and dilations differ from place to place.
+
+    It knows the law of friction alone: a slider moves only against its whole friction, and keeps
+    it while it moves. At each moment it tries all sets of sliders that may move.
+
+    Attributes
+    ----------
+    friction : list of Fraction
+        Of each slider, above zero.
+    pulls : list of Fraction
+        Weight and end force on each slider. They sum up to less than the friction.
+    weights : list of Fraction
+        What a spring dilates by, per y.
+    forces : list of Fraction
+        Non-frictional forces (default: each slider carries the same share of its friction).
+    x : list of Fraction
+        Displacements.
+    y : Fraction
+        l0 theta.
+    """
+
+    friction: list[Q]
+    pulls: list[Q]
+    weights: list[Q]
+    forces: list[Q] = field(default_factory=list)
+    x: list[Q] = field(default_factory=list)
+    y: Q = _ZERO
+
+    def __post_init__(self) -> None:
+        share = sum(self.pulls, _ZERO) / sum(self.friction, _ZERO)
+        self.forces = self.forces or [share * held for held in self.friction]
+        self.x = self.x or [_ZERO] * len(self.friction)
+
+    def to(self, target: Q) -> None:
+        """Bring y to a target, through all starts and stops on the way."""
+        left, up = abs(target - self.y), 1 if target > self.y else -1
+        while left > 0:
+            speeds, rates = self._moving(up)
+            rooms = [
+                (held - force if rate > 0 else held + force) / abs(rate)
+                for held, force, rate in zip(self.friction, self.forces, rates, strict=True)
+                if rate
+            ]
+            step = min([left, *rooms])
+            self.x = [x + speed * step for x, speed in zip(self.x, speeds, strict=True)]
+            self.forces = [f + rate * step for f, rate in zip(self.forces, rates, strict=True)]
+            left -= step
+        self.y = target
+
+    def _moving(self, up: int) -> tuple[list[Q], list[Q]]:
+        """Return speeds of sliders and rates of their forces that obey the law of friction."""
+        pairs = list(zip(self.forces, self.friction, strict=True))
+        ready = [k for k, (force, held) in enumerate(pairs) if abs(force) == held]
+        for moving in range(2 ** len(ready)):
+            movers = [k for place, k in enumerate(ready) if moving >> place & 1]
+            if len(movers) == len(pairs):
+                continue  # the whole chain: its place is open
+            speeds = self._balanced(movers, up)
+            rates = self._rates(speeds, up)
+            outward = [rates[k] * self.forces[k] for k in ready]
+            if all(speeds[k] * self.forces[k] > 0 for k in movers) and max([_ZERO, *outward]) == 0:
+                return speeds, rates
+        raise NotUnique
+
+    def _balanced(self, movers: list[int], up: int) -> list[Q]:
+        """Return the speeds with which the forces on all movers stay what they are."""
+        speeds = [_ZERO] * len(self.forces)
+        driven = self._rates(speeds, up)
+        rows: list[tuple[int, Q, Q]] = []  # slider, its speed per that of the next one, and beside
+        for k in movers:
+            springs = Q((k > 0) + (k + 1 < len(speeds)))
+            joined = bool(rows) and rows[-1][0] == k - 1
+            own = springs - (rows[-1][1] if joined else 0)
+            rows.append((k, 1 / own, (driven[k] + (rows[-1][2] if joined else 0)) / own))
+        for k, of_next, alone in reversed(rows):
+            speeds[k] = alone + (of_next * speeds[k + 1] if k + 1 < len(speeds) else 0)
+        return speeds
+
+    def _rates(self, speeds: list[Q], up: int) -> list[Q]:
+        """Return the rates of the forces, per step of y."""
+        pairs = zip(speeds, speeds[1:], self.weights, strict=False)
+        tensions = [_ZERO, *(after - before - up * w for before, after, w in pairs), _ZERO]
+        return [after - before for before, after in pairwise(tensions)]

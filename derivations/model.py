@@ -261,6 +261,7 @@ ASSUMED: dict[str, str] = {
     "a dilation and a contraction beyond the transient": "",
     "the front has reached slider i - 2": "",
     "sliders i - 1 and i rest meanwhile": "",
+    "the pull is at no edge of the pivots": "",
     "the whole chain is set in motion": "",
     "long chains": "",
     "cycles": "",
