@@ -6,7 +6,8 @@ a slider lost a coefficient of the start on the way. With disorder no contact ge
 threshold; what can be known is that nothing has moved during a cycle, so that nothing ever will.
 
 `ReturnMap` looks at what any solver has recorded, `exact.settling` at every cycle of a compiled
-loop, `studies.fates.proof` at balls. How they see that a limit is approached like 1/k is said here.
+loop, `studies.fates.proof` at balls. After which periods rows have returned, since when they do,
+and how a limit is approached like 1/k is said here.
 """
 
 from __future__ import annotations
@@ -87,6 +88,20 @@ def approach(ends: NDArray[Any], alike: int) -> Approach | None:
         return None
     ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
     return Approach(float(steps[-1]), float(ahead))
+
+
+def returns(ends: NDArray[Any], longest: int, close: float) -> NDArray[np.int64]:
+    """Return up to the longest, ascending, the periods after which the last row has returned.
+
+    To within `close` in every number.
+    """
+    before = ends[-2 : -longest - 2 : -1]
+    return np.flatnonzero(np.abs(ends[-1] - before).max(axis=1, initial=0.0) <= close) + 1
+
+
+def repeats_since(ends: NDArray[Any], period: int, close: float) -> int:
+    """Return the first row from which on all rows return after a period, to within `close`."""
+    return _last(np.abs(ends[period:] - ends[:-period]).max(axis=1, initial=0.0) > close) + 1
 
 
 class ReturnMap:
@@ -171,10 +186,8 @@ class ReturnMap:
             if abs(steps[-1] - steps[-1 - period]) > close:  # most often
                 return self.forgotten + steps.size - period
             last = _last(np.abs(steps[period:] - steps[:-period]) > close)
-        tensions = self.ends[:, _TENSIONS:]
-        changes = tensions[period:] - tensions[:-period]
-        forces = np.diff(changes, axis=1, prepend=0.0, append=0.0)
-        last = max(last, _last(np.abs(forces).max(axis=1) > self._close))
+        forces = np.diff(self.ends[:, _TENSIONS:], axis=1, prepend=0.0, append=0.0)
+        last = max(last, repeats_since(forces, period, self._close) - 1)
         if last >= 0:
             return self.forgotten + last + 1
         noted, since = self.noted
@@ -188,10 +201,9 @@ class ReturnMap:
             return None
         tensions = self.ends[:, _TENSIONS:]
         longest = min(LONGEST_PERIOD, self.cycles - self.alike_since)
-        before = tensions[-2 : -longest - 2 : -1]
-        apart = np.abs(tensions[-1] - before).max(axis=1, initial=0.0)
-        for period in (np.flatnonzero(apart <= self._close) + 1).tolist():
-            off, since = float(apart[period - 1]), self.repeats_since(period)
+        for period in returns(tensions, longest, self._close).tolist():
+            off = float(np.abs(tensions[-1] - tensions[-1 - period]).max(initial=0.0))
+            since = self.repeats_since(period)
             if len(self.known) > period:
                 pairs = [*zip(self.known[-1][1], self.known[-1 - period][1], strict=True)]
                 off = max((now.apart(earlier) for now, earlier in pairs), default=0.0)

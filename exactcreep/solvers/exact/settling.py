@@ -38,6 +38,8 @@ from exactcreep.solvers.return_map import (
     LimitCycle,
     approach,
     nearness,
+    repeats_since,
+    returns,
 )
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
@@ -113,23 +115,13 @@ def _chained(chain, rows, state, cycle):
 
 
 @inlined
-def _same(ring, cycle, earlier):
-    """Return whether the states at the ends of two cycles are the same, number by number."""
-    rows = ring.shape[0]
-    for k in range(3):
-        for i in range(ring.shape[2]):
-            if ring[cycle % rows, k, i] != ring[earlier % rows, k, i]:
-                return False
-    return True
-
-
-@inlined
 def _apart(ring, cycle, earlier):
-    """Return the largest difference of a force at the ends of two cycles."""
+    """Return the largest difference of a number at the ends of two cycles; 0: bit for bit."""
     rows = ring.shape[0]
     largest = 0.0
-    for i in range(ring.shape[2]):
-        largest = max(largest, abs(ring[cycle % rows, 0, i] - ring[earlier % rows, 0, i]))
+    for k in range(ring.shape[1]):
+        for i in range(ring.shape[2]):
+            largest = max(largest, abs(ring[cycle % rows, k, i] - ring[earlier % rows, k, i]))
     return largest
 
 
@@ -150,7 +142,7 @@ def _returned(cell, now, search, memory):
     memory.advances[here] = search.last_advance
     earlier = _chained(memory.same_state, rows, state, cycle)
     while earlier > 0 and cycle - earlier < rows:
-        if _same(ring, cycle, earlier):
+        if _apart(ring, cycle, earlier) == 0.0:
             search.since = earlier
             search.period = cycle - earlier
             search.apart = 0.0
@@ -182,30 +174,9 @@ def _nearly_returned(search, memory):
         earlier = memory.same_slips[earlier % rows]
         tries += 1
     if search.near > 0 and search.streak >= max(PATIENCE, 2 * search.near):
-        _shortest(search, memory)
-
-
-@compiled
-def _shortest(search, memory):
-    """Settle with the shortest period with which the forces nearly return.
-
-    What comes to its cycle in turns from either side returns after two cycles first.
-    """
-    ring, close = memory.ring, search.close
-    now, period = search.cycles, 1
-    long = search.near
-    since = now - search.streak + 1 - long
-    search.last_advance = search.advance_near
-    while long % period != 0 or _apart(ring, now, now - period) > close:
-        period += 1
-    if period < long:
-        since = now - period
-        oldest = max(now - ring.shape[0] + 1, 1)
-        while since > oldest and _apart(ring, since - 1, since - 1 + period) <= close:
-            since -= 1
-        search.last_advance = memory.advances[since % ring.shape[0]]
-    search.since = since
-    search.period = period
+        search.period = search.near
+        search.since = cycle - search.streak + 1 - search.near
+        search.last_advance = search.advance_near
 
 
 @inlined
@@ -346,11 +317,32 @@ class SettlingChain:
 
     def approaching(self) -> Approach | None:
         """Return how the forces approach a limit like 1/k; None if they do not."""
-        ring, last = self._memory.ring, self.cycles
         if self.simulation.chain.sigma_mu != 0:
             return None
-        kept = np.arange(max(last - ring.shape[0] + 1, 1), last + 1)
-        return approach(ring[kept % ring.shape[0], 0], self.alike)
+        return approach(self._forces(self._kept), self.alike)
+
+    @property
+    def _kept(self) -> NDArray[np.int64]:
+        """The cycles whose ends are remembered, the last of all last."""
+        return np.arange(max(self.cycles - len(self._memory.ring) + 1, 1), self.cycles + 1)
+
+    def _forces(self, cycles: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the forces at the ends of cycles, a row for each."""
+        forces: NDArray[np.float64] = self._memory.ring[cycles % len(self._memory.ring), 0]
+        return forces
+
+    def _shorten(self) -> None:
+        """Go on with the shortest period with which the forces nearly return.
+
+        What comes to its cycle in turns from either side returns after two cycles first.
+        """
+        search, kept, long = self._searches[0], self._kept, self.period
+        ends, close = self._forces(kept), float(search["close"])
+        shorter = [p for p in returns(ends, long - 1, close).tolist() if long % p == 0]
+        if shorter:
+            since = kept[repeats_since(ends, shorter[0], close)]
+            search["period"], search["since"] = shorter[0], since
+            search["last_advance"] = self._memory.advances[since % len(self._memory.ring)]
 
     @property
     def dormant(self) -> bool:
@@ -369,6 +361,8 @@ class SettlingChain:
                 simulation.work, *targets, self._searches, self._memory, most, MOST_WORK, False
             )
             if reason == layout.DONE:
+                if self.period > 1 and self._searches["apart"][0] > 0.0:
+                    self._shorten()
                 return Stop.DONE, ""
             if reason != layout.BUDGET:
                 return simulation.ending(reason)
