@@ -1,0 +1,305 @@
+"""Laws of chains whose friction differs from slider to slider, or whose ends are pulled.
+
+In the sliding limit a chain is known by two sliders, p that rests while it dilates and q that rests
+while it contracts, and by the half-width h of the play of the springs between them. Forces have the
+unit ``m g``, lengths ``g tau_dyn**2``. Derivation: ``derivations/unlike.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+from exactcreep.laws.number_types import (
+    Number,
+    coerced,
+    cosine,
+    positive_part,
+    rational,
+    require,
+    sign_of_surd,
+)
+from exactcreep.laws.velocities import gaussian_integral
+
+
+class PivotSliders(NamedTuple):
+    """The sliders that rest in the sliding limit, counted from 1 at the upper end.
+
+    Parameters
+    ----------
+    dilation, contraction : tuple of int
+        One slider, or the two neighbours between which the balance of forces leaves the limit open.
+
+    Examples
+    --------
+    >>> pivot_sliders([0.5] * 4, 0.25).apart
+    (0, 2)
+    """
+
+    dilation: tuple[int, ...]
+    contraction: tuple[int, ...]
+
+    @property
+    def apart(self) -> tuple[int, ...]:
+        """q - p: one number, or the least and the largest where the limit is open."""
+        least = self.contraction[0] - self.dilation[-1]
+        most = self.contraction[-1] - self.dilation[0]
+        return (least,) if least == most else (least, most)
+
+
+def pivot_sliders(
+    mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
+) -> PivotSliders:
+    """Return the slider that rests in dilations, and the slider that rests in contractions.
+
+    With ``b_n = mu_d[n - 1] c``, and G the sum of weights and end forces, slider p rests in a
+    dilation if ``|G - (sum of b_n below p - sum of b_n above p)| < b_p``; for slider q, in a
+    contraction, the two sums change places. Decided at the exact values of the arguments.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N, not negative.
+    tan_alpha : number
+        Slope.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+
+    Returns
+    -------
+    PivotSliders
+        Both sliders; two neighbours where the forces are equal.
+
+    Raises
+    ------
+    ValueError
+        Unless friction holds the chain: ``|G|`` below the sum of ``b_n``.
+
+    Notes
+    -----
+    Source: ``derivations/unlike.py``.
+
+    Examples
+    --------
+    A slate that is rough enough rests in dilations and contractions, and stops a roof:
+
+    >>> from fractions import Fraction
+    >>> smooth, rough = Fraction(1, 2), Fraction(4)
+    >>> pivot_sliders([smooth] * 6, Fraction(1, 5))
+    PivotSliders(dilation=(2,), contraction=(5,))
+    >>> pivot_sliders([rough] + [smooth] * 5, Fraction(1, 5))
+    PivotSliders(dilation=(1,), contraction=(1,))
+    """
+    friction, slope = [rational(mu) for mu in mu_d], rational(tan_alpha)
+    weight, pull = len(friction) * slope, sum(map(rational, end_forces), rational(0))
+    radicand = 1 + slope * slope
+    require(bool(friction) and min(friction) >= 0, "mu_d must hold coefficients, none negative")
+    below = [sum(friction) - 2 * above for above in accumulate(friction, initial=rational(0))]
+
+    def crossing(way: int) -> tuple[int, ...]:
+        # the sign of the distance to the bound from above less that from below, at each spring
+        signs = [sign_of_surd(part - way * weight, -way * pull, radicand) for part in below]
+        held = "friction must hold the chain: |weight + end forces| below the sum of mu_d c"
+        require(signs[0] > 0 > signs[-1], held)
+        first = next(spring for spring, sign in enumerate(signs) if sign <= 0)
+        last = next(spring for spring, sign in enumerate(signs) if sign < 0)
+        return tuple(range(first, last + 1))
+
+    return PivotSliders(crossing(1), crossing(-1))
+
+
+def differing_intercept(
+    mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
+) -> Number:
+    """Return ``h = (sum of mu_d c - |G|)/2``: a chain creeps in cycles if ``l0 A`` exceeds it.
+
+    G is the sum of weights and end forces.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+
+    Returns
+    -------
+    number
+        Load ``l0 A``, unit ``g tau_dyn**2``.
+
+    Notes
+    -----
+    Source: ``derivations/unlike.py``.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> differing_intercept([Fraction(1, 2)] * 3 + [4], Fraction(3, 4))
+    Fraction(1, 1)
+    """
+    names = [f"mu_d[{k}]" for k in range(len(mu_d))]
+    given = {"tan_alpha": tan_alpha} | dict(zip(names, mu_d, strict=True))
+    given |= {f"end_forces[{k}]": force for k, force in enumerate(end_forces)}
+    values = coerced(given)
+    slope, c = values["tan_alpha"], cosine(values["tan_alpha"])
+    pull = values["end_forces[0]"] + values["end_forces[1]"]
+    return (sum(values[name] for name in names) * c - abs(len(names) * slope * c + pull)) / 2
+
+
+def differing_velocity(
+    *,
+    l0: Number,
+    mu_d: Sequence[Number],
+    tan_alpha: Number,
+    amplitude: Number,
+    end_forces: Sequence[Number] = (0, 0),
+) -> tuple[Number, ...]:
+    """Return ``(q - p) max(0, l0 A - h)``, exact for mu_s -> mu_d under cycles.
+
+    `pivot_sliders` gives p and q, `differing_intercept` h. With equal friction and no end forces it
+    is Eq. 23, `sliding_velocity`.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    amplitude : number
+        Of the cycles of dilation.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+
+    Returns
+    -------
+    tuple of number
+        Advance of each slider per half-cycle, unit ``g tau_dyn**2``: one number, or the least and
+        the largest where the limit is not unique.
+
+    Raises
+    ------
+    ValueError
+        Unless friction holds the chain.
+
+    Notes
+    -----
+    Source: ``derivations/unlike.py``.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "tan_alpha": 0.25, "amplitude": 0.005}
+    >>> [round(v, 4) for v in differing_velocity(mu_d=[0.5] * 30, **chain)]
+    [20.4295]
+    """
+    length, size = coerced({"l0": l0, "amplitude": amplitude}).values()
+    beyond = positive_part(length * size - differing_intercept(mu_d, tan_alpha, end_forces))
+    return tuple(apart * beyond for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
+
+
+def differing_velocity_random(
+    *,
+    l0: Number,
+    mu_d: Sequence[Number],
+    tan_alpha: Number,
+    sigma_theta: Number,
+    end_forces: Sequence[Number] = (0, 0),
+) -> tuple[Number, ...]:
+    """Return ``(q - p) l0 sigma_theta I(h/(l0 sigma_theta))``, exact for mu_s -> mu_d.
+
+    I is `gaussian_integral`; the rest as in `differing_velocity`.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    sigma_theta : number
+        Standard deviation of the random dilations.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+
+    Returns
+    -------
+    tuple of number
+        Advance of each slider per target, unit ``g tau_dyn**2``: one number, or the least and the
+        largest where the limit is not unique.
+
+    Raises
+    ------
+    ValueError
+        Unless friction holds the chain, and sigma_theta > 0.
+
+    Notes
+    -----
+    Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
+
+    Examples
+    --------
+    >>> chain = {"l0": 1000, "tan_alpha": 0.25, "sigma_theta": 0.01}
+    >>> [round(v, 4) for v in differing_velocity_random(mu_d=[0.5] * 30, **chain)]
+    [52.7969]
+    """
+    length, size = coerced({"l0": l0, "sigma_theta": sigma_theta}).values()
+    require(size > 0, "sigma_theta must be positive")
+    width = length * size
+    mean = width * gaussian_integral(differing_intercept(mu_d, tan_alpha, end_forces) / width)
+    return tuple(apart * mean for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
+
+
+def differing_slope(
+    mu_d: Sequence[Number],
+    tan_alpha: Number,
+    expansion: Sequence[Number],
+    end_forces: Sequence[Number] = (0, 0),
+) -> tuple[Number, ...]:
+    """Return dv/d(l0 A) at large amplitude of a chain whose springs expand by different weights.
+
+    It is the sum of the weights of the springs between p and q, negative if q lies above p: exact
+    for mu_s -> mu_d. The velocity itself has a constant beside it that no law gives.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    expansion : sequence of number
+        Weights of springs 1..N - 1: spring n dilates by ``expansion[n - 1] theta``. All positive.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+
+    Returns
+    -------
+    tuple of number
+        One slope, or the least and the largest where the limit is not unique.
+
+    Raises
+    ------
+    ValueError
+        Unless friction holds the chain and there are N - 1 positive weights.
+
+    Notes
+    -----
+    Source: ``derivations/unlike.py``.
+
+    Examples
+    --------
+    >>> differing_slope([0.5] * 4, 0.2, [1, 2, 3])
+    (2,)
+    """
+    springs = len(mu_d) - 1
+    right = len(expansion) == springs and all(weight > 0 for weight in expansion)
+    require(right, f"expansion must hold {springs} positive weights")
+    above = [0, *accumulate(expansion)]  # sum of the weights above each slider
+    found = pivot_sliders(mu_d, tan_alpha, end_forces)
+    least = above[found.contraction[0] - 1] - above[found.dilation[-1] - 1]
+    most = above[found.contraction[-1] - 1] - above[found.dilation[0] - 1]
+    return (least,) if least == most else (least, most)
