@@ -34,7 +34,7 @@ class PivotSliders(NamedTuple):
     Examples
     --------
     >>> pivot_sliders([0.5] * 4, 0.25).apart
-    (0, 2)
+    (1, 3)
     """
 
     dilation: tuple[int, ...]
