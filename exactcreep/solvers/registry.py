@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 from exactcreep import solvers
@@ -28,14 +29,19 @@ SOLVERS: dict[str, Callable[[], type[Solver]]] = {
 """Every solver by its name: what imports its class and returns it."""
 
 
+@cache
+def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
+    """Return the class of a solver; what is loaded for it is preparation, once."""
+    with preparing():
+        return load()
+
+
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     if not isinstance(name, str) or name not in SOLVERS:
         allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"
         raise InputError("solver", name, allowed)
-    algorithm: Any  # every solver is a dataclass, which its base class cannot say
-    with preparing():
-        algorithm = SOLVERS[name]()
+    algorithm: Any = _class_of(SOLVERS[name])  # a dataclass, which its base class cannot say
     options_taken = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in options_taken):
         hint = did_you_mean(option, options_taken)
