@@ -84,7 +84,7 @@ class ExactCopies(PerturbedCopies):
         self._numbers[:] = self._origin.numbers
         begin_copies(
             self._cell, self._whole, self._deviate, self._now, self._numbers,
-            self._origin.state.draws, size, blocks,
+            self._origin.of_chain, self._origin.state.draws, size, blocks,
         )  # fmt: skip
         self._deviate[1:] = self._deviate[0]  # the same draws lie ahead of all
 
@@ -152,7 +152,7 @@ class ExactCopies(PerturbedCopies):
 
 
 @compiled
-def begin_copies(cell, whole, deviate, scalars, numbers, draws, size, blocks):
+def begin_copies(cell, whole, deviate, scalars, numbers, of_chain, draws, size, blocks):
     """Move the tensions of copies, and place their sliders; only the first prepares its draws."""
     springs = numbers.shape[2] - 1
     for copy in range(scalars.size):
@@ -162,7 +162,7 @@ def begin_copies(cell, whole, deviate, scalars, numbers, draws, size, blocks):
             tension, error = two_sum(numbers[copy, TENSION, k], off)
             numbers[copy, TENSION, k] = tension
             numbers[copy, TENSION_LOW, k] += error
-        place(cell[copy], whole[copy], scalars[copy : copy + 1], numbers[copy], draws)
+        place(cell[copy], whole[copy], scalars[copy : copy + 1], numbers[copy], of_chain, draws)
     prepare(cell[0], whole[0], deviate[0], scalars[:1])
 
 

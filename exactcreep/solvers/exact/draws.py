@@ -74,16 +74,23 @@ def fill(deviate, row, seed, slider, batch):
 
 
 @inlined
-def coefficient(now, deviate):
+def distribution(cell, now, i):
+    """Return what `coefficient` makes of a deviate a static coefficient of slider i with."""
+    return now.chain.width, cell[layout.MEAN, i], cell[layout.MU_D, i], cell[layout.MU_D_LOW, i]
+
+
+@inlined
+def coefficient(of, deviate):
     """Return the static coefficient of a deviate, and how far it lies above mu_d."""
-    mu = now.chain.mean + now.chain.width * deviate
-    return mu, (mu - now.chain.mu_d) - now.chain.mu_d_low
+    width, mean, mu_d, mu_d_low = of
+    mu = mean + width * deviate
+    return mu, (mu - mu_d) - mu_d_low
 
 
 @inlined
 def renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
-    mu, above = coefficient(now, deviate)
+    mu, above = coefficient(distribution(cell, now, i), deviate)
     cell[layout.COEFFICIENT, i] = mu
     if above < 0.0:
         now.counts.below += 1
@@ -106,7 +113,7 @@ def draw(cell, whole, deviate, now, i):
     k = whole[layout.DRAWS, i]
     whole[layout.DRAWS, i] = k + 1
     if now.chain.constant == 1:
-        cell[layout.EXCESS, i] = now.chain.mean_excess
+        cell[layout.EXCESS, i] = cell[layout.MEAN_EXCESS, i]
         return
     if k % BATCH == 0:
         draw_ahead(deviate, now, i, k)

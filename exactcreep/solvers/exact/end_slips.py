@@ -18,7 +18,7 @@ from exactcreep.compiling import compiled, inlined
 from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus
-from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw_ahead, renew
+from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, distribution, draw_ahead, renew
 from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import choose, lane_of, together
 
@@ -57,8 +57,8 @@ def next_start(cell, now, target, target_low):
     theta_low = now.theta_low
     far = (target - theta) + (target_low - theta_low)
     up = 1.0 if far > 0.0 else -1.0
-    room_top = now.chain.friction + cell[layout.EXCESS, top]
-    room_end = now.chain.friction + cell[layout.EXCESS, end]
+    room_top = cell[layout.FRICTION, top] + cell[layout.EXCESS, top]
+    room_end = cell[layout.FRICTION, end] + cell[layout.EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
     top_high, top_low = plus(cell[layout.FORCE, top], cell[layout.FORCE_LOW, top], up * room_top)
     end_high, end_low = plus(-cell[layout.FORCE, end], -cell[layout.FORCE_LOW, end], up * room_end)
@@ -101,27 +101,29 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     chain = now.chain
     n = chain.n
     constant = chain.constant == 1
-    friction = chain.friction
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
     i = PAD
     other = PAD + n - 1
     neighbour = PAD + 1
     way = 1.0
     # up times the critical l0 theta of both ends
-    first = friction + cell[layout.EXCESS, i] + up * cell[layout.FORCE, i]
-    second = friction + cell[layout.EXCESS, other] - up * cell[layout.FORCE, other]
+    first = cell[layout.FRICTION, i] + cell[layout.EXCESS, i] + up * cell[layout.FORCE, i]
+    second = cell[layout.FRICTION, other] + cell[layout.EXCESS, other]
+    second -= up * cell[layout.FORCE, other]
     if second < first:
         first, second = second, first
         i, other = other, i
         neighbour = i - 1
         way = -1.0
     side = -up * way
+    friction = cell[layout.FRICTION, i]
+    beside = cell[layout.FRICTION, neighbour]
     excess = cell[layout.EXCESS, i]
     spare = cell[layout.EXCESS, neighbour]
     between = side * (
         cell[layout.FORCE, i] + cell[layout.FORCE, neighbour]
     )  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[layout.EXCESS, other] + spare
+    scale = abs(target) + abs(now.theta) + 8.0 * chain.friction + cell[layout.EXCESS, other] + spare
     scale += (
         abs(cell[layout.FORCE, i])
         + abs(cell[layout.FORCE, other])
@@ -133,10 +135,10 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     reach = up * target - slack
     most = _PLAIN * friction
     # the neighbour starts where theta_c and the excess come to this
-    wall = 2.0 * friction + spare - between
+    wall = friction + beside + spare - between
     if n == 2:
         # it is the other end and feels theta itself: what counts is the excess alone
-        most = min(most, spare + between, wall)
+        most = min(most, spare + between + (beside - friction), wall)
         wall = np.inf
     else:
         reach = min(reach, second - slack)
@@ -155,6 +157,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     high_before = high
     low_before = low
     excess_before = excess
+    of, mean_excess = distribution(cell, now, i), cell[layout.MEAN_EXCESS, i]
     k = whole[layout.DRAWS, i]
     slips = 0
     allowed = (stop_at - now.counts.events + 1) // 2
@@ -170,10 +173,10 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
         if not constant:
             if k % BATCH == 0:
                 draw_ahead(deviate, now, i, k)
-            _, above = coefficient(now, deviate[i, k % KEPT])
+            _, above = coefficient(of, deviate[i, k % KEPT])
             excess = max(above, 0.0) * chain.cosine
         else:
-            excess = chain.mean_excess
+            excess = mean_excess
         k += 1
     if slips == 0:
         return
@@ -191,7 +194,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     )
     whole[layout.DRAWS, i] = k
     if constant:
-        cell[layout.EXCESS, i] = chain.mean_excess
+        cell[layout.EXCESS, i] = mean_excess
     else:
         renew(cell, now, i, deviate[i, (k - 1) % KEPT])
     whole[layout.SLIPS, i] += slips

@@ -23,6 +23,11 @@ What stands in the column of a slider:
 | DRIVE | force minus friction, along the motion, with which it started |
 | COEFFICIENT | the static coefficient, as drawn |
 | DOUBTED | number of the rearrangement in which it was last counted as undecided |
+| FRICTION | mu_d,n cos(alpha) |
+| WEIGHT | sin(alpha), at an end with the force that pulls there |
+| MU_D, MU_D_LOW | mu_d,n: two floats |
+| MEAN, MEAN_EXCESS | the mean of its static coefficients, and the excess of a contact that has it |
+| RATE, RATE_LOW | by how much the force on it grows with ``l0 theta``: two floats |
 | `whole` | int64 |
 | DRAWS | static coefficients drawn so far |
 | SLIPS | slips since the last target, where they are recorded |
@@ -69,9 +74,11 @@ at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the
 
 (
     FORCE, FORCE_LOW, REST, EXCESS, STIFFNESS, TRAVEL, TRAVEL_LOW, X, SPEED, SIDE, FRESH, DRIVE,
-    COEFFICIENT, DOUBTED,
-) = range(14)  # rows of `cell`, see above  # fmt: skip
-CELLS = 14
+    COEFFICIENT, DOUBTED, FRICTION, WEIGHT, MU_D, MU_D_LOW, MEAN, MEAN_EXCESS, RATE, RATE_LOW,
+) = range(22)  # rows of `cell`, see above  # fmt: skip
+CELLS = 22
+OF_CHAIN = slice(FRICTION, CELLS)
+"""Rows of `cell` that stay as the chain makes them."""
 DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
 WHOLES = 4
 IN_SNAPSHOTS = [FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED]
@@ -94,17 +101,16 @@ LADDER = (ORDERS + 9) // 8
 
 CHAIN = np.dtype(
     [
-        ("friction", np.float64),  # mu_d cos(alpha)
-        ("mu_d", np.float64),
-        ("mu_d_low", np.float64),
+        ("friction", np.float64),  # the largest mu_d cos(alpha)
+        ("mean_friction", np.float64),
+        ("mean_weight", np.float64),  # sin(alpha), and what pulls at the ends over n
         ("cosine", np.float64),
-        ("sine", np.float64),
-        ("mean", np.float64),  # of the static coefficients
-        ("width", np.float64),  # their standard deviation
-        ("mean_excess", np.float64),  # (mu_s - mu_d) cos(alpha)
+        ("width", np.float64),  # standard deviation of the static coefficients
+        ("mean_excess", np.float64),  # the largest (mu_s - mu_d) cos(alpha)
         ("n", np.int64),
         ("seed", np.int64),
-        ("constant", np.int64),  # whether all static coefficients are mu_s
+        ("constant", np.int64),  # whether every static coefficient is the mean of its slider
+        ("even", np.int64),  # whether theta is felt by sliders 1 and N alone
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
         ("longest", np.int64),  # events of an avalanche, or steps without one, then it is given up
         ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...

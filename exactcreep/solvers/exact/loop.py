@@ -169,7 +169,7 @@ def _threshold(cell, now, i, pull, slack):
 
     The force on it is known to `slack`, and to some roundings.
     """
-    threshold = now.chain.friction + cell[layout.EXCESS, i]
+    threshold = cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
     return threshold, 8.0 * ULP * (abs(pull) + threshold) + slack
 
 
@@ -212,7 +212,7 @@ def _unstable(cell, now, log):
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
-            _start(cell, now, log, i, sign, abs(pull) - now.chain.friction)
+            _start(cell, now, log, i, sign, abs(pull) - cell[layout.FRICTION, i])
         elif close:
             now.counts.undecided += 1
             cell[layout.DOUBTED, i] = now.counts.rearrangements + (
@@ -232,7 +232,7 @@ def _lone(cell, whole, deviate, now, log):
     side = cell[layout.SIDE, i]
     stiff = cell[layout.STIFFNESS, i]
     speed = cell[layout.SPEED, i]
-    friction = now.chain.friction
+    friction = cell[layout.FRICTION, i]
     drive = cell[layout.DRIVE, i]  # exactly what made it start
     if cell[layout.FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
@@ -248,15 +248,15 @@ def _lone(cell, whole, deviate, now, log):
         length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)
     room_left = np.inf
     room_right = np.inf
-    scale = 2.0 * friction + cell[layout.EXCESS, i] + length + abs(drive)
+    scale = 2.0 * now.chain.friction + cell[layout.EXCESS, i] + length + abs(drive)
     if stiff > 0.0:
         if i > PAD:
             scale += cell[layout.EXCESS, i - 1]
-            threshold = friction + cell[layout.EXCESS, i - 1]
+            threshold = cell[layout.FRICTION, i - 1] + cell[layout.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
         if i < PAD + now.chain.n - 1:
             scale += cell[layout.EXCESS, i + 1]
-            threshold = friction + cell[layout.EXCESS, i + 1]
+            threshold = cell[layout.FRICTION, i + 1] + cell[layout.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
     bound = 8.0 * ULP * scale
@@ -333,7 +333,8 @@ def _never_stops(cell, now):
     scale = 0.0
     for i in range(PAD, PAD + n):
         energy += (cell[layout.SPEED, i] - mean) ** 2
-        tension += _present_force(cell, i) - now.chain.sine
+        tension += _present_force(cell, i) - now.chain.mean_weight
+        tension -= down * (cell[layout.FRICTION, i] - now.chain.mean_friction)
         if i < PAD + n - 1:
             energy += tension * tension
         scale += abs(tension) + cell[layout.SPEED, i]
@@ -393,7 +394,7 @@ def _test_kth(k, cell, whole, deviate, now, log, blur, number):
         threshold, slack = _threshold(cell, now, i, pull, blur * beside)
         turn, close = _reversal(pull, threshold, float(way), slack)
         now.counts.undecided += close
-        drive = abs(pull) - now.chain.friction
+        drive = abs(pull) - cell[layout.FRICTION, i]
     if turn != 0.0:
         _start(cell, now, log, i, turn, drive)
 
@@ -472,7 +473,7 @@ def follow(
         if rows.room(log.tables) <= now.chain.n:
             return layout.LOG_FULL, reached
         if stage == layout.AT_REST:
-            if now.chain.logging == 0 and now.chain.n > 1 and not single:
+            if now.chain.logging == 0 and now.chain.even == 1 and not single:
                 end_slips(cell, whole, deviate, now, theta[reached], theta_low[reached], stop_at)
                 if now.counts.events >= stop_at:
                     continue

@@ -59,7 +59,7 @@ _MISS = 0.25 * ULP
 
 
 @inlined
-def forces(cell, friction, i):
+def forces(cell, i):
     """Return of eight columns what pulls them, what pushes movers on, and which have no force.
 
     A mover that has started with no more than friction has none.
@@ -68,18 +68,18 @@ def forces(cell, friction, i):
     pull = load(cell, layout.REST, i) + (
         around - load(cell, layout.STIFFNESS, i) * load(cell, layout.X, i)
     )
-    push = load(cell, layout.SIDE, i) * pull - friction
+    push = load(cell, layout.SIDE, i) * pull - load(cell, layout.FRICTION, i)
     fresh = load(cell, layout.FRESH, i) > 0.0
     push = choose(fresh, load(cell, layout.DRIVE, i), push)
     return pull, push, fresh & (push <= 0.0)
 
 
 @inlined
-def expand(cell, series, row, friction, i):
+def expand(cell, series, row, i):
     """Fill in the first two derivatives of eight columns, and which move; return the forceless."""
     side = load(cell, layout.SIDE, i)
     moves = side * side
-    pull, push, idle = forces(cell, friction, i)
+    pull, push, idle = forces(cell, i)
     put(series, row + layout.MOVES, moves)
     put(series, row + layout.RESTS, 1.0 - moves)
     put(series, row + layout.HOLDS, 0.0 - moves * load(cell, layout.STIFFNESS, i))
@@ -154,7 +154,7 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
     fresh = load(cell, layout.FRESH, i) > 0.0
     low = min(low, choose(fresh, low, at_0))
     high = max(high, choose(fresh, high, at_0))
-    threshold = load(cell, layout.EXCESS, i) + friction
+    threshold = load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i)
     bound = (16.0 * ULP) * (scale + choose(resting, threshold + friction, t * friction))
     never = spread(NEVER)
     floor = choose(resting, threshold, choose(side < 0.0, never, 0.0))
@@ -163,7 +163,7 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
 
 
 @inlined
-def approach(cell, table, row, friction, i):
+def approach(cell, table, row, i):
     """Return in eight lanes the parabola that a margin follows to the end of its range.
 
     Its coefficients, of the distance from the end that it is heading for; of a slider that has just
@@ -175,7 +175,7 @@ def approach(cell, table, row, friction, i):
     c2 = take(table, row + 2)
     heading = choose(c1 + c2 * 0.5 < 0.0, spread(-1.0), 1.0)
     way = choose(resting, heading, 0.0 - side)
-    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i), 0.0)
     p0 = max(edge - way * take(table, row), 0.0)
     p1 = 0.0 - way * c1
     p2 = 0.0 - way * (c2 * 0.5)
@@ -297,7 +297,7 @@ def soon_after(cell, table, row, friction, inherited, i, late, t):
     at = take(table, row + layout.AT_END)
     slope = take(table, row + layout.SLOPE_AT_END)
     way = choose(resting, choose(slope < 0.0, spread(-1.0), 1.0), 0.0 - side)
-    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i), 0.0)
     out = way * slope
     room = edge - way * at
     bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction)) + inherited
@@ -314,9 +314,9 @@ def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
 
 
 @inlined
-def end_of_range(cell, now, i):
+def end_of_range(cell, i):
     """Return how far the margin of a slider may be from zero, on the side of its next event."""
-    return 0.0 if cell[layout.SIDE, i] != 0.0 else now.chain.friction + cell[layout.EXCESS, i]
+    return 0.0 if cell[layout.SIDE, i] != 0.0 else cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
 
 
 @inlined
@@ -332,7 +332,7 @@ def outwards(side, slope):
 def refined(cell, series, now, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[layout.SIDE, i]
-    limit = end_of_range(cell, now, i)
+    limit = end_of_range(cell, i)
     at_0 = element(series, row, lane)
     slope_0 = element(series, row + 1, lane)
     curve_0 = element(series, row + 2, lane)

@@ -51,12 +51,15 @@ class Origin(NamedTuple):
     state : State
     numbers : ndarray, shape (6, n)
         Tensions, displacements and coefficients, each as two floats.
+    of_chain : ndarray, shape (8, n)
+        The rows of `layout.OF_CHAIN`.
     load : tuple of float
         ``l0 theta``, as two floats.
     """
 
     state: State
     numbers: NDArray[np.float64]
+    of_chain: NDArray[np.float64]
     load: tuple[float, float]
 
     @classmethod
@@ -75,7 +78,7 @@ class Origin(NamedTuple):
         numerator, denominator = theta.as_integer_ratio()
         l0 = chain.l0
         load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
-        return cls(state, numbers, load)
+        return cls(state, numbers, _of_chain(chain), load)
 
     def read(
         self, work: Workspace
@@ -114,20 +117,29 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 
 @lru_cache(maxsize=64)
+def _of_chain(chain: Chain) -> NDArray[np.float64]:
+    """Return the rows of `layout.OF_CHAIN` of its sliders."""
+    out = np.zeros((layout.CELLS, chain.n))
+    out[layout.FRICTION], out[layout.WEIGHT] = chain.friction, chain.sin_alpha
+    out[layout.MU_D], out[layout.MU_D_LOW] = split(chain.mu_d)
+    out[layout.MEAN], out[layout.MEAN_EXCESS] = nearest_float(chain.mu_s), chain.excess
+    return out[layout.OF_CHAIN]
+
+
+@lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
     """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
     made = np.zeros(1, dtype=layout.NOW)
     made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
-    constants["friction"] = chain.friction
-    constants["mu_d"], constants["mu_d_low"] = split(chain.mu_d)
+    constants["friction"] = constants["mean_friction"] = chain.friction
+    constants["mean_weight"] = chain.sin_alpha
     constants["cosine"] = chain.cos_alpha
-    constants["sine"] = chain.sin_alpha
-    constants["mean"] = nearest_float(chain.mu_s)
     constants["width"] = nearest_float(chain.sigma_mu)
     constants["mean_excess"] = chain.excess
     constants["n"] = chain.n
     constants["constant"] = chain.sigma_mu == 0
+    constants["even"] = chain.n > 1
     if chain.may_run_away:
         constants["downhill"] = 1 if chain.tan_alpha >= 0 else -1
     constants["longest"] = longest_avalanche(chain)
@@ -143,7 +155,7 @@ def placed(
     """
     work = _room(chain.n, logging) if used is None else used
     _begin(work.now, chain, origin, seed, logging)
-    place(work.cell, work.whole, work.now, origin.numbers, origin.state.draws)
+    place(work.cell, work.whole, work.now, origin.numbers, origin.of_chain, origin.state.draws)
     prepare(work.cell, work.whole, work.deviate, work.now)
     return work
 
@@ -254,7 +266,7 @@ def restore(
 
 
 @compiled
-def place(cell, whole, scalars, numbers, draws):
+def place(cell, whole, scalars, numbers, of_chain, draws):
     """Fill in forces, displacements and contacts, all but the draws that `prepare` makes."""
     now = scalars[0]
     n = now.chain.n
@@ -263,11 +275,13 @@ def place(cell, whole, scalars, numbers, draws):
     before, before_low = 0.0, 0.0
     for k in range(n):
         i = k + PAD
+        for row in range(len(of_chain)):
+            cell[layout.FRICTION + row, i] = of_chain[row, k]
         after = numbers[TENSION, k] if k < n - 1 else 0.0
         after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
         force, low = two_sum(after, -before)
         low += after_low - before_low
-        force, error = two_sum(force, now.chain.sine)
+        force, error = two_sum(force, cell[layout.WEIGHT, i])
         low += error
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
@@ -284,10 +298,10 @@ def place(cell, whole, scalars, numbers, draws):
     for k in range(n):
         i = k + PAD
         held = numbers[HELD, k]
-        above = ((held - now.chain.mu_d) - now.chain.mu_d_low) + numbers[HELD_LOW, k]
+        above = ((held - cell[layout.MU_D, i]) - cell[layout.MU_D_LOW, i]) + numbers[HELD_LOW, k]
         cell[layout.EXCESS, i] = max(above, 0.0) * now.chain.cosine
-        if now.chain.constant == 1 and held == now.chain.mean:
-            cell[layout.EXCESS, i] = now.chain.mean_excess
+        if now.chain.constant == 1 and held == cell[layout.MEAN, i]:
+            cell[layout.EXCESS, i] = cell[layout.MEAN_EXCESS, i]
         cell[layout.COEFFICIENT, i] = held
         whole[layout.DRAWS, i] = draws[k]
     cell[layout.STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
@@ -306,6 +320,6 @@ def _read(
         displacements[k] = rows.displacement(cell, i)
         draws[k] = whole[layout.DRAWS, i]
         renewed = now.chain.constant == 1 and draws[k] > drawn[k]
-        coefficients[k] = now.chain.mean if renewed else cell[layout.COEFFICIENT, i]
+        coefficients[k] = cell[layout.MEAN, i] if renewed else cell[layout.COEFFICIENT, i]
     for k in range(tensions.size):
         tensions[k] = rows.tension(cell, now, origin, load, load_low, k)

@@ -133,7 +133,7 @@ def at_theta(cell, now, tables):
         high, low = -now.theta, -now.theta_low
         for i in range(PAD, PAD + n - 1):
             high, low = plus(high, low + cell[layout.FORCE_LOW, i], cell[layout.FORCE, i])
-            high, low = plus(high, low, -now.chain.sine)
+            high, low = plus(high, low, -cell[layout.WEIGHT, i])
             tensions += high
             energy += 0.5 * high * high
         sums.elastic = energy
@@ -181,7 +181,7 @@ def stop(cell, now, tables, i):
     row.start = tables.track[layout.T_TIME, i]
     row.stop = now.time
     row.displacement = cell[layout.X, i] - tables.track[layout.T_X, i]
-    row.coefficient = now.chain.mean if now.chain.constant == 1 else cell[layout.COEFFICIENT, i]
+    row.coefficient = cell[layout.MEAN if now.chain.constant == 1 else layout.COEFFICIENT, i]
     tables.used[1] += 1
     if tables.track[layout.T_SLIPPED, i] != now.counts.rearrangements:
         tables.track[layout.T_SLIPPED, i] = now.counts.rearrangements
@@ -198,7 +198,7 @@ def end(cell, now, tables):
     for i in range(now.touched_first, now.touched_last + 1):
         x = cell[layout.X, i]
         around = cell[layout.X, i - 1] + cell[layout.X, i + 1]
-        elastic = cell[layout.REST, i] - now.chain.sine
+        elastic = cell[layout.REST, i] - cell[layout.WEIGHT, i]
         gained -= x * (elastic + 0.5 * (around - cell[layout.STIFFNESS, i] * x))
         moved += x
     sums, row = tables.sums[0], tables.rests[tables.used[0]]

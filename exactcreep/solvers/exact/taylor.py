@@ -74,7 +74,7 @@ _POLISH = 4
 
 
 @inlined
-def _expand(cell, series, friction, first, strips):
+def _expand(cell, series, first, strips):
     """Fill value and first derivative of the window that begins in column `first` of `cell`.
 
     Returns whether a slider has started without any force beyond friction.
@@ -82,7 +82,7 @@ def _expand(cell, series, friction, first, strips):
     forceless = 0
     for s in range(strips):
         row, i = SERIES * s, first + WIDTH * s
-        forceless |= margins.expand(cell, series, row, friction, i)
+        forceless |= margins.expand(cell, series, row, i)
     return forceless != 0
 
 
@@ -122,7 +122,7 @@ def _largest_late(series, strips):
 
 
 @inlined
-def _candidate(cell, series, friction, first, strips):
+def _candidate(cell, series, first, strips):
     """Return the lane whose margin seems to end first and when, from three derivatives each.
 
     A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
@@ -132,7 +132,7 @@ def _candidate(cell, series, friction, first, strips):
     for s in range(strips):
         i = first + WIDTH * s
         row = SERIES * s
-        p0, p1, p2 = margins.approach(cell, series, row, friction, i)
+        p0, p1, p2 = margins.approach(cell, series, row, i)
         square = p1 * p1 - 4.0 * p2 * p0
         # most strips have no zero before what has been found, neither past it nor in between
         then = fused(fused(p2, best, p1), best, p0)
@@ -176,7 +176,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     """
     moving = cell[layout.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
-    threshold = margins.end_of_range(cell, now, i)
+    threshold = margins.end_of_range(cell, i)
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + layout.BENT, lane]
     curve = margins.curved(series, row, lane, bend, t)
@@ -381,7 +381,7 @@ def _together(cell, whole, series, now, first, contenders, t):
             row = SERIES * ((i - first) // WIDTH)
             lane = (i - first) % WIDTH
             at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
-            off = abs(abs(at_1) - margins.end_of_range(cell, now, i))
+            off = abs(abs(at_1) - margins.end_of_range(cell, i))
             outward = -cell[layout.SIDE, i] * slope_1
             if cell[layout.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
@@ -421,7 +421,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     """
     row = SERIES * (lane // WIDTH)
     j = lane % WIDTH
-    limit = margins.end_of_range(cell, now, i)
+    limit = margins.end_of_range(cell, i)
     for polished in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
@@ -451,7 +451,7 @@ def _located(cell, series, now, first, strips, orders):
 
     The lane is -1, and the time the `HORIZON`, if there is none until then.
     """
-    lane, t = _candidate(cell, series, now.chain.friction, first, strips)
+    lane, t = _candidate(cell, series, first, strips)
     while True:
         wanted = orders
         while t > _REACH[wanted]:
@@ -551,7 +551,7 @@ def step(cell, whole, series, now, first, last):
     """
     strips = (last - first + WIDTH) // WIDTH
     now.counts.steps += 1
-    forceless = _expand(cell, series, now.chain.friction, first, strips)
+    forceless = _expand(cell, series, first, strips)
     orders = ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
     if forceless:
