@@ -28,6 +28,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 
@@ -94,6 +95,9 @@ class Solid:
     gravity: Fraction
     measured: Fraction = Fraction(0)
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
+
+    def __post_init__(self) -> None:
+        require_uniform(self.chain.parameters(), "a solid in SI units")
 
     @property
     def mass(self) -> Fraction:
@@ -291,7 +295,8 @@ class Solid:
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
             return _CONTACTS
-        return min(max(math.ceil(_CONTACTS * self.chain.mu_d / slope), _CONTACTS), 2000)
+        wanted: int = math.ceil(_CONTACTS * self.chain.mu_d / slope)
+        return min(max(wanted, _CONTACTS), 2000)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
         """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does.

@@ -27,7 +27,7 @@ MADE = {"n": 2, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6"}
         (lambda: load_scene("six-slider-cycles"), r"did you mean six-sliders-cycles\?"),
         (lambda: threshold(n=3), r"n = 3: belongs to a chain: threshold\(Chain\(n=3, \.\.\.\)"),
         (lambda: creep(DRIVE, n=3), r"creep\(Chain\(n=3"),
-        (lambda: Chain(**MADE | {"mu_s": [0.6, 0.7]}, tan_alpha=0), "explanation/scope of"),
+        (lambda: Chain(**MADE | {"mu_s": [0.6] * 9}, tan_alpha=0), "numbers, of each slider"),
         (lambda: creep(PAIR, DRIVE, seed=None), "no run is random; default 0"),
     ],
     ids=lambda case: case if isinstance(case, str) else "",

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from mpmath import libmp
 
+from exactcreep.model.numbers import sign_of_surd as sign_of_surd
+
 Number = Any
 """int, Fraction, float, numpy array or mpmath number."""
 
@@ -136,12 +138,3 @@ def floor_of_surd(surd: Fraction, radicand: Fraction, rational: Fraction) -> int
     # -sqrt(inside) lies in (-(root + 1), -root] : its floor over `scale` needs the exact case
     lower = -root if root * root == inside else -root - 1
     return (lower + shift) // scale
-
-
-def sign_of_surd(rational: Fraction, surd: Fraction, radicand: Fraction) -> int:
-    """Return the sign of ``rational + surd * sqrt(radicand)``, exactly."""
-    signs = [(value > 0) - (value < 0) for value in (rational, surd)]
-    if signs[0] * signs[1] >= 0:
-        return signs[0] or signs[1]
-    excess = rational * rational - surd * surd * radicand
-    return signs[0] * ((excess > 0) - (excess < 0))

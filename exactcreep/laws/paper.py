@@ -32,6 +32,7 @@ from exactcreep.laws.number_types import (
     require,
     root_of_pi,
 )
+from exactcreep.model.uniform import require_uniform
 
 
 def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
@@ -191,6 +192,7 @@ def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> 
     >>> law_values(plateau_velocity, chain | {"amplitude": Fraction(1, 100)})
     (50.0, 30.0)
     """
+    require_uniform(parameters, "the laws of equal sliders")
     names = signature(law).parameters
     taken = {name: value for name, value in parameters.items() if name in names}
     if "i" not in names or names["i"].default is names["i"].empty or "i" in taken:

@@ -27,6 +27,7 @@ from exactcreep.laws.velocities import sliding_velocity, sliding_velocity_random
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.state import State
+from exactcreep.model.uniform import require_uniform
 
 _UNKNOWN = "; how far it is off is not known here"
 
@@ -135,6 +136,7 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
     >>> found.law, round(found.values[0], 3)
     ('sliding limit, exact', 3.937)
     """
+    require_uniform(parameters, "the laws of equal sliders")
     n, slope = int(parameters["n"]), parameters["tan_alpha"]
     mu_d, mu_s, sigma_mu = (parameters[name] for name in ("mu_d", "mu_s", "sigma_mu"))
     cycles = "amplitude" in parameters

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import Number, exact_number, nearest_float
+from exactcreep.model.uniform import require_uniform
 
 _COPIES, _HALVES = 1000, 240  # of the two relays; the first quarter is their transient
 _MIXED = 12  # times the half-cycles in which their phase is forgotten, at least
@@ -52,6 +53,7 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     >>> 4000 < stopping_time(chain, "0.000356").cycles < 5500
     True
     """
+    require_uniform(chain.parameters(), "the time after which drawn coefficients stop creep")
     load = nearest_float(chain.l0 * exact_number(amplitude, "amplitude"))
     sigma = nearest_float(chain.sigma_mu) * chain.cos_alpha
     if sigma == 0 or chain.n < 2:

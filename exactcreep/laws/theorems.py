@@ -19,6 +19,7 @@ from exactcreep.laws.number_types import (
 )
 from exactcreep.laws.paper import law, law_values
 from exactcreep.model.chain import Chain
+from exactcreep.model.uniform import require_uniform
 
 
 def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Number]) -> Number:
@@ -165,9 +166,10 @@ def edges(chain: Chain) -> dict[str, float]:
     >>> {name: round(amplitude, 8) for name, amplitude in edges(chain).items()}
     {'at_rest': 0.00058209, 'no_lasting_creep': 0.00048507, 'locked_ends': 0.00101865}
     """
+    parameters, amplitudes = chain.parameters(), {}
+    require_uniform(parameters, "the theorems of equal sliders")
     if chain.n < 2:
         return {}
-    parameters, amplitudes = chain.parameters(), {}
     clean = chain.sigma_mu == 0
     if clean and abs(chain.tan_alpha) <= chain.mu_s:
         at_rest = at_rest_amplitude(chain.l0, chain.tan_alpha, [chain.mu_s] * chain.n)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.model.numbers import (
     InputError,
@@ -20,10 +22,13 @@ from exactcreep.model.numbers import (
     number_from_zero,
     number_of_floats,
     positive_number,
+    sign_of_surd,
     whole_number,
 )
+from exactcreep.model.uniform import unlike
 
 P = ParamSpec("P")
+_ALONG = "mu_d", "mu_s", "end_forces", "expansion"
 ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 """Names under which the slope is looked for."""
 _SCOPE = "the page explanation/scope of the book says what is not in the model, and where to begin"
@@ -53,7 +58,8 @@ class Chain(Shown):
     """A chain of `n` sliders with Coulomb friction on an incline of slope `tan_alpha`.
 
     Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
-    string are what they say (``"0.6"`` is 3/5), a float is its exact binary value.
+    string are what they say (``"0.6"`` is 3/5), a float is its exact binary value. Lists of equal
+    numbers are one number. What a function needs alike (`unlike`) it refuses in a sentence.
 
     Source: Eqs. 5-10 and 11.
 
@@ -63,14 +69,19 @@ class Chain(Shown):
         Number of sliders, at least 1; slider 1 is the upper one.
     l0 : number
         Natural length of a spring at theta = 0 in units of ``g tau_dyn**2``; positive.
-    mu_d : number
-        Dynamical friction coefficient; not negative.
-    mu_s : number
-        Mean static friction coefficient, at least `mu_d`.
+    mu_d : number, or sequence of number, shape (n,)
+        Dynamical friction coefficient, of all sliders or of each; not negative.
+    mu_s : number, or sequence of number, shape (n,)
+        Mean static friction coefficient, of all sliders or of each; at least `mu_d`.
     sigma_mu : number
         Standard deviation of the static friction coefficients; not negative.
     tan_alpha : number
         Tangent of the angle of the incline; negative is the mirror image.
+    end_forces : two numbers
+        Constant forces on the first and on the last slider, positive downhill, unit ``m g``.
+    expansion : sequence of number, shape (n - 1,), optional
+        What each spring expands by, in units of theta: spring k has the natural length
+        ``l0 (1 + expansion[k] theta)``. Default: 1 for every spring.
 
     Raises
     ------
@@ -86,40 +97,113 @@ class Chain(Shown):
 
     n: int
     l0: Fraction
-    mu_d: Fraction
-    mu_s: Fraction
+    mu_d: Any  # a Fraction; a tuple of n of them where sliders differ
+    mu_s: Any
     sigma_mu: Fraction = Fraction(0)
     tan_alpha: Fraction
+    end_forces: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
+    expansion: tuple[Fraction, ...] = ()  # empty where all springs expand by theta
 
     @_without_angles
     def __init__(
         self,
         n: Number,
         l0: Number,
-        mu_d: Number,
-        mu_s: Number,
+        mu_d: Number | Sequence[Number],
+        mu_s: Number | Sequence[Number],
         sigma_mu: Number = 0,
         *,
         tan_alpha: Number,
+        end_forces: Sequence[Number] = (0, 0),
+        expansion: Sequence[Number] = (),
     ) -> None:
-        numbers: dict[str, Any] = {
-            "l0": l0, "mu_d": mu_d, "mu_s": mu_s, "sigma_mu": sigma_mu, "tan_alpha": tan_alpha
-        }  # fmt: skip
-        for name, value in numbers.items():
-            if isinstance(value, (list, tuple, np.ndarray)):
-                raise InputError(name, value, f"must be one number for all sliders; {_SCOPE}")
+        count = whole_number(n, "n", least=1, most=10**8)
+        weights = _each(expansion, "expansion", count - 1, "of each spring (n - 1)")
         vars(self).update(
-            n=whole_number(n, "n", least=1, most=10**8),
-            **{name: number_of_floats(value, name) for name, value in numbers.items()},
+            n=count,
+            l0=number_of_floats(l0, "l0"),
+            mu_d=_one_or_each(mu_d, "mu_d", count),
+            mu_s=_one_or_each(mu_s, "mu_s", count),
+            sigma_mu=number_of_floats(sigma_mu, "sigma_mu"),
+            tan_alpha=number_of_floats(tan_alpha, "tan_alpha"),
+            end_forces=_each(end_forces, "end_forces", 2, "of each end"),
+            expansion=() if all(weight == 1 for weight in weights) else weights,
         )
         positive_number(l0, "l0")
-        number_from_zero(mu_d, "mu_d")
-        if self.mu_s < self.mu_d:
-            raise InputError("mu_s", mu_s, f"must be at least mu_d = {nearest_float(self.mu_d)}")
         number_from_zero(sigma_mu, "sigma_mu")
-        # no draw lies 16 standard deviations off
-        if not math.isfinite(nearest_float(self.mu_s + 16 * self.sigma_mu)):
-            raise InputError("sigma_mu", sigma_mu, "draws coefficients beyond the largest float")
+        for k, low, high in self._frictions():
+            number_from_zero(low, f"mu_d{k}")
+            if high < low:
+                allowed = f"must be at least mu_d{k} = {nearest_float(low)}"
+                raise InputError(f"mu_s{k}", high, allowed)
+            # no draw lies 16 standard deviations off
+            if not math.isfinite(nearest_float(high + 16 * self.sigma_mu)):
+                allowed = "draws coefficients beyond the largest float"
+                raise InputError("sigma_mu", sigma_mu, allowed)
+
+    def _frictions(self) -> Iterator[tuple[str, Fraction, Fraction]]:
+        """Yield index, mu_d and mu_s of each slider; once for all sliders if they are alike."""
+        if "friction" not in self.unlike:
+            yield "", self.mu_d, self.mu_s
+            return
+        for k, (low, high) in enumerate(zip(self.each("mu_d"), self.each("mu_s"), strict=True)):
+            yield f"[{k}]", low, high
+
+    @cached_property
+    def unlike(self) -> frozenset[str]:
+        """What differs along the chain: some of "friction", "end_forces" and "expansion"."""
+        return unlike(vars(self))
+
+    def each(self, name: str, function: Callable[[Fraction], Any] = Fraction) -> list[Any]:
+        """Return a function of the coefficient of each slider, or of the expansion of each spring.
+
+        Parameters
+        ----------
+        name : {"mu_d", "mu_s", "expansion"}
+            Of what.
+        function : callable, optional
+            Computed once where all are alike. Default: the rationals themselves.
+
+        Returns
+        -------
+        list
+            Of n values; of n - 1 for `expansion`.
+        """
+        value, count = getattr(self, name), self.n
+        if name == "expansion":
+            value, count = value or Fraction(1), self.n - 1
+        if isinstance(value, tuple):
+            return [function(one) for one in value]
+        return [function(value)] * count
+
+    def floats(self, name: str) -> NDArray[np.float64]:
+        """Return the coefficient of each slider, or the expansion of each spring, in float64.
+
+        Parameters
+        ----------
+        name : {"mu_d", "mu_s", "expansion"}
+            Of what.
+
+        Returns
+        -------
+        ndarray, shape (n,) or (n - 1,)
+            Each the nearest float64.
+        """
+        value = getattr(self, name)
+        if isinstance(value, tuple) and value:
+            return np.array(self.each(name, nearest_float))
+        return np.full(self.n - (name == "expansion"), nearest_float(value or Fraction(1)))
+
+    @cached_property
+    def rates(self) -> dict[int, Fraction]:
+        """By how much the force on a slider (from 0) grows with ``l0 theta``, where it changes."""
+        if self.n == 1:
+            return {}
+        if not self.expansion:
+            return {0: Fraction(-1), self.n - 1: Fraction(1)}
+        around = (Fraction(0), *self.expansion, Fraction(0))
+        changes = (left - right for left, right in pairwise(around))
+        return {slider: change for slider, change in enumerate(changes) if change}
 
     if not TYPE_CHECKING:  # a type checker knows the attributes
 
@@ -133,7 +217,10 @@ class Chain(Shown):
     @cached_property
     def _hash(self) -> int:
         # the hash of a Fraction would take a modular inverse
-        return hash(tuple(value.as_integer_ratio() for value in self.parameters().values()))
+        numbers = self.n, self.l0, self.sigma_mu, self.tan_alpha, self.mu_d, self.mu_s
+        lists = (value if isinstance(value, tuple) else (value,) for value in numbers)
+        further = *lists, self.end_forces, self.expansion
+        return hash(tuple(tuple(value.as_integer_ratio() for value in each) for each in further))
 
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp).
@@ -170,33 +257,80 @@ class Chain(Shown):
 
     @cached_property
     def friction(self) -> float:
-        """mu_d cos(alpha), nearest float64: the dynamical friction force."""
+        """mu_d cos(alpha), nearest float64: the dynamical friction force of sliders alike."""
         return self.times_cosine(self.mu_d)
 
     @cached_property
     def excess(self) -> float:
-        """D = (mu_s - mu_d) cos(alpha), nearest float64."""
+        """D = (mu_s - mu_d) cos(alpha), nearest float64, of sliders alike."""
         return self.times_cosine(self.mu_s - self.mu_d)
+
+    @property
+    def largest_mu_s(self) -> Fraction:
+        """The largest of the mean static friction coefficients."""
+        return max(high for _, _, high in self._frictions())
+
+    @cached_property
+    def held(self) -> float:
+        """The largest force that a mean contact holds, and the weight of a slider, in float64."""
+        frictions = self._frictions()
+        held = max(self.times_cosine(d) + self.times_cosine(s - d) for _, d, s in frictions)
+        return held + abs(self.sin_alpha) + nearest_float(max(map(abs, self.end_forces)))
 
     @property
     def no_advance(self) -> Fraction:
         """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
-        return (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha) / 2**40
+        forces = (self.largest_mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
+        return (forces + max(map(abs, self.end_forces))) / 2**40
 
     @property
     def rounding(self) -> Fraction:
         """The most that rounding adds to a displacement in one slip, in float64."""
         return self.n * self.no_advance / 2**10
 
+    def pull(self, slider: int) -> Fraction:
+        """Return the end forces on a slider, unit ``m g``.
+
+        Parameters
+        ----------
+        slider : int
+            From 0.
+
+        Returns
+        -------
+        Fraction
+            Zero but at the ends.
+        """
+        first, last = self.end_forces
+        return (first if slider == 0 else Fraction(0)) + (last if slider == self.n - 1 else 0)
+
+    def surplus(self, way: int) -> int:
+        """Return whether friction can hold the whole chain: compared exactly.
+
+        Parameters
+        ----------
+        way : {+1, -1}
+            Downhill or uphill.
+
+        Returns
+        -------
+        int
+            The sign of the driving force along `way`, ``N sin(alpha)`` plus the end forces, minus
+            the sum of ``mu_d cos(alpha)``: positive if the sliding chain accelerates.
+        """
+        friction = sum(self.mu_d) if isinstance(self.mu_d, tuple) else self.n * self.mu_d
+        gravity, pulls = way * self.n * self.tan_alpha, way * sum(self.end_forces)
+        return sign_of_surd(gravity - friction, pulls, 1 + self.tan_alpha**2)
+
     @property
     def may_run_away(self) -> bool:
-        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
-        return abs(self.tan_alpha) >= self.mu_d
+        """Whether the whole chain may accelerate for ever: no friction left, compared exactly."""
+        return self.surplus(1) >= 0 or self.surplus(-1) >= 0
 
     @property
     def slides(self) -> bool:
-        """Whether sliders follow theta without slips: no static excess, and no disorder."""
-        return self.mu_s == self.mu_d and self.sigma_mu == 0
+        """Whether a slider follows theta without slips: no static excess, and no disorder."""
+        return self.sigma_mu == 0 and any(low == high for _, low, high in self._frictions())
 
     def mirrored(self) -> Chain:
         """Return the mirror image: the incline tilted the other way.
@@ -204,7 +338,7 @@ class Chain(Shown):
         Returns
         -------
         Chain
-            With the opposite `tan_alpha`, and otherwise the same.
+            With the opposite `tan_alpha` and end forces, and its lists reversed.
 
         Examples
         --------
@@ -212,7 +346,10 @@ class Chain(Shown):
         >>> chain.mirrored().tan_alpha
         Fraction(-1, 4)
         """
-        return replace(self, tan_alpha=-self.tan_alpha)
+        turned: dict[str, Any] = {name: value[::-1] for name, value in vars(self).items()
+                  if name in _ALONG and isinstance(value, tuple)}  # fmt: skip
+        turned["end_forces"] = tuple(-force for force in turned["end_forces"])
+        return replace(self, tan_alpha=-self.tan_alpha, **turned)
 
     def require_dilation(self, theta: Fraction | float, field: str, given: Any) -> None:
         """Raise `InputError` unless ``l0 theta`` is below half the largest float.
@@ -236,21 +373,47 @@ class Chain(Shown):
             allowed = "must keep l0 theta below half the largest float, 1.8e308"
             raise InputError(field, given, allowed)
 
-    def parameters(self) -> dict[str, int | Fraction]:
+    def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again.
 
         Returns
         -------
-        dict of str to int or Fraction
-            `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`.
+        dict of str to int, Fraction or list of Fraction
+            `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`; `end_forces` and `expansion` of a
+            chain that has them.
         """
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        known = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in known.items()
+            if name not in {"end_forces", "expansion"} - self.unlike
+        }
 
     def _facts(self) -> dict[str, Any]:
         return self.parameters()
 
     def _units(self) -> dict[str, str]:
         return {"l0": "g tau_dyn^2"}
+
+
+def _each(values: Any, name: str, count: int, of: str) -> tuple[Fraction, ...]:
+    """Return a list of numbers as rationals, none for an empty list; `InputError` for any other."""
+    allowed = f"must be a list of {count} numbers, {of}"
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+        raise InputError(name, values, allowed)
+    if len(values) not in (0, count) or (name == "end_forces" and not len(values)):
+        raise InputError(name, values, allowed)
+    return tuple(number_of_floats(value, f"{name}[{k}]") for k, value in enumerate(values))
+
+
+def _one_or_each(value: Any, name: str, n: int) -> Any:
+    """Return a number as a rational; of a list the number of all, or a tuple where they differ."""
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+        return number_of_floats(value, name)
+    each = _each(value, name, n, "of each slider")
+    if not each:
+        raise InputError(name, value, f"must be one number, or a list of {n}")
+    return each if len({*each}) > 1 else each[0]
 
 
 def refuse_own(given: Mapping[str, Any], further: Collection[str], computation: str) -> None:

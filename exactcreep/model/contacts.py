@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -100,23 +101,24 @@ class Field(Protocol):
 class Contacts:
     """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
-    With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational. Source: Eq.
-    11.
+    With ``sigma_mu = 0`` the float64 nearest to the `mu_s` of a slider stands for the rational.
+    Source: Eq. 11.
     """
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self.chain = chain
         self.seed = seed
-        self._mean = nearest_float(chain.mu_s)
+        self._mu_d: list[Fraction] = chain.each("mu_d")
+        self._mu_s: list[Fraction] = chain.each("mu_s")
+        self._mean: list[float] = chain.each("mu_s", nearest_float)
+        self._least: list[float] = chain.each("mu_d", _least_from)
         self._drawn: dict[int, tuple[int, list[float]]] = {}  # the last block of each slider
         self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
-        near = nearest_float(chain.mu_d)  # the smallest float64 that is not below mu_d:
-        self._least = near if Fraction(near) >= chain.mu_d else math.nextafter(near, math.inf)
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider`."""
         if self.chain.sigma_mu == 0:
-            return self.chain.mu_s
+            return self._mu_s[slider - 1]
         block, place = divmod(draw, _BLOCK)
         if self._drawn.get(slider, (-1, []))[0] != block:
             drawn: list[float] = self.coefficients(slider, block * _BLOCK, _BLOCK).tolist()
@@ -127,48 +129,56 @@ class Contacts:
         """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""
         return keyed_disorder.static_coefficients(self.chain, self.seed, slider, first, count)
 
-    def acting(self, coefficient: Any) -> Fraction:
-        """Return the coefficient that acts in a contact with this one: never below `mu_d`."""
-        if self._is_constant(coefficient):
-            return self.chain.mu_s
-        return max(_rational(coefficient), self.chain.mu_d)
+    def acting(self, n: int, coefficient: Any) -> Fraction:
+        """Return what acts in a contact of slider `n` (from 0) with this one: at least `mu_d`."""
+        if self._is_constant(n, coefficient):
+            return self._mu_s[n]
+        return max(_rational(coefficient), self._mu_d[n])
 
-    def is_low(self, coefficient: Any) -> bool:
-        """Return whether a drawn coefficient lies below `mu_d`, and therefore acts as `mu_d`."""
+    def is_low(self, n: int, coefficient: Any) -> bool:
+        """Return whether a coefficient of slider `n` is below its `mu_d`, and acts as `mu_d`."""
         if isinstance(coefficient, float):  # a comparison of rationals takes ten times as long
-            return coefficient < self._least
-        return _rational(coefficient) < self.chain.mu_d
+            return coefficient < self._least[n]
+        return _rational(coefficient) < self._mu_d[n]
 
-    def holds(self, coefficient: Any, arithmetic: Field) -> Any:
-        """Return the force, unit ``m g``, that a contact with this coefficient holds at rest.
+    def holds(self, n: int, coefficient: Any, arithmetic: Field) -> Any:
+        """Return the force, unit ``m g``, that such a contact of slider `n` holds at rest.
 
-        In balls it encloses ``acting(coefficient) cos(alpha)``; in float64 it is within 1.5 ulp of
-        it.
+        In balls it encloses ``acting(n, coefficient) cos(alpha)``; in float64 it is within 1.5 ulp
+        of it.
         """
         if arithmetic not in self._scales:
             self._scales[arithmetic] = (
                 arithmetic.times_cosine(self.chain, Fraction(1)),
-                arithmetic.times_cosine(self.chain, self.chain.mu_s),
+                self.chain.each("mu_s", partial(arithmetic.times_cosine, self.chain)),
             )
-        cosine, mean = self._scales[arithmetic]
-        if self._is_constant(coefficient):
-            return mean
-        if self.is_low(coefficient):
-            coefficient = self.chain.mu_d
+        cosine, means = self._scales[arithmetic]
+        if self._is_constant(n, coefficient):
+            return means[n]
+        if self.is_low(n, coefficient):
+            coefficient = self._mu_d[n]
         return arithmetic.number(coefficient) * cosine
 
     def thresholds(self, coefficients: NDArray[Any], arithmetic: Field) -> NDArray[Any]:
         """Return the forces that contacts with these coefficients hold at rest; see `holds`."""
         if type(arithmetic.number(0)) is not float:
-            return arithmetic.vector([self.holds(c, arithmetic) for c in coefficients.tolist()])
+            each = enumerate(coefficients.tolist())
+            return arithmetic.vector([self.holds(n, value, arithmetic) for n, value in each])
         drawn = coefficients.astype(np.float64)
-        held = np.maximum(drawn, nearest_float(self.chain.mu_d)) * self.chain.cos_alpha
+        held = np.maximum(drawn, self.chain.floats("mu_d")) * self.chain.cos_alpha
         if self.chain.sigma_mu == 0:
-            held[drawn == self._mean] = self.chain.times_cosine(self.chain.mu_s)
+            means = np.array(self.chain.each("mu_s", self.chain.times_cosine))
+            held = np.where(drawn == self.chain.floats("mu_s"), means, held)
         return np.asarray(held)
 
-    def _is_constant(self, coefficient: Any) -> bool:
-        return self.chain.sigma_mu == 0 and float(coefficient) == self._mean
+    def _is_constant(self, n: int, coefficient: Any) -> bool:
+        return self.chain.sigma_mu == 0 and float(coefficient) == self._mean[n]
+
+
+def _least_from(mu_d: Fraction) -> float:
+    """Return the smallest float64 that is not below `mu_d`."""
+    near = nearest_float(mu_d)
+    return near if Fraction(near) >= mu_d else math.nextafter(near, math.inf)
 
 
 def _rational(coefficient: Any) -> Fraction:

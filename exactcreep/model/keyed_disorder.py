@@ -53,12 +53,17 @@ def valid_seed(seed: Any) -> int:
 
 def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     """Return the static coefficients with which the sliders begin (draw k = 0), shape (n,)."""
-    mean = nearest_float(chain.mu_s)
+    mean = chain.floats("mu_s")
     if chain.sigma_mu == 0:
-        return np.full(chain.n, mean)
+        return mean
     out = np.empty(chain.n)
     _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
     return out * nearest_float(chain.sigma_mu) + mean
+
+
+def _mean(chain: Chain, n: int) -> Fraction:
+    mean: Fraction = chain.mu_s[n - 1] if isinstance(chain.mu_s, tuple) else chain.mu_s
+    return mean
 
 
 def static_coefficients(
@@ -89,7 +94,7 @@ def static_coefficients(
     >>> static_coefficients(chain, seed=1, n=2, first=0, count=2).round(4)
     array([0.6039, 0.5999])
     """
-    mean = nearest_float(chain.mu_s)
+    mean = nearest_float(_mean(chain, n))
     if chain.sigma_mu == 0:
         return np.full(count, mean)
     width = nearest_float(chain.sigma_mu)
@@ -100,7 +105,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
     The drawn float64 is the value exactly, also below `mu_d`, as which it then acts; with
-    ``sigma_mu = 0`` it is the rational `mu_s`. Source: Eq. 11.
+    ``sigma_mu = 0`` it is the rational `mu_s` of the slider. Source: Eq. 11.
 
     Parameters
     ----------
@@ -134,7 +139,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
     k = whole_number(k, "k", least=0, most=2**62)
     seed = valid_seed(seed)
     if chain.sigma_mu == 0:
-        return chain.mu_s
+        return _mean(chain, n)
     return float(static_coefficients(chain, seed, n, k, 1)[0])
 
 

@@ -267,6 +267,15 @@ def number_of_floats(value: Any, field: str) -> Fraction:
     return number
 
 
+def sign_of_surd(rational: Fraction, surd: Fraction | int, radicand: Fraction) -> int:
+    """Return the sign of ``rational + surd sqrt(radicand)``, exactly; `radicand` is positive."""
+    signs = [(value > 0) - (value < 0) for value in (rational, surd)]
+    if signs[0] * signs[1] >= 0:
+        return signs[0] or signs[1]
+    more = rational**2 - surd**2 * radicand
+    return signs[0] * ((more > 0) - (more < 0))
+
+
 def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
     """Return `value` as an int between `least` and `most` (inclusive), or raise `InputError`."""
     if type(value) is int and least <= value and (most is None or value <= most):

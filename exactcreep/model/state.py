@@ -266,6 +266,8 @@ class State(Shown):
     def forces(self, chain: Chain) -> NDArray[np.float64]:
         """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,).
 
+        The end forces of the chain are among them.
+
         Parameters
         ----------
         chain : Chain
@@ -285,7 +287,10 @@ class State(Shown):
         """
         around = np.zeros(self.n + 1)
         around[1:-1] = self.tensions
-        return np.asarray(around[1:] - around[:-1] + chain.sin_alpha)
+        forces = around[1:] - around[:-1] + chain.sin_alpha
+        for end, force in zip((0, -1), chain.end_forces, strict=True):
+            forces[end] += nearest_float(force)
+        return np.asarray(forces)
 
     def _facts(self) -> dict[str, Any]:
         names = ("theta", "tensions", "displacements", "coefficients", "draws")
@@ -297,7 +302,7 @@ class State(Shown):
 
 def mirrored(chain: Chain, state: State) -> bool:
     """Return whether the chain is, and therefore stays, the mirror image of itself."""
-    if chain.tan_alpha or chain.sigma_mu or chain.n < 2:
+    if chain.sigma_mu or chain.n < 2 or chain != chain.mirrored():
         return False
     return all(bool((row == row[::-1]).all()) for row in (state.tensions, state.coefficients))
 

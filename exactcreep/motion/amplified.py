@@ -70,7 +70,7 @@ def amplified_error(
             held = -1.0
             if event.kind is EventKind.STOP:
                 drawn = contacts.coefficient(slider, draws[slider - 1])
-                held = float(contacts.holds(drawn, FLOAT64))
+                held = float(contacts.holds(slider - 1, drawn, FLOAT64))
                 draws[slider - 1] += 1
             rows.append((float(event.time), slider - 1, sign, held, number))
     if not rows:

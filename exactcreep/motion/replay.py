@@ -128,7 +128,7 @@ class Replay:
 
     def threshold(self, n: int) -> Any:
         """Return the force that holds slider `n` (from 0) at rest at present."""
-        return self.contacts.holds(self.coefficient(n), self.arithmetic)
+        return self.contacts.holds(n, self.coefficient(n), self.arithmetic)
 
     def residual(self, event: Event) -> Any:
         """Return how far the condition of an event, which is about to happen, is from holding.

@@ -150,6 +150,8 @@ def _attribute(value: Any) -> Any:
         return ratio_text(value)
     if isinstance(value, Mapping):
         return json.dumps(plain_data(value))
+    if isinstance(value, list):  # the numbers of sliders or springs that differ
+        return " ".join(map(ratio_text, value))
     return value.value if isinstance(value, Enum) else value
 
 
@@ -191,7 +193,6 @@ def _experiment(member: Group) -> Experiment:
         for name, value in json.loads(about["options"]).items()
         if value not in gone.get(name, ())
     }
-    numbers = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
     parameters: dict[str, Any] = {}
     # 0.3.0 had more options by which a record was read
     taken = signature(drive_of_kind(about["drive"])).parameters
@@ -207,7 +208,7 @@ def _experiment(member: Group) -> Experiment:
         near = nearest_float(theta)
         start = _state(member, "initial", near if Fraction(near) == theta else theta)
     return Experiment(
-        Chain(int(about["n"]), **{name: ratio_of(str(about[name])) for name in numbers}),
+        _chain(about),
         drive_of_parameters(about["drive"], parameters),
         seed=int(about["seed"]),
         solver=str(about["solver"]),
@@ -218,6 +219,16 @@ def _experiment(member: Group) -> Experiment:
         twin=bool(about["twin"]),
         accuracy=float(about["accuracy"]) if "accuracy" in about else None,
     )
+
+
+def _chain(about: Mapping[str, Any]) -> Chain:
+    given: dict[str, Any] = {"n": int(about["n"])}
+    for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "end_forces", "expansion"):
+        if name in about:
+            each = [*map(ratio_of, str(about[name]).split())]
+            alone = len(each) == 1 and name != "expansion"
+            given[name] = each[0] if alone else each
+    return Chain(**given)
 
 
 def _state(member: Group, moment: str, theta: Any) -> State:

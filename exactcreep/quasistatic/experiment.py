@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -119,13 +120,14 @@ class Experiment:
 
     @cached_property
     def widest(self) -> float:
-        """A bound of |theta| over the whole drive."""
-        drive = self.drive
+        """A bound of the dilation of every spring, in size, over the whole drive."""
+        drive, weights = self.drive, self.chain.expansion
+        most = nearest_float(max(map(abs, weights), default=Fraction(1)))
         if isinstance(drive, Cycles):
-            return nearest_float(drive.amplitude)
+            return most * nearest_float(drive.amplitude)
         if isinstance(drive, GaussianSteps):
-            return LARGEST_DEVIATE * nearest_float(drive.sigma_theta)
-        return float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
+            return most * LARGEST_DEVIATE * nearest_float(drive.sigma_theta)
+        return most * float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
 
     @cached_property
     def algorithm(self) -> Solver:

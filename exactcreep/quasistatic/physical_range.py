@@ -42,9 +42,11 @@ def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
     coefficients, is taken.
     """
     chain, initial = experiment.chain, experiment.initial
-    limit = chain.mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
+    limit = chain.largest_mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
+    limit += max(map(abs, chain.end_forces))
     tensions, l0 = floats(initial.tensions), nearest_float(chain.l0)
     most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max(initial=0.0))
     if chain.n == 1 or (1 - experiment.widest) * l0 > most:
         return None
-    return (1 + as_float(initial.theta)) * l0 + tensions - np.diff(floats(initial.displacements))
+    lengths = (1 + as_float(initial.theta) * chain.floats("expansion")) * l0
+    return lengths + tensions - np.diff(floats(initial.displacements))

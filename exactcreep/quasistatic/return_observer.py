@@ -28,11 +28,11 @@ class ReturnObserver(ReturnMap, Observer):
         # a start may stand at another temperature than the ends of cycles do
         ramp = nearest_float(chain.l0 * (exact_value(state.theta) + drive.amplitude))
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
-        super().__init__(chain, x_G, floats(state.tensions) + ramp)
+        super().__init__(chain, x_G, floats(state.tensions) + ramp * chain.floats("expansion"))
         self.slipped = 0  # since the end of the last cycle
         # sliders (from 0) that keep a coefficient of the start until they slip; with disorder
         # coefficients never return, and are not asked for
-        unlike = state.coefficients != nearest_float(chain.mu_s)
+        unlike = state.coefficients != chain.floats("mu_s")
         self.not_slipped = np.flatnonzero(unlike & (chain.sigma_mu == 0))
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:

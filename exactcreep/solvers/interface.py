@@ -17,6 +17,7 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.model.uniform import require_uniform
 from exactcreep.solvers.rearrangement import Ending as Ending
 from exactcreep.solvers.rearrangement import Rearrangement as Rearrangement
 from exactcreep.solvers.tables import RECORDS, joined
@@ -211,6 +212,8 @@ class Solver(ABC):
     """One line for humans."""
     needs_slips: ClassVar[bool] = True
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
+    takes: ClassVar[frozenset[str]] = frozenset()
+    """In which respects sliders and springs may differ; see `Chain.unlike`."""
     perturbs: ClassVar[bool] = False
     """Whether its simulations know what a few roundings make of them; `Simulation.copies`."""
     on_file: ClassVar[bool] = True
@@ -243,6 +246,7 @@ class Solver(ABC):
         return self.simulation_from(self._start(chain, state, seed), record)
 
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
+        require_uniform(chain.parameters(), f"the solver {self.name}", self.takes)
         if self.needs_slips and chain.slides:
             raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
         return Start(chain, state, seed)

@@ -215,8 +215,8 @@ class ChainIntegrator(ChainAtRest):
         drawn = self.contacts.coefficient(n + 1, int(rest.draws[n]))
         rest.draws[n] += 1
         rest.coefficients[n] = float(drawn)
-        rest.tally.draws_below_mu_d += self.contacts.is_low(drawn)
-        self.thresholds[n] = self.contacts.holds(rest.coefficients[n], self.arithmetic)
+        rest.tally.draws_below_mu_d += self.contacts.is_low(n, drawn)
+        self.thresholds[n] = self.contacts.holds(n, rest.coefficients[n], self.arithmetic)
 
     # -- the present state ---------------------------------------------------------------------
 

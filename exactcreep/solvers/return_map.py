@@ -58,7 +58,7 @@ class LimitCycle(NamedTuple):
 
 def nearness(chain: Chain) -> float:
     """Return how far apart forces may be that have nearly returned, unit m g."""
-    return NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+    return NEAR * chain.held
 
 
 class Approach(NamedTuple):

@@ -279,7 +279,7 @@ class SlidingSimulation(Simulation):
 
     @property
     def _too_steep(self) -> bool:
-        return abs(self.chain.tan_alpha) > self.chain.mu_d
+        return bool(abs(self.chain.tan_alpha) > self.chain.mu_d)
 
     def state(self) -> State:
         if self._lost:

@@ -19,6 +19,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float, whole_nu
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
+from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -213,6 +214,7 @@ def _planned(
     *, solid: bool = False,
 ) -> Plan:  # fmt: skip
     """Return the plan of one experiment; `solid`: it speaks SI, of a solid on a slope."""
+    require_uniform(experiment.chain.parameters(), "a plan by laws")
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))

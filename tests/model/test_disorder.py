@@ -115,4 +115,4 @@ def test_a_draw_is_low_if_its_exact_value_lies_below_mu_d():
         contacts = Contacts(Chain(2, 1, mu_d, 1, "0.1", tan_alpha=0))
         near = float(Fraction(mu_d))
         for drawn in (math.nextafter(near, 0), near, math.nextafter(near, 1)):
-            assert contacts.is_low(drawn) == (Fraction(drawn) < Fraction(mu_d))
+            assert contacts.is_low(0, drawn) == (Fraction(drawn) < Fraction(mu_d))

@@ -124,7 +124,7 @@ class ChainAtRest(ABC):
 
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
-        return self.contacts.acting(self.rest.coefficients[n])
+        return self.contacts.acting(n, self.rest.coefficients[n])
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return a sign, and whether it is in doubt; see `rules`."""

@@ -1,0 +1,48 @@
+"""The gate before everything that is derived for chains whose sliders and springs are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from exactcreep.model.numbers import InputError
+
+FRICTION, END_FORCES, EXPANSION = "friction", "end_forces", "expansion"
+_SHOULD = {
+    FRICTION: "must be the same for every slider",
+    END_FORCES: "must be zero",
+    EXPANSION: "must be left out: every spring expands alike",
+}
+
+
+def unlike(parameters: Mapping[str, Any]) -> frozenset[str]:
+    """Return what differs along a chain: "friction", "end_forces", "expansion", or nothing."""
+    several = any(isinstance(parameters.get(name), list | tuple) for name in ("mu_d", "mu_s"))
+    pulled = any(parameters.get(END_FORCES, ()))
+    uneven = any(weight != 1 for weight in parameters.get(EXPANSION, ()))
+    found = {FRICTION: several, END_FORCES: pulled, EXPANSION: uneven}
+    return frozenset(name for name, differs in found.items() if differs)
+
+
+def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[str] = ()) -> None:
+    """Raise `InputError` for a chain that differs along its length in what is not taken.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Of a chain by name, as `Chain.parameters` returns.
+    what : str
+        What is derived for equal sliders: the subject of the sentence.
+    takes : collection of {"friction", "end_forces", "expansion"}
+        In which respects sliders and springs may differ.
+
+    Raises
+    ------
+    InputError
+        If they differ in another.
+    """
+    for name in (FRICTION, END_FORCES, EXPANSION):
+        if name in unlike(parameters) and name not in takes:
+            listed = isinstance(parameters.get("mu_d"), list | tuple)
+            field = ("mu_d" if listed else "mu_s") if name == FRICTION else name
+            raise InputError(field, parameters[field], f"{_SHOULD[name]} for {what}")

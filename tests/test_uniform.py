@@ -1,0 +1,142 @@
+"""Chains whose sliders or springs differ: what understands them answers, all else refuses them."""
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import exactcreep
+from exactcreep import (
+    Chain,
+    Cycles,
+    Experiment,
+    InputError,
+    Scene,
+    Solid,
+    State,
+    creep,
+    disorder,
+    fate,
+    intercept,
+    laws,
+    physical,
+    plan,
+    rearrange,
+    survival,
+    sweep,
+    threshold,
+)
+from exactcreep.solvers.registry import SOLVERS
+
+ALIKE: dict[str, Any] = {
+    "n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": 0, "tan_alpha": "0.25"
+}  # fmt: skip
+UNLIKE: dict[str, dict[str, Any]] = {
+    "friction": {"mu_d": ["0.5", "0.4", "0.5"]},
+    "static friction": {"mu_s": ["0.6", "0.6", "0.7"]},
+    "end_forces": {"end_forces": ("0.1", 0)},
+    "expansion": {"expansion": [1, "0.5"]},
+}
+CYCLES = Cycles("0.002", 2)
+
+
+def _solid(chain: Chain) -> Solid:
+    lead = {"length": 8, "section": 1, "mu_d": "0.5", "mu_s": "0.6", "material": "lead"}
+    return dataclasses.replace(physical(tan_alpha="0.25", **lead), chain=chain)
+
+
+def _scene(chain: Chain) -> Scene:
+    cycles = {"kind": "cycles", "amplitude": "0.002", "cycles": 2}
+    tables = {"chain": chain.parameters(), "drive": cycles, "run": {}}
+    return Scene.from_mapping(tables)
+
+
+CALLS: dict[str, Callable[[Chain], Any]] = {
+    **{f"creep {name}": lambda chain, name=name: creep(chain, CYCLES, solver=name)
+       for name in SOLVERS},
+    **{f"rearrange {name}": lambda chain, name=name: rearrange(
+        chain, State.relaxed(chain), direction=1, solver=name) for name in SOLVERS},
+    "fate": lambda chain: fate(chain, "0.002"),
+    "survival": lambda chain: survival(chain, "0.002", starts=2, cycles=10),
+    "intercept": intercept,
+    "threshold": threshold,
+    "plan": lambda chain: plan(chain, CYCLES),
+    "sweep": lambda chain: sweep(_scene(chain)).compute(),
+    "compare": lambda chain: exactcreep.compare(Experiment(chain, CYCLES), events=5),
+    "Solid": _solid,
+    "prediction": lambda chain: laws.prediction(chain, CYCLES),
+    "prediction_of": lambda chain: laws.prediction_of(chain.parameters() | {"amplitude": 0.002}),
+    "edges": laws.edges,
+    "law_values": lambda chain: laws.law_values(laws.threshold_amplitude, chain.parameters()),
+}  # fmt: skip
+TAKEN: dict[str, set[str]] = {}
+"""What a function takes; another test holds its answer to an oracle."""
+OF_STATES = {"Experiment", "State", "Chain", "Contacts", "resume"}
+"""Public names that take a chain, and only keep it."""
+
+
+@pytest.mark.parametrize("kind", UNLIKE)
+@pytest.mark.parametrize("call", CALLS)
+def test_an_unlike_chain_is_understood_or_refused(call: str, kind: str) -> None:
+    chain = Chain(**ALIKE | UNLIKE[kind])
+    if chain.unlike <= TAKEN.get(call, set()):
+        CALLS[call](chain)
+        return
+    with pytest.raises(InputError) as refused:
+        CALLS[call](chain)
+    assert refused.value.field.rpartition(".")[2] in UNLIKE[kind]
+
+
+def test_every_public_function_of_a_chain_is_asked() -> None:
+    for name, public in vars(exactcreep).items():
+        if inspect.isfunction(public) and "chain" in inspect.signature(public).parameters:
+            assert name in {call.split()[0] for call in CALLS}
+
+
+@pytest.mark.parametrize("kind", UNLIKE)
+def test_a_uniform_chain_written_as_lists_is_the_same_chain(kind: str) -> None:
+    listed = {"mu_d": ["0.5"] * 3, "mu_s": ["0.6"] * 3, "end_forces": (0, 0), "expansion": [1, 1]}
+    same = Chain(**ALIKE | {name: listed[name] for name in UNLIKE[kind]})
+    assert same == Chain(**ALIKE)
+    assert same.parameters() == Chain(**ALIKE).parameters()
+    assert not same.unlike
+
+
+@pytest.mark.parametrize("kind", UNLIKE)
+def test_an_unlike_chain_is_made_again_from_its_parameters_and_mirrored(kind: str) -> None:
+    chain = Chain(**ALIKE | UNLIKE[kind])
+    assert Chain(**chain.parameters()) == chain
+    assert hash(Chain(**chain.parameters())) == hash(chain)
+    assert chain.mirrored().mirrored() == chain != chain.mirrored()
+    assert _scene(chain).experiment().chain == chain
+    forces = State.relaxed(chain).forces(chain)
+    assert (-State.relaxed(chain.mirrored()).forces(chain.mirrored())[::-1] == forces).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "field"),
+    [
+        ({"mu_d": ["0.5"]}, "mu_d"), ({"mu_s": []}, "mu_s"), ({"mu_d": ["0.5", -1, 0]}, "mu_d[1]"),
+        ({"mu_s": ["0.6", "0.4", 1]}, "mu_s[1]"), ({"mu_d": ["0.5", "x", 0]}, "mu_d[1]"),
+        ({"end_forces": [1]}, "end_forces"), ({"end_forces": "12"}, "end_forces"),
+        ({"expansion": [1, 1, 1]}, "expansion"), ({"expansion": [1, None]}, "expansion[1]"),
+        ({"l0": [1, 2, 3]}, "l0"), ({"mu_d": {"0.5", "0.4", "0.3"}}, "mu_d"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_list_names_its_entry(given: dict[str, Any], field: str) -> None:
+    with pytest.raises(InputError) as refused:
+        Chain(**ALIKE | given)
+    assert refused.value.field == field
+
+
+def test_coefficients_are_drawn_about_the_mean_of_their_slider() -> None:
+    means = ["0.6", "0.7", "0.65"]
+    unlike = Chain(**ALIKE | {"mu_s": means, "sigma_mu": "0.01"})
+    alike = Chain(**ALIKE | {"sigma_mu": "0.01"})
+    for n, mean in enumerate(means, 1):
+        drawn, other = (disorder.static_coefficient(chain, 4, n, 5) for chain in (unlike, alike))
+        assert drawn - other == pytest.approx(float(mean) - 0.6, abs=1e-15)
+        assert State.relaxed(unlike, seed=4).coefficients[n - 1] == pytest.approx(
+            disorder.static_coefficient(unlike, 4, n, 0), abs=1e-15)  # fmt: skip
