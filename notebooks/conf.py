@@ -29,7 +29,7 @@ extensions = [
     "sphinx_design",
     "matplotlib.sphinxext.plot_directive",
 ]
-exclude_patterns = ["pictures/*.md", "_build"]
+exclude_patterns = ["pictures/*.md", "_build", "reference/api"]
 default_role = "py:obj"
 highlight_language = "python"
 
@@ -64,7 +64,8 @@ html_static_path = ["_static", made_pages.relative_to(HERE).as_posix()]
 html_css_files = ["book.css"]
 html_js_files = ["book.js"]
 html_show_sourcelink = False
-html_sidebars = {page: [] for page in ("install", "gallery", "contributing", "changelog", "reference/ledger")}
+html_use_index = False
+html_sidebars = {page: [] for page in ("install", "gallery", "contributing")}
 html_math_renderer = "mathml"
 html_theme_options = {
     "show_toc_level": 2,
@@ -90,7 +91,7 @@ def _math(translator, node):
 
 
 def _read(app, name, content):
-    content[0] = pages.filled(shown.shown(content[0], name))
+    content[0] = shown.shown(pages.filled(content[0]), name)
 
 
 def _skipped(app, what, name, value, skip, options):
@@ -121,7 +122,6 @@ def _needs_an_extra(name):
 
 
 def setup(app):
-    pages.write_api_pages()
     app.add_html_math_renderer(
         "mathml", inline_renderers=(_math, None), block_renderers=(_math, None)
     )

@@ -4,7 +4,7 @@ A line ``<<name argument>>`` of a page stands for what ``PARTS[name](argument)``
 Markdown. So no list of names, columns, keys, commands or laws is written twice.
 """
 
-import ast
+import csv
 import enum
 import inspect
 import json
@@ -22,6 +22,7 @@ import exactcreep
 from derivations.ledger import CHAPTERS, by_number, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
+from exactcreep.laws.paper import SHARED
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.registry import SOLVERS
@@ -48,13 +49,6 @@ def _table(head, rows, kind=""):
 # --- the public names ----------------------------------------------------------------------------
 
 
-def room_of(name):
-    """Return the room that a public name lives in, as the first word of its module."""
-    value = getattr(exactcreep, name)
-    module = value.__name__ if inspect.ismodule(value) else value.__module__
-    return module.split(".")[1]
-
-
 def _directive(name):
     """Return the directive that documents a public name, with its members."""
     value = _value(name)
@@ -77,28 +71,11 @@ def _value(name):
     return value
 
 
-def public_names(room):
-    """Return the full names of what a room offers; of a public module, what it offers itself."""
-    names = []
-    for name in exactcreep.__all__:
-        value = getattr(exactcreep, name)
-        if name.startswith("_") or room_of(name) != room:
-            continue
-        inner = [f"{name}.{one}" for one in value.__all__] if inspect.ismodule(value) else [name]
-        names += [f"exactcreep.{one}" for one in inner if callable(_value(f"exactcreep.{one}"))]
-    return names
-
-
-def public(room):
-    """Return a table of the public names of a room, each with a link to its own page."""
-    names = public_names(room)
-    rows = [
-        (f"{{py:obj}}`{name.removeprefix('exactcreep.')} <{name}>`", _first_sentence(_value(name)))
-        for name in names
-    ]
-    pages = "\n".join(f"api/{name}" for name in names)
-    table = _table(["name", "what it is or does"], rows, "names")
-    return f"{table}\n```{{toctree}}\n:hidden:\n\n{pages}\n```"
+def api(short):
+    """Return what the docstring of a public name says, and the picture that `drawings/api/NAME.py` draws."""
+    name = f"exactcreep.{short}"
+    parts = [f"## {short}", f"```{{eval-rst}}\n{_directive(name)}\n```", *_drawing(short)]
+    return "\n\n".join(parts)
 
 
 def _first_sentence(value):
@@ -106,27 +83,6 @@ def _first_sentence(value):
     said = " ".join((inspect.getdoc(value) or "").partition("\n\n")[0].split())
     said = re.sub(r"`exactcreep\.(?:\w+\.)*(\w+)`", r"`\1`", said.replace("``", "`"))
     return _prose(said)
-
-
-def write_api_pages():
-    """Write the page of every public name: what its docstring says, and its picture if it has one.
-
-    The pictures are drawn by ``drawings/api/NAME.py``.
-    """
-    folder = BOOK / "reference" / "api"
-    folder.mkdir(exist_ok=True)
-    rooms = {room_of(name) for name in exactcreep.__all__ if not name.startswith("_")}
-    names = [name for room in sorted(rooms) for name in public_names(room)]
-    for name in names:
-        short = name.removeprefix("exactcreep.")
-        parts = [f"# {short}", f"```{{eval-rst}}\n{_directive(name)}\n```", *_drawing(short)]
-        text = "\n\n".join(parts) + "\n"
-        page = folder / f"{name}.md"
-        if not page.exists() or page.read_text(encoding="utf-8") != text:
-            page.write_text(text, encoding="utf-8")
-    for page in folder.iterdir():
-        if page.stem not in names or page.suffix != ".md":
-            page.unlink()
 
 
 def _drawing(short):
@@ -137,11 +93,16 @@ def _drawing(short):
     code = script.read_text(encoding="utf-8")
     (file,) = re.findall(r'savefig\("([\w.-]+)"\)', code)
     drawn = f"<<drawn {file}: What the code above draws of {short}>>"
-    return ["## In a picture", f"```python\n{code}```", drawn]
+    return [f"```python\n{code}```", drawn]
 
 
 def readable(app, what, name, value, options, lines):
-    """Keep what the docstrings mean by ``|theta|`` and ``l0**2`` from being read as markup."""
+    """Keep what the docstrings mean by ``|theta|`` and ``l0**2`` from being read as markup.
+
+    The parameters that the decorator of a law adds stand once on the page of laws.
+    """
+    if hasattr(value, "__wrapped__") and name.startswith("exactcreep.laws."):
+        lines[:] = [*inspect.getdoc(value.__wrapped__).splitlines(), ""]
     literal = False
     for k, line in enumerate(lines):
         indented = line.startswith(" ") or not line.strip()
@@ -229,17 +190,6 @@ def commands(_):
     return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
 
 
-def rooms(_):
-    """Return every module of the package with the sentence that it begins with."""
-    package = Path(exactcreep.__file__).parent
-    rows = []
-    for path in sorted(package.rglob("*.py"), key=lambda path: (path.parent, path.name)):
-        said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-        named = path.relative_to(package.parent).as_posix().removesuffix("/__init__.py")
-        rows.append((f"`{named}`", said.partition("\n\n")[0]))
-    return _table(["module", "what it knows"], rows, "searchable")
-
-
 # --- laws and proofs -----------------------------------------------------------------------------
 
 
@@ -260,41 +210,45 @@ def _formula(text):
 
 
 def laws(_):
-    """Return every law: its formula, standing and functions, with a link to the proof."""
-    parts = []
+    """Return one table of all laws: formula, verdict with a link to its proof, and functions."""
+    rows = []
     for entry in entries():
         code = entry.law
         if code:
-            parts += [
-                f"(law-{entry.name})=\n## {_called(entry)}",
-                f"$$\n{plain_latex(entry.formula)}\n$$",
-                *_holds(entry),
-                f"{_numbered(entry.place)}; **{entry.verdict}**. Proof: [{proof_of(entry.chapter).title}]"
-                f"(#proof-{entry.chapter}); [all that is said of the paper](ledger.md).",
-                _table(["form", "function"], [(form, f"`{name}`") for form, name in code.items()]),
-            ]
-    return "\n\n".join(parts)
+            functions = "<br>".join(f"{form}: {_linked(name)}" for form, name in code.items())
+            proof = f"[{entry.verdict}](#proof-{entry.chapter})"
+            rows.append([_called(entry), f"${plain_latex(entry.formula)}$", proof, functions])
+    return _table(["law", "formula", "verdict", "functions"], rows, "searchable")
+
+
+def _linked(call):
+    name, bracket, rest = call.partition("(")
+    return f"{{py:obj}}`{name} <exactcreep.laws.{name}>`" + (f" `{bracket}{rest}`" if rest else "")
+
+
+def law_functions(_):
+    """Return what every function of `exactcreep.laws` says of itself."""
+    return "\n\n".join(api(f"laws.{name}") for name in exactcreep.laws.__all__)
+
+
+def law_parameters(_):
+    """Return the parameters that laws share."""
+    return _table(["parameter", "meaning"], [(f"`{name}`", said) for name, said in SHARED.items()])
 
 
 def ledger(_):
-    """Return every statement of the paper with its verdict, in one table."""
-    rows = []
-    for entry in entries():
-        said = [f"${entry.formula}$" if entry.formula else _formula(entry.printed)]
-        if entry.corrected:
-            said.append(f"correct: {with_formulas(_formula(entry.text('corrected')))}")
-        if entry.error:
-            said.append(f"error: {with_formulas(entry.error)}")
-        if entry.measured:
-            said.append(f"measured: {with_formulas(entry.measured)}")
-        subject = entry.chapter
-        rows.append([
-            f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**"
-            f"{_standing(entry)}",
-            "<br>".join(said),
-            f"[{subject}](#proof-{subject}){_argument(entry)}",
-        ])  # fmt: skip
-    return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
+    """Write every statement of the paper with its verdict as a CSV file, and return a link to it."""
+    file = BOOK / "pictures" / "made" / "ledger.csv"
+    with file.open("w", encoding="utf-8", newline="") as out:
+        table = csv.writer(out)
+        table.writerow(["statement", "place", "verdict", "standing", "as printed", "correct", "error", "measured", "proof"])
+        for entry in entries():
+            table.writerow([
+                entry.label or entry.name, entry.place, entry.verdict, entry.standing,
+                entry.formula or entry.printed, entry.corrected and entry.text("corrected"),
+                entry.error, entry.measured, f"derivations/{entry.chapter}.py",
+            ])  # fmt: skip
+    return "{download}`The table of all statements of the paper (CSV) <../pictures/made/ledger.csv>`"
 
 
 def _argument(entry):
@@ -309,24 +263,10 @@ def _argument(entry):
     return f": {said}" if said else ""
 
 
-def _standing(entry):
-    words = "" if entry.judged else "in words"
-    said = ", ".join(filter(None, [entry.standing, words]))
-    return f"<br>{said}" if said else ""
-
-
 def _called(entry):
     """Return what a reader of the journal calls a statement: its number, else its name in words."""
     named = next(iter(entry.law.values()), entry.name)
     return f"Eq. {entry.number}" if entry.number else named.replace("_", " ").capitalize()
-
-
-def _holds(entry):
-    """Return where a law holds and by how much it is off elsewhere, as paragraphs."""
-    if entry.error:
-        yield f"**How far it is off:** {_prose(_numbered(entry.error))}."
-    if entry.measured:
-        yield f"**Measured:** {_prose(_numbered(entry.measured))}."
 
 
 def _sentence(text):
@@ -431,13 +371,14 @@ def _prose(text):
 
 
 PARTS = {
-    "public": public,
+    "api": api,
     "columns": columns,
     "keys": keys,
     "scenes": scenes,
     "commands": commands,
     "laws": laws,
-    "rooms": rooms,
+    "law_functions": law_functions,
+    "law_parameters": law_parameters,
     "ledger": ledger,
     "proofs": proofs,
     "carried": carried,
@@ -447,7 +388,11 @@ PARTS = {
 
 
 def filled(text):
-    """Return a page with its ``<<...>>`` lines filled."""
+    """Return a page with its ``<<...>>`` lines filled, but for those of `shown`."""
+    parts = "|".join(PARTS)
     return re.sub(
-        r"^<<(\w+) ?(\w*)>>$", lambda found: PARTS[found[1]](found[2]), text, flags=re.MULTILINE
+        rf"^<<({parts}) ?([\w.]*)>>$",
+        lambda found: PARTS[found[1]](found[2]),
+        text,
+        flags=re.MULTILINE,
     )

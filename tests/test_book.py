@@ -20,6 +20,7 @@ from tests.processes import finished
 from tests.test_readme import PLACES
 
 BOOK = Path(__file__).parents[1] / "notebooks"
+MOST_PAGES = 60
 PAGES = sorted(path for path in BOOK.rglob("*.md") if path.parent.name != "pictures")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -176,6 +177,12 @@ def test_every_public_name_is_in_the_reference(built: Path) -> None:
         if callable(getattr(module, of))
     }
     assert {f"exactcreep.{name}" for name in (public - modules) | inside} - known == set()
+
+
+@pytest.mark.slow
+def test_the_book_has_no_more_pages_than_a_reader_can_survey(built: Path) -> None:
+    pages = [path for path in built.rglob("*.html") if "_static" not in path.parts]
+    assert 40 < len(pages) <= MOST_PAGES
 
 
 @pytest.mark.slow

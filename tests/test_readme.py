@@ -16,9 +16,9 @@ ROOT = Path(__file__).parents[1]
 PLACES = tuple(
     Path("notebooks", page).with_suffix(".md")
     for page in (
-        "howto/scenes", "explanation/claims", "explanation/speed", "howto/questions",
+        "howto/scenes", "explanation/claims", "explanation/speed",
         "howto/temperatures", "explanation/scope", "howto/pictures", "howto/sweeps",
-        "howto/export", "howto/avalanches", "explanation/rooms",
+        "howto/export", "howto/avalanches", "contributing",
     )
 )  # fmt: skip
 """Pages of the book that go on where the README ends, in an order in which their commands run."""

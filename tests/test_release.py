@@ -29,7 +29,7 @@ def test_an_extra_that_the_readme_or_the_book_names_exists() -> None:
 
 
 def test_the_book_says_what_each_dependency_is_for() -> None:
-    page = (ROOT / "notebooks/explanation/rooms.md").read_text("utf-8")
+    page = (ROOT / "notebooks/contributing.md").read_text("utf-8")
     _, _, table = page.partition("| package |")
     listed = re.findall(r"^\| ([a-z]\S+) \| .+ \|$", table, re.M)
     required = {re.split("[>=]", line)[0] for line in PROJECT["dependencies"]}

@@ -118,7 +118,7 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
 
 _pivot = elementwise(pivot)
 _POSITIVE = ("n", "l0")
-_DESCRIBED = {
+SHARED = {
     "n": "Number of sliders N.",
     "i": "Index of the plateau: slider i - 1 rests while it dilates. If optional, see `pivot`.",
     "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
@@ -126,9 +126,10 @@ _DESCRIBED = {
     "mu_s": "Static friction coefficient.",
     "sigma_mu": "Standard deviation of the static coefficients.",
     "tan_alpha": "Slope.",
-    "amplitude": "Of the cycles of dilation.",
+    "amplitude": "Amplitude of the cycles of dilation.",
     "sigma_theta": "Standard deviation of the random dilations.",
 }
+"""The parameters that laws share, which `law` writes into their docstrings."""
 
 
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
@@ -166,7 +167,7 @@ def _described(function: Callable[..., Number]) -> str:
     for name, parameter in signature(function).parameters.items():
         kind = "int" if name in ("n", "i") else "number"
         kind += "" if parameter.default is parameter.empty else ", optional"
-        section += f"{name} : {kind}\n    {_DESCRIBED[name]}\n"
+        section += f"{name} : {kind}\n    {SHARED[name]}\n"
     return said.replace("Returns\n", f"{section}\nReturns\n", 1)
 
 
