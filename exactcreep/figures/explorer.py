@@ -213,7 +213,9 @@ def law_sentence(run: Creep) -> str:
     """Return which law holds for the mean velocity of a run, what it gives, and its deviation."""
     known = prediction(run.chain, run.drive, run.experiment.start)
     if known is None:
-        return "No law: from tan α = μ_d on the chain may run away."
+        if run.chain.expansion:
+            return "No law: the springs expand by different weights."
+        return "No law: friction does not hold the chain, which may run away."
     values = " or ".join(f"{value:.4g}" for value in known.values)
     off = f", off by {known.deviation:.2g} (root mean square)"
     if math.isnan(known.deviation):

@@ -7,6 +7,7 @@ unit ``m g``, lengths ``g tau_dyn**2``. Derivation: ``derivations/unlike.py``.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
 from typing import NamedTuple
@@ -95,15 +96,18 @@ def pivot_sliders(
     weight, pull = len(friction) * slope, sum(map(rational, end_forces), rational(0))
     radicand = 1 + slope * slope
     require(bool(friction) and min(friction) >= 0, "mu_d must hold coefficients, none negative")
-    below = [sum(friction) - 2 * above for above in accumulate(friction, initial=rational(0))]
+    above = [*accumulate(friction, initial=rational(0))]
+    below = [above[-1] - 2 * part for part in above]
 
     def crossing(way: int) -> tuple[int, ...]:
-        # the sign of the distance to the bound from above less that from below, at each spring
-        signs = [sign_of_surd(part - way * weight, -way * pull, radicand) for part in below]
+        def passed(spring: int) -> int:
+            """Whether the bound from below is the nearer one: -1, 1, or 0 where both are."""
+            return -sign_of_surd(below[spring] - way * weight, -way * pull, radicand)
+
+        springs = range(len(below))
         held = "friction must hold the chain: |weight + end forces| below the sum of mu_d c"
-        require(signs[0] > 0 > signs[-1], held)
-        first = next(spring for spring, sign in enumerate(signs) if sign <= 0)
-        last = next(spring for spring, sign in enumerate(signs) if sign < 0)
+        require(passed(0) < 0 < passed(-1), held)
+        first, last = (find(springs, 0, key=passed) for find in (bisect_left, bisect_right))
         return tuple(range(first, last + 1))
 
     return PivotSliders(crossing(1), crossing(-1))

@@ -7,6 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from exactcreep.laws import paper
+from exactcreep.laws.differing import (
+    differing_velocity,
+    differing_velocity_random,
+    pivot_sliders,
+)
 from exactcreep.laws.number_types import Number, cosine
 from exactcreep.laws.paper import law_values, onset_amplitude
 from exactcreep.laws.staircase import staircase_two_sliders
@@ -27,7 +32,7 @@ from exactcreep.laws.velocities import sliding_velocity, sliding_velocity_random
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.state import State
-from exactcreep.model.uniform import require_uniform
+from exactcreep.model.uniform import EXPANSION, unlike
 
 _UNKNOWN = "; how far it is off is not known here"
 
@@ -39,7 +44,7 @@ class Prediction:
     Parameters
     ----------
     label : str
-        Of the paper's equation, as the ledger has it.
+        Of the paper's equation, as the ledger has it; "" for friction or ends that differ.
     printed : tuple of float
         What that gives: two values where the plateau is not unique, none where there is none.
     sliding : tuple of float
@@ -97,7 +102,8 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     Returns
     -------
     Prediction or None
-        None for a path, and from mu_d on.
+        None for a path, for springs that expand by different weights, and where friction does not
+        hold the chain: from mu_d on.
 
     Examples
     --------
@@ -119,15 +125,15 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
     Parameters
     ----------
     parameters : mapping of str to number
-        `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu`, `tan_alpha`, and `amplitude` or `sigma_theta`; others
-        are ignored.
+        `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu`, `tan_alpha`, and `amplitude` or `sigma_theta`;
+        `end_forces` and `expansion` as of `Chain`; others are ignored.
     relaxed : bool
         Whether the chain starts relaxed.
 
     Returns
     -------
     Prediction or None
-        None from mu_d on.
+        None as in `prediction`.
 
     Examples
     --------
@@ -136,7 +142,8 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
     >>> found.law, round(found.values[0], 3)
     ('sliding limit, exact', 3.937)
     """
-    require_uniform(parameters, "the laws of equal sliders")
+    if differs := unlike(parameters):
+        return None if EXPANSION in differs else _differing(parameters)
     n, slope = int(parameters["n"]), parameters["tan_alpha"]
     mu_d, mu_s, sigma_mu = (parameters[name] for name in ("mu_d", "mu_s", "sigma_mu"))
     cycles = "amplitude" in parameters
@@ -178,6 +185,32 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             law, held = _clean(downhill, sign * sticking_gain(downhill), held)
         law += _UNKNOWN
     return Prediction(label, as_printed, sliding, staircase, sticking, law, held, deviation)
+
+
+def _differing(parameters: Mapping[str, Number]) -> Prediction | None:
+    """Return the sliding limit of a chain whose friction or ends differ: Eqs. 23 and 24 in general.
+
+    The paper has no equation for it.
+    """
+    cycles = "amplitude" in parameters
+    law, size = (
+        (differing_velocity, "amplitude") if cycles else (differing_velocity_random, "sigma_theta")
+    )
+    ends = parameters.get("end_forces", (0, 0))
+    friction, static = (
+        value if isinstance(value, list | tuple) else [value] * int(parameters["n"])
+        for value in (parameters["mu_d"], parameters["mu_s"])
+    )
+    try:
+        pivot_sliders(friction, parameters["tan_alpha"], ends)
+    except ValueError:  # the chain may run away
+        return None
+    about = {"l0": parameters["l0"], "tan_alpha": parameters["tan_alpha"], "end_forces": ends}
+    found = law(mu_d=friction, **about, **{size: parameters[size]}) if parameters[size] else (0,)
+    values = tuple(sorted({float(value) + 0.0 for value in found}))
+    exact = parameters["sigma_mu"] == 0 and list(friction) == list(static)
+    name, off = ("sliding limit, exact", 0.0) if exact else (f"sliding limit{_UNKNOWN}", math.nan)
+    return Prediction("", (), values, law=name, values=values, deviation=off)
 
 
 def _clean(

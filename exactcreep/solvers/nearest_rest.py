@@ -6,30 +6,46 @@ forces holds it, and no further.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import accumulate, pairwise
 from typing import Any
+
+
+def partial_sums(steps: Sequence[Any]) -> list[Any]:
+    """Return the sums of the first 1, 2, ... numbers, floats rounded once from the exact sum."""
+    if not isinstance(steps[0], float):
+        return list(accumulate(steps))
+    if min(steps) == max(steps):
+        return [count * steps[0] for count in range(1, len(steps) + 1)]
+    return [float(total) for total in accumulate(map(Fraction, steps))]
 
 
 class _Half:
     """The derivative of a convex function on one side of its root: a stack of pieces.
 
-    A piece is (outer end, slope) or a jump (place, None, height). Every step moves all of them by
-    `shift` and adds one to all slopes; both are done lazily.
+    A piece is (outer end, slope) or a jump (place, None, height). Every step moves all of them to
+    `shift` from where they were pushed, and adds one to all slopes; both are done lazily.
     """
 
-    def __init__(self, shift: Any) -> None:
-        self.shift = shift
+    def __init__(self, zero: Any) -> None:
+        self.shift = zero
         self.steps = 0
         self.pieces: list[tuple[Any, int | None, Any]] = []
 
+    def step(self, shift: Any) -> None:
+        self.shift = shift
+        self.steps += 1
+
     def push(self, end: Any, slope: int | None, jump: Any = None) -> None:
         stored = None if slope is None else slope - self.steps
-        self.pieces.append((end - self.steps * self.shift, stored, jump))
+        self.pieces.append((end - self.shift, stored, jump))
 
     def cross(self, place: Any, rise: Any, other: _Half) -> Any:
         """Return where the derivative has changed by `rise` from `place` on outwards."""
         while self.pieces:
             end, stored, jump = self.pieces.pop()
-            end = end + self.steps * self.shift
+            end = end + self.shift
             if stored is None:
                 if jump >= rise:
                     self.push(end, None, jump - rise)
@@ -51,8 +67,10 @@ class _Half:
         return place
 
 
-def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any]:
-    """Return the tensions with ``-uphill <= T_n - T_(n-1) <= downhill`` nearest to the given ones.
+def nearest_at_rest(
+    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
+) -> list[Any]:
+    """Return the tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n`` nearest to the given.
 
     Nearest in elastic energy, ``sum (T_n - given_n)^2``, with T_0 = T_N = 0. Dynamic programming
     over the springs: the derivative of the least energy up to spring n is piecewise linear with
@@ -60,14 +78,16 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
     best T_n. The halves are stacks with the part next to the root on top.
     """
     best: list[Any] = []
-    below = _Half(-uphill)
-    above = _Half(downhill)
-    root = uphill - uphill
-    for tension in tensions:
+    root = zero = uphill[0] - uphill[0]
+    below, above = _Half(zero), _Half(zero)
+    steps = zip(
+        tensions, uphill, downhill, partial_sums(uphill), partial_sums(downhill), strict=False
+    )
+    for tension, fall, rise, fallen, risen in steps:
         # where the bounds leave a choice, only the present spring counts
-        low, high = root - uphill, root + downhill
-        below.steps += 1
-        above.steps += 1
+        low, high = root - fall, root + rise
+        below.step(-fallen)
+        above.step(risen)
         if tension < low:
             above.push(high, 1)
             root = below.cross(low, low - tension, above)
@@ -79,35 +99,37 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
             above.push(high, 1)
             root = tension
         best.append(root)
-    after = uphill - uphill
-    nearest: list[Any] = []
-    for value in reversed(best):
-        after = min(max(value, after - downhill), after + uphill)
+    after, nearest = zero, []
+    for value, fall, rise in zip(best[::-1], uphill[:0:-1], downhill[:0:-1], strict=True):
+        after = min(max(value, after - rise), after + fall)
         nearest.append(after)
     return nearest[::-1]
 
 
 def brought_to_rest(
-    tensions: list[Any], uphill: Any, downhill: Any, share: Any
+    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any], share: Any
 ) -> tuple[list[Any], list[Any], Any]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
     Where every slider moves, those at -b uphill and those at +b downhill, the balance of forces
     leaves open where the chain as a whole ends; the range of that is the third result, else zero,
-    and the chain ends the `share` of it further up. `uphill` is ``b + s`` and `downhill` ``b - s``,
-    with b = mu_d c: how far a tension may fall or rise from spring to spring. All is exact in exact
-    arithmetic.
+    and the chain ends the `share` of it further up. `uphill` is ``b + s`` and `downhill` ``b - s``
+    of each slider, b its sliding friction and s its weight with the force at an end: how far a
+    tension may fall or rise from spring to spring. All is exact in exact arithmetic.
     """
-    zero = uphill - uphill
+    zero = uphill[0] - uphill[0]
     nearest = nearest_at_rest(tensions, uphill, downhill)
     x = [zero]
     for tension, reached in zip(tensions, nearest, strict=True):
         x.append(x[-1] + (reached - tension))
-    steps = [b - a for a, b in zip([zero, *nearest], [*nearest, zero], strict=True)]
-    margins = [min(step + uphill, downhill - step) for step in steps]
+    steps = [after - before for before, after in pairwise([zero, *nearest, zero])]
+    rooms = [
+        (step + fall, rise - step) for step, fall, rise in zip(steps, uphill, downhill, strict=True)
+    ]
+    margins = [min(room) for room in rooms]
     anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits does not move
     if not max(margins) > 0:
-        falls = [step + uphill > downhill - step for step in steps]
+        falls = [low > high for low, high in rooms]
         anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
         room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
         anchor = anchor + room * share

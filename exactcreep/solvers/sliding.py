@@ -1,9 +1,11 @@
 """The sliding limit: the chain without inertia and without the static excess (mu_s -> mu_d).
 
 Every slider that reaches its threshold slides on continuously with theta, at the friction
-``b = mu_d c``. ``|F_k| <= b``, added up from either end, bounds tensions, ``D_n <= T_n <= C_n``:
+``b_j = mu_d,j c``. With ``g_j``, its weight and the force at an end, ``|F_j| <= b_j``, added up
+from either end, bounds tensions, ``D_n <= T_n <= C_n``:
 
-    D_n = -min(n (b + s), (N - n) (b - s)),    C_n = min(n (b - s), (N - n) (b + s)),
+    D_n = -min(sum of b_j + g_j for j <= n, sum of b_j - g_j for j > n),
+    C_n = min(sum of b_j - g_j for j <= n, sum of b_j + g_j for j > n),
 
 and a ramp takes *each spring by itself* to its bound: a dilation by ``u = l0 d(theta)`` to
 ``max(T_n - u, D_n)``, a contraction to ``min(T_n + u, C_n)``. (The maximum and the minimum of two
@@ -12,18 +14,20 @@ operator of ``l0 theta``: pushed up by ``l0 theta + D_n``, down by ``l0 theta + 
 between; it cannot drift.
 
 The springs at their bound form two fronts that grow inwards and meet at the *pivot*, which no
-dilation moves: slider i with ``0 < i - z < 1``, ``z = N (1 - tan_alpha/mu_d)/2``, and N + 1 - i
-for contractions. Displacements follow by adding up extensions outwards: O(N) per half-cycle. If z
-is an integer, sliders z and z + 1 may both be the pivot, and the balance of forces leaves open how
-they share the extension of the spring between them. For ``|tan_alpha| > mu_d`` no balance holds the
-chain; at equality one holds it wherever it is: there is no limit.
+dilation moves; another one rests in contractions (`exactcreep.laws.pivot_sliders`; of equal
+sliders i and N + 1 - i, with ``0 < i - z < 1``, ``z = N (1 - tan_alpha/mu_d)/2``). Displacements
+follow by adding up extensions outwards: O(N) per half-cycle. Where two neighbours may both be the
+pivot, the balance of forces leaves open how they share the extension of the spring between them. If
+weight and end forces exceed all friction, no balance holds the chain; at equality one holds it
+wherever it is: there is no limit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -31,12 +35,13 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
-from exactcreep.laws import pivots, prediction
+from exactcreep.laws import PivotSliders, pivot_sliders, pivots, prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.model.uniform import END_FORCES, FRICTION
 from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.interface import (
     Rearrangement,
@@ -47,7 +52,7 @@ from exactcreep.solvers.interface import (
     Tally,
     require_like,
 )
-from exactcreep.solvers.nearest_rest import brought_to_rest
+from exactcreep.solvers.nearest_rest import brought_to_rest, partial_sums
 from exactcreep.solvers.tables import TargetRows
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
@@ -58,26 +63,62 @@ _SHARE = 0.5
 
 def _not_held_because(chain: Chain) -> str:
     """Return why no friction holds the chain where it is; "" if it does."""
-    slope = abs(chain.tan_alpha)
-    if slope > chain.mu_d:
-        return "|tan_alpha| > mu_d: without a static excess no balance of forces holds the chain"
-    if slope == chain.mu_d and chain.n > 1:
+    excess = max(chain.surplus(1), chain.surplus(-1))
+    if excess > 0:
         return (
-            "|tan_alpha| = mu_d: friction takes exactly what gravity gives; without a static excess"
-            " any displacement of the whole chain is in balance"
+            f"{_STEEP[bool(chain.unlike)]}: without a static excess no balance of forces holds it"
         )
+    if excess == 0 and chain.n > 1:
+        return f"{_LEVEL[bool(chain.unlike)]}; without a static excess it is in balance anywhere"
     return ""
 
 
-def _resting(chain: Chain) -> list[int]:
-    """Return the slider that no dilation moves, or the two between which the limit is open."""
-    return [1] if chain.n == 1 else [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
+_STEEP = "|tan_alpha| > mu_d", "weight and end forces exceed the friction of the chain"
+_LEVEL = (
+    "|tan_alpha| = mu_d: friction takes exactly what gravity gives",
+    ("the friction of the chain takes exactly what weight and end forces give"),
+)
 
 
-def _least(above: NDArray[Any], pivot: int, uphill: Any, downhill: Any) -> NDArray[Any]:
-    """Return D_n, with so many sliders `above` each spring; the C_n are its mirror image."""
-    least: NDArray[Any] = np.where(above < pivot, -above * uphill, -above[::-1] * downhill)
-    return least
+def _resting(chain: Chain) -> PivotSliders:
+    """Return the sliders that dilations and contractions do not move, from 1."""
+    if chain.n == 1:
+        return PivotSliders((1,), (1,))
+    if chain.unlike:
+        return pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
+    found = [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
+    return PivotSliders(tuple(found), tuple(chain.n + 1 - i for i in reversed(found)))
+
+
+def _shifted(times_cosine: Callable[[Fraction], Any], slope: Fraction, mu: Fraction) -> Any:
+    return times_cosine(mu + slope)
+
+
+def _reaches(
+    chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any]
+) -> tuple[list[Any], list[Any]]:
+    """Return how far the tension may fall, and rise, from one side of each slider to the other."""
+    reaches: list[list[Any]] = []
+    for way in (1, -1):
+        slope = way * chain.tan_alpha
+        each = chain.each("mu_d", partial(_shifted, times_cosine, slope))
+        for slider, force in zip((0, -1), chain.end_forces, strict=True):
+            if force:
+                each[slider] = each[slider] + number(way * force)
+        reaches.append(each)
+    return reaches[0], reaches[1]
+
+
+def _bounds(uphill: Sequence[Any], downhill: Sequence[Any], resting: PivotSliders) -> list[Any]:
+    """Return the least and the largest tension of each spring."""
+    bounds = []
+    for way, reach, other, pivot in (
+        (-1, uphill, downhill, resting.dilation[-1]),
+        (1, downhill, uphill, resting.contraction[-1]),
+    ):
+        above, below = partial_sums(reach)[:-1], partial_sums(other[::-1])[-2::-1]
+        bounds.append([way * far for far in [*above[: pivot - 1], *below[pivot - 1 :]]])
+    return bounds
 
 
 def relaxed_cycle(
@@ -85,28 +126,31 @@ def relaxed_cycle(
 ) -> list[tuple[Quadratic, Quadratic]]:
     """Return the advance of x_G in a cycle of the relaxed chain, and the way of its springs.
 
-    Exactly, for every slider that may be the pivot. All cycles from the second on are alike.
+    Exactly, for both ends of what the balance of forces leaves open. All cycles from the second on
+    are alike.
 
     Raises
     ------
     ValueError
-        Unless ``|tan_alpha| < mu_d``.
+        Unless friction holds the chain.
     """
-    field, above = CosineField(chain.tan_alpha), np.arange(1, chain.n).astype(object)
-    uphill = field.times_cosine(chain.mu_d + chain.tan_alpha)
-    downhill = field.times_cosine(chain.mu_d - chain.tan_alpha)
-    load, moved = field.rational(chain.l0 * amplitude), []
-    for pivot in _resting(chain):
-        least, sliding = _least(above, pivot, uphill, downhill), []
-        tension = 0 * least
-        for half in range(2 * min(cycle, 2)):
-            pulled = tension - (2 * load if half else load)
-            tension = np.maximum(pulled, least)
-            sliding.append(tension - pulled)
-            tension = -tension[::-1]  # a contraction dilates the mirror image
-        slid = sliding[-2] + sliding[-1]
-        along = np.where(above < pivot, -above, above[::-1]) * slid
-        moved.append((along.sum() / chain.n, slid.sum()))
+    field, n, resting = CosineField(chain.tan_alpha), chain.n, _resting(chain)
+    reaches = _reaches(chain, field.times_cosine, field.rational)
+    least, most = (np.array(bound, dtype=object) for bound in _bounds(*reaches, resting))
+    load, above, moved = field.rational(chain.l0 * amplitude), np.arange(1, n).astype(object), []
+    tension, slid = 0 * least, []
+    for half in range(2 * min(cycle, 2)):
+        way = -1 if half % 2 else 1
+        pulled = tension - way * (2 * load if half else load)
+        tension = np.maximum(pulled, least) if way > 0 else np.minimum(pulled, most)
+        slid.append(abs(tension - pulled))
+    for p, q in {
+        (resting.dilation[0], resting.contraction[-1]): 0,
+        (resting.dilation[-1], resting.contraction[0]): 0,
+    }:
+        down = np.where(above < p, -above, n - above) * slid[-2]
+        up = np.where(above < q, above, above - n) * slid[-1]
+        moved.append((down.sum() / n + up.sum() / n, slid[-2].sum() + slid[-1].sum()))
     return moved
 
 
@@ -221,21 +265,17 @@ class SlidingSimulation(Simulation):
         self._lost = _not_held_because(chain)
         if self._lost:
             return
-        n = chain.n
-        uphill = chain.times_cosine(chain.mu_d + chain.tan_alpha)
-        downhill = chain.times_cosine(chain.mu_d - chain.tan_alpha)
-        rest = _resting(chain)
-        across = [n + 1 - i for i in rest][::-1]
-        least = _least(np.arange(1, n), rest[-1], uphill, downhill)
+        n, resting = chain.n, _resting(chain)
+        uphill, downhill = _reaches(chain, chain.times_cosine, nearest_float)
         self._ways = _Ways(
-            np.array([least, -least[::-1]]),
-            np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
+            np.array(_bounds(uphill, downhill, resting)),
+            np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
         left_open = 0.0
         forces = np.diff(tensions, prepend=0.0, append=0.0)
-        slack = 4 * np.spacing(max([*abs(tensions), uphill]))
-        if np.any(forces > downhill + slack) or np.any(forces < -uphill - slack):
+        slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
+        if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
             reached, shift, left_open = brought_to_rest(tensions.tolist(), uphill, downhill, _SHARE)
             tensions, x = np.array(reached, dtype=float), x + np.array(shift)
             self._relaxed = True
@@ -279,7 +319,7 @@ class SlidingSimulation(Simulation):
 
     @property
     def _too_steep(self) -> bool:
-        return bool(abs(self.chain.tan_alpha) > self.chain.mu_d)
+        return max(self.chain.surplus(1), self.chain.surplus(-1)) > 0
 
     def state(self) -> State:
         if self._lost:
@@ -323,12 +363,12 @@ class SlidingSimulation(Simulation):
         chain = self.chain
         report: dict[str, Any] = {
             "arithmetic": "float64",
-            "static_excess_left_out": chain.mu_s > chain.mu_d or chain.sigma_mu > 0,
+            "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
         }
         if self._lost:
             return report | {"reason": self._lost}
-        report |= {"pivots": _resting(chain), "unique": self.tally.undecided == 0}
+        report |= {"pivots": list(_resting(chain).dilation), "unique": self.tally.undecided == 0}
         if not report["unique"]:
             x_g = float((self._chain.x + self._chain.carry).mean())
             open_part = float(self._chain.totals[0])
@@ -354,6 +394,7 @@ class Sliding(Solver):
     """
 
     needs_slips: ClassVar[bool] = False
+    takes: ClassVar[frozenset[str]] = frozenset({FRICTION, END_FORCES})
     records: ClassVar[tuple[str, ...]] = ("x_G", "x", "tension", "slips")
     no_more: ClassVar[str] = ": without inertia there are no events; solver 'exact' has them"
     name: ClassVar[str] = "sliding"

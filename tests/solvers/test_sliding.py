@@ -9,13 +9,16 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from exactcreep import InputError, creep
 from exactcreep.laws import pivots, prediction, sliding_velocity_random
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.nearest_rest import brought_to_rest
-from exactcreep.solvers.sliding import Sliding
+from exactcreep.solvers.sliding import Sliding, relaxed_cycle
+from tests.laws.test_differing import chains, forces
+from tests.oracle.incremental import follow
 
 PYTHAGOREAN = [
     (Fraction(3, 4), Fraction(9, 10)),
@@ -146,7 +149,8 @@ def test_every_ramp_from_any_start_ends_in_the_state_of_least_energy_and_frictio
         reach = rng.choice([20, 300])
         given = [Fraction(rng.randint(-reach, reach), 100) for _ in range(n - 1)]
         path = [Fraction(rng.randint(-1000, 1000), 2000) * n for _ in range(8)]
-        tensions, shift, _ = brought_to_rest(given, *frictions(chain), Fraction(1, 2))
+        reaches = [[reach] * n for reach in frictions(chain)]
+        tensions, shift, _ = brought_to_rest(given, *reaches, Fraction(1, 2))
         assert_least(chain, shift, tensions)
         assert np.diff(shift).tolist() == [b - a for a, b in zip(given, tensions, strict=True)]
         before, rows = np.array([Fraction(0)] * n), [*brute_force(chain, path, tensions)]
@@ -244,3 +248,58 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
     assert reason in stretch.reason
     assert simulation.evidence is evidence
     assert prediction(chain, Cycles("0.01", 3)) is None
+
+
+def differing_chain(friction, slope, ends, l0=10):
+    return Chain(len(friction), l0, friction, friction, tan_alpha=slope, end_forces=ends)
+
+
+def test_chains_of_differing_friction_and_pulled_ends_minimise_energy_and_dissipation():
+    """From relaxed and other starts, on any path; and their cycles are those of the law."""
+    rng = random.Random(3)
+    for k, (friction, slope, ends) in enumerate(chains(30, seed=9)):
+        chain = differing_chain(friction, slope, ends)
+        start = [Fraction(rng.randint(-100, 100), 100) * (k % 2) for _ in friction[1:]]
+        path = [Fraction(rng.randint(-60, 60), 40) for _ in range(8)]
+        simulation, recorded = simulate(
+            chain, Path(path), start=State.prepared(chain, start), record=("x", "tension")
+        )
+        places = [0.0, *(float(chain.l0 * target) for target in path)]
+        x, tension = follow(*forces(friction, slope, ends), places, tensions=start)
+        assert recorded["x"] == pytest.approx(x[1:], abs=1e-10)
+        assert recorded["tension"] == pytest.approx(tension[1:], abs=1e-10)
+        assert simulation.report()["unique"]
+        amplitude = Fraction(rng.randint(1, 80), 40)
+        law = prediction(chain, Cycles(amplitude, 9))
+        assert law.deviation == 0
+        ((advance, _),) = relaxed_cycle(chain, amplitude, 5)
+        assert float(advance) / 2 == pytest.approx(law.values[0], abs=1e-12)
+
+
+def test_between_two_possible_pivots_of_a_differing_chain_both_velocities_are_given():
+    """Friction 3, 1, 2 and no pull: sliders 1 and 2 share a spring, as do those mirrored."""
+    chain = differing_chain([Fraction(3), Fraction(1), Fraction(2)], Fraction(0), (0, 0))
+    simulation, recorded = simulate(chain, Cycles(2, 6), record=("x",))
+    low, high = prediction(chain, Cycles(2, 6)).values
+    report = simulation.report()
+    assert (report["velocity_low"], report["velocity_high"], report["unique"]) == (low, high, False)
+    advance = (recorded["x"][-1] - recorded["x"][-3]).mean() / 2
+    assert low < advance < high
+    assert [float(found) / 2 for found, _ in relaxed_cycle(chain, Fraction(2), 4)] == [high, low]
+
+
+@pytest.mark.parametrize(
+    ("ends", "outcome"),
+    [((0, "1.6"), Outcome.RUNAWAY), ((0, "1.5"), Outcome.LIMIT), (("-1.6", 0), Outcome.RUNAWAY)],
+)
+def test_end_forces_that_exceed_all_friction_carry_the_chain_away(ends, outcome):
+    chain = Chain(3, 10, "0.5", "0.6", tan_alpha=0, end_forces=ends)
+    assert creep(chain, Cycles(1, 4), solver="sliding").outcome is outcome
+    assert prediction(chain, Cycles(1, 4)) is None
+
+
+def test_springs_that_expand_by_different_weights_are_refused_by_name():
+    chain = Chain(3, 10, "0.5", "0.5", tan_alpha="0.1", expansion=[1, 2])
+    with pytest.raises(InputError, match="expansion"):
+        simulate(chain, Cycles(1, 4))
+    assert prediction(chain, Cycles(1, 4)) is None
