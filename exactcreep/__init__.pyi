@@ -15,6 +15,7 @@ from .model.readings import RecordWarning as RecordWarning
 from .model.state import State as State
 from .model.temperature_record import TemperatureRecord as TemperatureRecord
 from .motion.solution import Motion as Motion, Solution as Solution
+from .pipeline import Pipeline as Pipeline, Walk as Walk, pipeline as pipeline
 from .quasistatic.creep import (
     AccuracyWarning as AccuracyWarning,
     Interrupted as Interrupted,

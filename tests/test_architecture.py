@@ -22,7 +22,7 @@ ROOMS = (
     ("motion",),
     ("solvers",),
     ("quasistatic",),
-    ("solid",),
+    ("solid", "pipeline"),
     ("scene",),
     ("studies",),
     ("figures",),

@@ -10,9 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exactcreep.figures.fate import draw_fate, draw_survival
+from exactcreep.figures.pipeline import draw_walk
 from exactcreep.figures.run import Plots, plot_rearrangement
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.model.result import Result
+from exactcreep.pipeline import Walk
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.studies.fates.fate_result import Fate
@@ -50,3 +52,8 @@ def _(survival: Survival) -> Callable[[], Figure]:
 @plots_of.register
 def _(answer: Threshold | Intercept) -> Callable[[], Figure]:
     return partial(draw_threshold, answer)
+
+
+@plots_of.register
+def _(walk: Walk) -> Callable[[], Figure]:
+    return partial(draw_walk, walk)

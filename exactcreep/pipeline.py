@@ -1,0 +1,476 @@
+"""From a pipeline on the seabed, in SI units, to a chain whose ends are pulled, and back.
+
+A hot pipeline expands against the friction of the soil and contracts when it is shut down. With a
+slope of the bed or a tension at one end it *walks*: it advances by the same length in each cycle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Path
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    Shown,
+    exact_number,
+    nearest_float,
+    number_from_zero,
+    positive_number,
+    whole_number,
+)
+from exactcreep.model.result import Result
+from exactcreep.quasistatic.creep import creep
+from exactcreep.quasistatic.creep_result import Creep
+
+_MILLIMETRES = 1000
+_MOST = 20_000  # cells: a pull that is smaller beside friction moves the pipe by next to nothing
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Pipeline(Shown):
+    """A pipeline on a seabed, and its units as a chain.
+
+    It is cut into equal cells, each a slider at its middle, but for the two ends, which carry what
+    is left. The cells lie such that a slider stands at each *virtual anchor*, the place that rests
+    while the pipe is heated, or cooled. The walk of the chain is then that of the continuum.
+
+    Attributes
+    ----------
+    length, axial_stiffness, submerged_weight, tan_alpha, kappa : Fraction
+        As in `pipeline`.
+    friction : tuple of (Fraction, Fraction)
+        Sections from the upper end down: length in m, and coefficient.
+    end_forces : tuple of Fraction
+        On the upper and the lower end, downhill positive, N.
+    cell : float
+        Length of a cell, m.
+    positions : ndarray, shape (n,)
+        Of the sliders, m from the upper end.
+    chain : Chain
+        The dimensionless chain.
+
+    Examples
+    --------
+    >>> from exactcreep import pipeline
+    >>> pipe = pipeline(length=2000, axial_stiffness="4e9", submerged_weight=500, friction="0.5",
+    ...                 tan_alpha="0.035", kappa="1.17e-5")
+    >>> f"{pipe.continuum_walk(60):.1f} mm per cycle, above {pipe.critical_heating:.1f} K"
+    '82.0 mm per cycle, above 9.9 K'
+    """
+
+    length: Fraction
+    axial_stiffness: Fraction
+    submerged_weight: Fraction
+    friction: tuple[tuple[Fraction, Fraction], ...]
+    tan_alpha: Fraction
+    end_forces: tuple[Fraction, Fraction]
+    kappa: Fraction
+    cell: float
+    positions: NDArray[np.float64]
+    chain: Chain
+
+    def _facts(self) -> dict[str, Any]:
+        return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}
+
+    def _units(self) -> dict[str, str]:
+        return {"length": "m", "axial_stiffness": "N"}
+
+    @property
+    def force_unit(self) -> float:
+        """Unit of force: the submerged weight of a cell, N."""
+        return nearest_float(self.submerged_weight) * self.cell
+
+    @property
+    def length_unit(self) -> float:
+        """Unit of length: by how much the weight of a cell stretches a cell, m."""
+        return self.force_unit * self.cell / nearest_float(self.axial_stiffness)
+
+    @property
+    def springs(self) -> NDArray[np.float64]:
+        """Places at which `Walk.axial_force` is given: both ends, and between sliders, m."""
+        middles = (self.positions[1:] + self.positions[:-1]) / 2
+        return np.array([0.0, *middles, nearest_float(self.length)])
+
+    @cached_property
+    def _ground(self) -> _Ground:
+        return _ground(self.friction, self.submerged_weight, self.tan_alpha, self.end_forces)
+
+    def friction_up_to(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the friction between the upper end and places along the pipe, N.
+
+        Parameters
+        ----------
+        places : ndarray
+            In m from the upper end.
+
+        Returns
+        -------
+        ndarray
+            As many numbers.
+        """
+        ground = self._ground
+        scale = ground.total / ground.coefficients[-1]
+        return np.asarray(scale * np.interp(places, ground.places, ground.coefficients))
+
+    def weight_up_to(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the weight along the bed between the upper end and places along the pipe, N.
+
+        Parameters
+        ----------
+        places : ndarray
+            In m from the upper end.
+
+        Returns
+        -------
+        ndarray
+            As many numbers.
+        """
+        slope = nearest_float(self.tan_alpha)
+        along = nearest_float(self.submerged_weight) * slope / math.hypot(1, slope)
+        return np.asarray(along * places)
+
+    @property
+    def anchors(self) -> tuple[float, float]:
+        """The virtual anchors: places that rest while the pipe is heated, and cooled, m."""
+        return self._ground.anchors
+
+    @property
+    def critical_heating(self) -> float:
+        """Heating beyond which the pipe walks, K."""
+        ground = self._ground
+        return (ground.total - abs(ground.pull)) / nearest_float(self.axial_stiffness * self.kappa)
+
+    def continuum_walk(self, heating: Number) -> float:
+        """Return the walk per cycle of the continuum, mm, positive downhill.
+
+        It is ``(x_c - x_h)/EA max(0, EA kappa dT - F + |G|)``: x_h and x_c the `anchors`, F the
+        whole friction, G the sum of weight along the bed and end forces. On an even bed of equal
+        friction f per metre ``x_c - x_h = G/f``.
+
+        Parameters
+        ----------
+        heating : number
+            Rise of the temperature from shutdown to operation, K.
+
+        Returns
+        -------
+        float
+            In mm.
+
+        Notes
+        -----
+        Source: ``derivations/unlike.py``. For a slope, and for a tension at one end, it has the
+        form of the formulas that pipeline engineers use.
+        """
+        hot, cold = self.anchors
+        rise = nearest_float(self.kappa * exact_number(heating, "heating"))
+        beyond = rise - self.critical_heating * nearest_float(self.kappa)
+        return _MILLIMETRES * (cold - hot) * max(0.0, beyond)
+
+    def walk(
+        self, heatings: Number | Sequence[Number], cycles: int = 1, *, solver: str = "sliding",
+        **options: Any,
+    ) -> Walk:  # fmt: skip
+        """Return how the pipe walks under cycles of heating and shutdown, from the laid pipe on.
+
+        Parameters
+        ----------
+        heatings : number or sequence of number
+            Rise of the temperature in each cycle, K above shutdown; a number for equal cycles.
+        cycles : int
+            How often the heatings are repeated.
+        solver : str
+            ``sliding`` follows soil that slides without a peak of friction. Others need
+            `static_friction` (and a `profile` needs one of them).
+        **options
+            Of `creep`.
+
+        Returns
+        -------
+        Walk
+            With displacements and effective axial forces at each end of a heating and a cooling.
+
+        Raises
+        ------
+        InputError
+            If a number is out of its range, or the solver does not take the chain.
+
+        Examples
+        --------
+        >>> from exactcreep import pipeline
+        >>> pipe = pipeline(length=2000, axial_stiffness="4e9", submerged_weight=500,
+        ...                 friction="0.5", tan_alpha="0.035", kappa="1.17e-5")
+        >>> walk = pipe.walk(60, cycles=3)
+        >>> [f"{mm:.1f}" for mm in walk.millimetres]
+        ['87.2', '82.0', '82.0']
+        """
+        several = isinstance(heatings, (list, tuple, np.ndarray))
+        once = [*heatings] if several else [heatings]  # type: ignore[misc]
+        rises = [number_from_zero(rise, f"heatings[{k}]") for k, rise in enumerate(once)]
+        count = whole_number(cycles, "cycles", least=1)
+        if not rises:
+            raise InputError("heatings", heatings, "must hold at least one number")
+        targets = [theta for rise in rises * count for theta in (self.kappa * rise, Fraction(0))]
+        record = ("x", "tension")
+        run = creep(self.chain, Path(targets), solver=solver, record=record, **options)
+        return Walk(self, run)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Walk(Result):
+    """How a pipeline walked, cycle by cycle.
+
+    Parameters
+    ----------
+    pipeline : Pipeline
+        The pipe.
+    run : Creep
+        The run of its chain, whose targets are the ends of heatings and coolings in turns.
+
+    Examples
+    --------
+    >>> from exactcreep import pipeline
+    >>> pipe = pipeline(length=1000, axial_stiffness="2e9", submerged_weight=400, friction="0.5",
+    ...                 end_tension="5e4", kappa="1.17e-5")
+    >>> pipe.walk([70, 50], cycles=2).finding
+    '127.5 mm in the last of 4 cycles, 634.9 mm in all'
+    """
+
+    pipeline: Pipeline
+    run: Creep
+
+    def _numbers(self) -> dict[str, Any]:
+        return {
+            "cycles": len(self.millimetres),
+            "millimetres": self.millimetres,
+            "total": self.total,
+            "solver": self.run.solver,
+        }
+
+    @property
+    def displacement(self) -> NDArray[np.float64]:
+        """Displacement of each slider at each target, mm downhill, shape (targets, n)."""
+        moved = self.run.recorded["x"].astype(float)
+        return np.asarray(_MILLIMETRES * self.pipeline.length_unit * moved)
+
+    @property
+    def axial_force(self) -> NDArray[np.float64]:
+        """Effective axial force at `Pipeline.springs`, N, tension positive: (targets, n + 1)."""
+        tension = self.run.recorded["tension"].astype(float) * self.pipeline.force_unit
+        ends = np.ones((len(tension), 1))
+        upper, lower = map(nearest_float, self.pipeline.end_forces)
+        return np.hstack([-upper * ends, tension, lower * ends])
+
+    @property
+    def millimetres(self) -> NDArray[np.float64]:
+        """Advance of the middle of the pipe in each cycle, mm; the first is from the laid pipe."""
+        cold = self.displacement[1::2].mean(axis=1)
+        return np.diff(cold, prepend=0.0)
+
+    @property
+    def total(self) -> float:
+        """Advance in all cycles, mm."""
+        return float(self.millimetres.sum())
+
+    @property
+    def finding(self) -> str:
+        """The walk in the last cycle, and in all."""
+        last = f"{self.millimetres[-1]:.4g} mm in the last of {len(self.millimetres)} cycles"
+        return f"{last}, {self.total:.4g} mm in all"
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """Friction along a pipe, added up from the upper end, and the pull at the pipe; in m and N."""
+
+    places: NDArray[np.float64]
+    coefficients: NDArray[np.float64]  # added up: the integral of mu over the length
+    total: float
+    pull: float
+    anchors: tuple[float, float]
+
+    def coefficient(self, begin: float, end: float) -> float:
+        """Return the integral of mu from one place to another."""
+        low, high = np.interp([begin, end], self.places, self.coefficients)
+        return float(high - low)
+
+
+def _ground(
+    friction: tuple[tuple[Fraction, Fraction], ...],
+    weight: Fraction,
+    tan_alpha: Fraction,
+    end_forces: tuple[Fraction, Fraction],
+) -> _Ground:
+    """Return the ground under a pipe; `InputError` if it does not hold the pipe."""
+    slope = nearest_float(tan_alpha)
+    down, along = 1 / math.hypot(1, slope), slope / math.hypot(1, slope)
+    lengths = [nearest_float(section) for section, _ in friction]
+    mus = [nearest_float(mu) for _, mu in friction]
+    places = np.cumsum([0.0, *lengths])
+    summed = np.cumsum([0.0, *(mu * part for mu, part in zip(mus, lengths, strict=True))])
+    load = nearest_float(weight)
+    total = float(load * down * summed[-1])
+    pull = load * along * float(places[-1]) + nearest_float(sum(end_forces, Fraction(0)))
+    if abs(pull) >= total:
+        allowed = f"must hold the pipe: {total:.4g} N in all, beside a pull of {abs(pull):.4g} N"
+        raise InputError("friction", float(np.mean(mus)), allowed)
+    held = load * down * summed
+    hot, cold = np.interp([(total - pull) / 2, (total + pull) / 2], held, places)
+    return _Ground(places, summed, total, pull, (float(hot), float(cold)))
+
+
+def _sections(given: Any, length: Fraction) -> tuple[tuple[Fraction, Fraction], ...]:
+    if not isinstance(given, (list, tuple)):
+        return ((length, positive_number(given, "friction")),)
+    allowed = "must be a coefficient, or pairs of a length in m and a coefficient, upper end first"
+    if not given or not all(isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in given):
+        raise InputError("friction", given, allowed)
+    sections = tuple(
+        (positive_number(part, f"friction[{k}]"), positive_number(mu, f"friction[{k}]"))
+        for k, (part, mu) in enumerate(given)
+    )
+    whole = sum((part for part, _ in sections), Fraction(0))
+    if whole != length:
+        wanted = f"must have lengths that sum up to {nearest_float(length):g} m"
+        raise InputError("friction", f"{nearest_float(whole):g} m", wanted)
+    return sections
+
+
+def pipeline(
+    *,
+    length: Number,
+    axial_stiffness: Number,
+    submerged_weight: Number,
+    friction: Number | Sequence[tuple[Number, Number]],
+    kappa: Number,
+    tan_alpha: Number = 0,
+    end_tension: Number | tuple[Number, Number] = 0,
+    profile: Sequence[tuple[Number, Number]] = (),
+    static_friction: Number = 1,
+    sigma_mu: Number = 0,
+    contacts: int = 100,
+) -> Pipeline:
+    """Return a pipeline on a seabed with its chain (``pipeline(...).chain``).
+
+    Parameters
+    ----------
+    length : number
+        L along the bed, m.
+    axial_stiffness : number
+        EA of the steel, N.
+    submerged_weight : number
+        W, N per m.
+    friction : number, or sequence of (number, number)
+        Axial friction coefficient; or sections from the upper end down, each of a length in m and
+        a coefficient.
+    kappa : number
+        Thermal expansion of the pipe, 1/K.
+    tan_alpha : number
+        Slope of the bed, positive where it falls towards the lower end. Default: level.
+    end_tension : number, or (number, number)
+        Tension at the lower end, N; or at the upper and at the lower end. A riser pulls so.
+    profile : sequence of (number, number), optional
+        Heating along the pipe: places in m from the upper end, and the share of the heating there;
+        linear between them. Default: 1 everywhere.
+    static_friction : number
+        Peak of the static over the sliding friction, at least 1 (no peak).
+    sigma_mu : number
+        Standard deviation of the static coefficients; 0 for soil that is everywhere the same.
+    contacts : int
+        How many cells the pipe is cut into, about: see `Pipeline`.
+
+    Returns
+    -------
+    Pipeline
+        With its `chain`.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range, or friction does not hold the pipe.
+
+    Notes
+    -----
+    Forces have the unit of a cell's submerged weight W a, lengths ``W a^2/EA``; then ``l0 = EA/(W
+    a)``, and theta is kappa times the heating.
+
+    Examples
+    --------
+    >>> pipe = pipeline(length=1000, axial_stiffness="2e9", submerged_weight=400, friction="0.5",
+    ...                 end_tension="5e4", kappa="1.17e-5")
+    >>> pipe.chain.n, [round(place) for place in pipe.anchors]
+    (100, [375, 625])
+    """
+    exact = {
+        name: positive_number(value, name)
+        for name, value in (
+            ("length", length), ("axial_stiffness", axial_stiffness),
+            ("submerged_weight", submerged_weight), ("kappa", kappa),
+        )
+    }  # fmt: skip
+    slope, count = exact_number(tan_alpha, "tan_alpha"), whole_number(contacts, "contacts", least=2)
+    pulled = end_tension if isinstance(end_tension, (list, tuple)) else (0, end_tension)
+    if len(pulled) != 2:
+        raise InputError("end_tension", end_tension, "must be one tension, or those of both ends")
+    upper, lower = (exact_number(tension, "end_tension") for tension in pulled)
+    sections, ends = _sections(friction, exact["length"]), (-upper, lower)
+    weight, whole = exact["submerged_weight"], nearest_float(exact["length"])
+    ground = _ground(sections, weight, slope, ends)
+    peak = exact_number(static_friction, "static_friction")
+    if peak < 1:
+        raise InputError("static_friction", static_friction, "must be at least 1, in units of mu")
+
+    first, last = sorted(ground.anchors)
+    apart = last - first
+    cell = apart / max(1, round(count * apart / whole)) if apart else whole / count
+    above, below = math.floor(first / cell), math.floor((whole - first) / cell)
+    n = above + below + 1
+    if n > _MOST:
+        allowed = f"must exceed {2 / _MOST:g} of the friction, or be zero: cells would be too short"
+        raise InputError("tan_alpha and end_tension", ground.pull, allowed)
+    positions = first + cell * np.arange(-above, below + 1)
+    edges = [0.0, *(positions[1:] + positions[:-1]) / 2, whole]
+    mu = [ground.coefficient(begin, end) / cell for begin, end in pairwise(edges)]
+    sine = nearest_float(slope) / math.hypot(1, nearest_float(slope))
+    unit = nearest_float(weight) * cell
+    forces = [
+        nearest_float(force) / unit + (size / cell - 1) * sine
+        for force, size in zip(ends, (edges[1], whole - edges[-2]), strict=True)
+    ]
+    chain = Chain(
+        n,
+        nearest_float(exact["axial_stiffness"]) / unit,
+        mu,
+        [nearest_float(peak) * each for each in mu],
+        sigma_mu,
+        tan_alpha=slope,
+        end_forces=forces,
+        expansion=_weights(profile, edges),
+    )
+    about: dict[str, Any] = {"friction": sections, "tan_alpha": slope, "end_forces": ends}
+    about |= exact
+    return Pipeline(**about, cell=cell, positions=np.asarray(positions), chain=chain)
+
+
+def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> list[float]:
+    """Return what each spring expands by, of the heating along a pipe."""
+    if not profile:
+        return []
+    places, shares = (
+        [nearest_float(exact_number(pair[k], f"profile[{at}]")) for at, pair in enumerate(profile)]
+        for k in (0, 1)
+    )
+    if sorted(set(places)) != places:
+        raise InputError("profile", profile, "must hold places in ascending order, with shares")
+    return [float(share) for share in np.interp(edges[1:-1], places, shares)]

@@ -1,0 +1,139 @@
+"""Pipelines in SI units against the continuum, and what their pictures draw."""
+
+from __future__ import annotations
+
+import time
+from random import Random
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from exactcreep import InputError, Pipeline, laws, pipeline
+from exactcreep.figures.pipeline import friction_bounds
+
+STEEL = {"axial_stiffness": "4e9", "submerged_weight": 500, "kappa": "1.17e-5"}
+SLOPE = STEEL | {"length": 2000, "friction": "0.5", "tan_alpha": "0.035"}
+PULLED = STEEL | {"length": 1500, "friction": "0.4", "end_tension": "6e4"}
+ROUGH = SLOPE | {"friction": [(700, "0.7"), (900, "0.3"), (400, "0.5")]}
+UPHILL = ROUGH | {"tan_alpha": "-0.02", "end_tension": ("9e4", "2e4")}
+PIPES = {"slope": SLOPE, "pulled": PULLED, "rough": ROUGH, "uphill": UPHILL}
+
+
+def formula(pipe: Pipeline, heating: float) -> float:
+    """Return the walk in mm by the formula of walk.md for equal friction."""
+    c = 1 / np.hypot(1, float(pipe.tan_alpha))
+    s = c * float(pipe.tan_alpha)
+    ea, length = float(pipe.axial_stiffness), float(pipe.length)
+    weight, ((_, mu),) = float(pipe.submerged_weight), pipe.friction
+    pull, f = weight * length * s + float(sum(pipe.end_forces)), float(mu) * weight * c
+    constrained = ea * float(pipe.kappa) * heating
+    return float(1000 * pull / (ea * f) * (constrained - f * length + abs(pull)))
+
+
+@pytest.mark.parametrize("name", PIPES)
+def test_a_pipe_walks_as_the_continuum_whatever_the_number_of_cells(name: str) -> None:
+    for contacts in (12, 40, 100):
+        pipe = pipeline(**PIPES[name], contacts=contacts)
+        assert contacts / 2 <= pipe.chain.n <= 2 * contacts
+        for heating in (60, pipe.critical_heating * 1.3, pipe.critical_heating * 0.9):
+            walk = pipe.walk(heating, cycles=4)
+            expected = pipe.continuum_walk(heating)
+            assert walk.millimetres[-1] == pytest.approx(expected, rel=1e-9, abs=1e-6)
+            assert walk.total == pytest.approx(walk.displacement[-1].mean())
+    assert (pipe.continuum_walk(60) < 0) is (name == "uphill")
+    if len(pipe.friction) == 1:
+        assert pipe.continuum_walk(60) == pytest.approx(formula(pipe, 60), rel=1e-12)
+
+
+def test_equal_cells_from_end_to_end_come_near_the_formula_as_one_over_their_number() -> None:
+    """Whole pivots: a slider between two anchors is worth a cell."""
+    pipe, share = pipeline(**SLOPE), 0.035 / 0.5
+
+    def error(n: int) -> float:
+        cell, unit = 2000 / n, 500 * 2000 / n
+        about = {"l0": 4e9 / unit, "mu_d": [0.5] * n, "tan_alpha": 0.035}
+        law = laws.differing_velocity(**about, amplitude=30 * 1.17e-5)
+        return max(abs(2000 * v * unit * cell / 4e9 / formula(pipe, 60) - 1) for v in law)
+
+    for n in (100, 1000):
+        worst = max(error(n + more) for more in range(0, n // 10, n // 100 + 1))
+        assert 0.3 < worst * n * share < 1.1
+
+
+def test_a_hundred_cycles_of_a_hundred_cells_take_less_than_ten_seconds() -> None:
+    pipe = pipeline(**ROUGH, contacts=100)
+    pipe.walk(60)
+    begin = time.perf_counter()
+    assert pipe.walk(60, cycles=100).millimetres.shape == (100,)
+    assert time.perf_counter() - begin < 10
+
+
+@pytest.mark.parametrize("name", PIPES)
+def test_forces_reach_the_limits_of_friction_and_meet_the_ends(name: str) -> None:
+    pipe = pipeline(**PIPES[name], contacts=200)
+    force = pipe.walk(80, cycles=2).axial_force
+    places, bounds = friction_bounds(pipe)
+    for row, bound, anchor in zip((-2, -1), bounds, pipe.anchors, strict=True):
+        there = np.interp(pipe.springs, places, bound)
+        assert force[row] == pytest.approx(there, abs=pipe.force_unit)
+        outermost = force[row].argmin() if row == -2 else force[row].argmax()
+        assert abs(pipe.springs[outermost] - anchor) < 2 * pipe.cell
+    upper, lower = map(float, pipe.end_forces)
+    assert (force[:, 0] == -upper).all()
+    assert (force[:, -1] == lower).all()
+
+
+def test_the_picture_draws_forces_and_displacements_of_the_walk() -> None:
+    walk = pipeline(**ROUGH, contacts=30).walk([60, 40], cycles=2)
+    forces, moved = walk.plot().axes
+    drawn = [line.get_ydata() for line in forces.lines]
+    for row in (-2, -1):
+        assert any(np.array_equal(y, walk.axial_force[row] / 1000) for y in drawn)
+    assert len(moved.lines) == 8
+    for line, row in zip(moved.lines, walk.displacement, strict=True):
+        assert np.array_equal(line.get_ydata(), row)
+    plt.close("all")
+
+
+def test_random_pipes_carry_all_of_their_weight_and_friction() -> None:
+    random = Random(4)
+    for _ in range(20):
+        parts = [random.randint(1, 900) for _ in range(3)]
+        friction = [(part, random.randint(2, 9) / 10) for part in parts]
+        about: dict[str, Any] = STEEL | {"length": sum(parts), "friction": friction}
+        pipe = pipeline(**about, tan_alpha=random.randint(-9, 9) / 100, contacts=60)
+        unit, c = pipe.force_unit, pipe.chain.cos_alpha
+        held = sum(mu * part for part, mu in friction) * 500 * c
+        assert unit * c * float(sum(pipe.chain.each("mu_d"))) == pytest.approx(held)
+        pull = pipe.chain.n * pipe.chain.sin_alpha + float(sum(pipe.chain.end_forces))
+        assert unit * pull == pytest.approx(500 * sum(parts) * pipe.chain.sin_alpha)
+
+
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [
+        ({"length": 0}, "length"),
+        ({"friction": "0.03"}, "friction"),
+        ({"friction": [(700, "0.7")]}, "friction"),
+        ({"friction": [700, 1300]}, "friction"),
+        ({"end_tension": "6e5"}, "friction"),
+        ({"end_tension": (1, 2, 3)}, "end_tension"),
+        ({"static_friction": "0.9"}, "static_friction"),
+        ({"profile": [(100, 1), (0, "0.5")]}, "profile"),
+        ({"tan_alpha": "1e-7"}, "tan_alpha and end_tension"),
+        ({"contacts": 1}, "contacts"),
+    ],
+)
+def test_a_pipe_that_is_none_is_refused_by_field(changed: dict[str, Any], field: str) -> None:
+    with pytest.raises(InputError) as refused:
+        pipeline(**SLOPE | changed)
+    assert refused.value.field == field
+
+
+def test_a_profile_of_heating_is_refused_where_only_sliding_follows_the_pipe() -> None:
+    pipe = pipeline(**SLOPE, profile=[(0, 1), (2000, "0.6")])
+    assert pipe.chain.expansion[0] > pipe.chain.expansion[-1]
+    with pytest.raises(InputError, match="expansion"):
+        pipe.walk(60)
