@@ -260,10 +260,11 @@ class Creep(Result):
         """One sentence if drawn coefficients foreseeably stop this creep for ever; else "".
 
         That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. For
-        more than two sliders no number is known: `survival` tells for how long they creep.
+        more than two sliders no number is known: `survival` tells for how long they creep. Nor is
+        one for chains whose parts differ.
         """
         chain, drive = self.chain, self.drive
-        creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
+        creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0 and not chain.unlike
         if not (creeps and isinstance(drive, Cycles)):
             return ""
         time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)

@@ -9,6 +9,7 @@ rest.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,9 +53,18 @@ def ledger(
     ends = np.cumsum(counts)
     begins = ends - counts
     larger = np.maximum if length.dtype != object else np.frompyfunc(arithmetic.larger, 2, 1)
-    path = 0 * length[begins]
-    np.add.at(path, which, length)  # one slip after the other: `reduceat` would add in pairs
-    weight, friction = (arithmetic.times_cosine(chain, x) for x in (chain.tan_alpha, chain.mu_d))
+
+    def summed(lengths: NDArray[Any]) -> NDArray[Any]:
+        total: NDArray[Any] = 0 * length[begins]
+        np.add.at(total, which, lengths)  # one slip after the other: `reduceat` would add in pairs
+        return total
+
+    weight = arithmetic.times_cosine(chain, chain.tan_alpha)
+    if "friction" in chain.unlike:
+        each = chain.each("mu_d", partial(arithmetic.times_cosine, chain))
+        dissipation = summed(arithmetic.vector(each)[slider - 1] * length)
+    else:
+        dissipation = np.multiply(arithmetic.times_cosine(chain, chain.mu_d), summed(length))
     return {name: rests[name] for name in REST_LOG} | {
         "duration": slips["stop"][ends - 1],
         "slips": counts,
@@ -63,7 +73,7 @@ def ledger(
         "largest_slip": larger.reduceat(length, begins),
         "displacement": rests["moved"] / chain.n,
         "gravity": np.multiply(weight, rests["moved"]),
-        "dissipation": np.multiply(friction, path),
+        "dissipation": dissipation,
     }
 
 

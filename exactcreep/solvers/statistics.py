@@ -103,15 +103,24 @@ def alternates(chain: Chain, drive: Drive) -> bool:
 
     Measured for 2 to 30 sliders with ``sigma_mu = 0.01``, and for 6 to 100 without disorder: from
     2 D/l0 above the middle of the crossover on, rests take no more than a few per cent of the time.
+    Chains whose parts differ were not measured, and may.
     """
     if not isinstance(drive, Cycles):
         return False
+    if chain.unlike:
+        return True
     borne = chain.n * (chain.friction - abs(chain.sin_alpha)) / 2
     return abs(nearest_float(chain.l0 * drive.amplitude) - borne) < _CROSSOVER * chain.excess
 
 
 def jump_of(chain: Chain) -> float:
-    """Return the advance of x_G, N D/4, up to which a cycle is quiescent; ``g tau_dyn**2``."""
+    """Return the advance of x_G, N D/4, up to which a cycle is quiescent; ``g tau_dyn**2``.
+
+    Where friction differs, D is its mean.
+    """
+    if "friction" in chain.unlike:
+        excess = sum(chain.each("mu_s")) - sum(chain.each("mu_d"))
+        return chain.times_cosine(excess) / 4
     return chain.n * chain.excess / 4
 
 

@@ -66,10 +66,13 @@ class ExactCopies(PerturbedCopies):
 
     def __init__(self, chain: Chain, origin: Origin, seed: int, targets: Targets) -> None:
         self._targets, self._seed = targets, seed
-        largest = nearest_float(chain.mu_s + abs(chain.tan_alpha))
+        pull = max(map(abs, chain.end_forces))
+        largest = nearest_float(chain.largest_mu_s + abs(chain.tan_alpha) + pull)
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
         self._origin, self._nudge = origin, _NUDGE * largest
-        self._at_target = AtTargets.of(1, ("tension", "slips"), origin.numbers, *origin.load)
+        self._at_target = AtTargets.of(
+            1, ("tension", "slips"), origin.numbers, origin.expansion, *origin.load
+        )
         work = side_by_side(chain, origin, seed, COPIES)
         self._cell, self._whole, self._deviate, self._series, self._now = work
         self._numbers = np.empty((COPIES, *origin.numbers.shape))
@@ -182,7 +185,8 @@ def follow_copies(
         now = scalars[number]
         work_limit = now.counts.work + now.counts.events + max_work
         target = AtTargets(
-            at_target.rows, at_target.doubts, numbers[number], at_target.load, at_target.load_low,
+            at_target.rows, at_target.doubts, numbers[number], at_target.expansion,
+            at_target.load, at_target.load_low,
         )  # fmt: skip
         while reached[number] < ends[0] and now.counts.events < most_events:
             work = work_limit - now.counts.work - now.counts.events

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import inlined
+from exactcreep.solvers.exact.simd import fused
 
 
 def split(value: Fraction) -> tuple[float, float]:
@@ -58,6 +59,13 @@ def plus(high, low, term):
     error += low
     result = total + error
     return result, error - (result - total)
+
+
+@inlined
+def times(high, low, factor, factor_low):
+    """Return the product of two sums of two floats as two floats."""
+    product = high * factor
+    return product, fused(high, factor, -product) + (high * factor_low + low * factor)
 
 
 @inlined

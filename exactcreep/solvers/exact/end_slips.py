@@ -15,14 +15,11 @@ from __future__ import annotations
 import numpy as np
 
 from exactcreep.compiling import compiled, inlined
-from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus
 from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, distribution, draw_ahead, renew
 from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import choose, lane_of, together
-
-_, _, _is_before, _order, _ = FLOATS
 
 _PLAIN = 1.9
 """Friction forces: a slip from an excess below that ends with a force that friction holds.
@@ -33,48 +30,9 @@ on the slider would go back; the tenth is far more than rounding.
 _SLACK = 64.0 * ULP
 """Of the sum of all forces that enter: how close to a comparison is not plain any more.
 
-The bounds of the comparisons in `next_start` and `end_slips` are below 10 ulp of that sum, and what
+The bounds of the comparisons in `ramps` and `loop` are below 10 ulp of that sum, and what
 is compared here instead is rounded by less than 8.
 """
-
-
-@inlined
-def next_start(cell, now, target, target_low):
-    """Return which end starts before the target, and at which ``l0 theta``.
-
-    Returns
-    -------
-    top, end : bool
-        Whether slider 1, slider N starts.
-    theta, theta_low : float
-        The critical ``l0 theta``; the target if neither starts.
-    undecided : bool
-        Whether a comparison lay within its rounding bound.
-    """
-    top = PAD
-    end = PAD + now.chain.n - 1
-    theta = now.theta
-    theta_low = now.theta_low
-    far = (target - theta) + (target_low - theta_low)
-    up = 1.0 if far > 0.0 else -1.0
-    room_top = cell[layout.FRICTION, top] + cell[layout.EXCESS, top]
-    room_end = cell[layout.FRICTION, end] + cell[layout.EXCESS, end]
-    # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = plus(cell[layout.FORCE, top], cell[layout.FORCE_LOW, top], up * room_top)
-    end_high, end_low = plus(-cell[layout.FORCE, end], -cell[layout.FORCE_LOW, end], up * room_end)
-    far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
-    far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
-    far *= up
-    # the rooms, and what the slips since the last change of direction may have rounded away
-    bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
-    nearest = min(far_top, far_end)
-    starts, close = _is_before(nearest, far, bound)
-    if now.chain.n == 1 or far == 0.0 or not starts:
-        return False, False, target, target_low, close and now.chain.n > 1 and far > 0.0
-    order, close = _order(far_top, far_end, bound)
-    if nearest > 0.0:
-        theta, theta_low = (top_high, top_low) if far_top <= far_end else (end_high, end_low)
-    return order <= 0, order >= 0, theta, theta_low, close
 
 
 @inlined
@@ -95,7 +53,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     Each slip adds the same length to four sums of two floats: they stay in registers, in four
     lanes of a vector. That the same end starts next, before the target and with nobody else, is
     read off rounded forces; what comes closer than `slack`, which exceeds their rounding and the
-    bounds of all comparisons in `next_start` and `end_slips`, is left to these. Both ways give
+    bounds of all comparisons in `ramps` and `loop`, is left to these. Both ways give
     the same bits.
     """
     chain = now.chain

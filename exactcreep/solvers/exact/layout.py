@@ -110,7 +110,7 @@ CHAIN = np.dtype(
         ("n", np.int64),
         ("seed", np.int64),
         ("constant", np.int64),  # whether every static coefficient is the mean of its slider
-        ("even", np.int64),  # whether theta is felt by sliders 1 and N alone
+        ("even", np.int64),  # whether all springs expand alike: only the end sliders feel theta
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
         ("longest", np.int64),  # events of an avalanche, or steps without one, then it is given up
         ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...

@@ -6,10 +6,10 @@ the rules of the model; repeat until rest. Around it: ramp to theta_c, rearrange
 target.
 
 Forces at rest and displacements are sums of two floats, so that nothing is lost however far the
-chain travels. Sliders 1 and N alone feel theta: their stored force leaves it out, and
-``l0 theta`` (also two floats) is added when a rearrangement begins. A ramp therefore costs the same
-for any length of the chain, and theta_c does not depend on where the ramp began: a dummy
-breakpoint changes no bit.
+chain travels. What theta adds is left out of them, and ``l0 theta`` (also two floats) is added when
+a rearrangement begins: theta_c does not depend on where the ramp began, and a dummy breakpoint
+changes no bit. Where all springs expand alike sliders 1 and N alone feel theta, and a ramp costs
+the same for any length of the chain.
 
 A lone mover obeys ``v**2 = v0**2 + 2 a0 x - k x**2``: where it stops, and which neighbour it starts
 before, needs no clock and no trigonometry.
@@ -28,8 +28,9 @@ from exactcreep.model.rules import FLOATS, in_turn
 from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
-from exactcreep.solvers.exact.end_slips import end_slips, next_start
+from exactcreep.solvers.exact.end_slips import end_slips
 from exactcreep.solvers.exact.layout import PAD, ULP
+from exactcreep.solvers.exact.ramps import next_start, next_uneven_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
@@ -58,10 +59,15 @@ def _write(now, events, kind, i, sign):
 
 
 @inlined
-def _place_ends(cell, now):
-    """Give the forces at sliders 1 and N the present theta."""
+def _place_at_theta(cell, now):
+    """Give the present theta to the forces on the sliders that feel it."""
     n = now.chain.n
-    if n > 1:
+    if now.chain.even == 0:
+        for i in range(PAD, PAD + n):
+            by, low = rows.of_theta(cell, now, i)
+            low += cell[layout.FORCE_LOW, i]
+            cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, by)
+    elif n > 1:
         for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
             low = cell[layout.FORCE_LOW, i] + way * now.theta_low
             cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, way * now.theta)
@@ -174,23 +180,24 @@ def _threshold(cell, now, i, pull, slack):
 
 
 @inlined
-def _ramp(cell, now, log, target, target_low):
+def _ramp(cell, whole, now, log, target, target_low):
     """Move theta towards the target; return whether a slider has started before it."""
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    top, end, theta, theta_low, undecided = next_start(cell, now, target, target_low)
+    if now.chain.even == 1:
+        starts, theta, theta_low, close = next_start(cell, whole, now, target, target_low)
+    else:
+        starts, theta, theta_low, close = next_uneven_start(cell, whole, now, target, target_low)
     now.theta = theta
     now.theta_low = theta_low
-    if undecided:
-        now.counts.undecided += 1
-    if not (top or end):
+    now.counts.undecided += close
+    if starts == 0:
         return False
     _begin(cell, now, log, up)
-    _place_ends(cell, now)
-    if top:
-        _start(cell, now, log, PAD, -up, cell[layout.EXCESS, PAD])
-    if end:
-        i = PAD + now.chain.n - 1
-        _start(cell, now, log, i, up, cell[layout.EXCESS, i])
+    _place_at_theta(cell, now)
+    for k in range(starts):
+        i = whole[layout.EVENT, k]
+        sign = up if cell[layout.RATE, i] > 0.0 else -up
+        _start(cell, now, log, i, sign, cell[layout.EXCESS, i])
     now.number += 1
     _decompose(cell, now, log)
     return True
@@ -201,12 +208,11 @@ def _unstable(cell, now, log):
     """Start every slider that exceeds its threshold as the chain stands."""
     n = now.chain.n
     began = False
-    _place_ends(cell, now)
+    _place_at_theta(cell, now)
     for i in range(PAD, PAD + n):
         pull = cell[layout.REST, i]
-        end = n > 1 and (i == PAD or i == PAD + n - 1)
-        of_theta = 2.0 * ULP * abs(now.theta) if end else 0.0
-        threshold, slack = _threshold(cell, now, i, pull, of_theta)
+        of_theta = abs(cell[layout.RATE, i] * now.theta)
+        threshold, slack = _threshold(cell, now, i, pull, 2.0 * ULP * of_theta)
         sign, close = _start_direction(pull, threshold, slack)
         if sign != 0:
             if not began:
@@ -473,11 +479,11 @@ def follow(
         if rows.room(log.tables) <= now.chain.n:
             return layout.LOG_FULL, reached
         if stage == layout.AT_REST:
-            if now.chain.logging == 0 and now.chain.even == 1 and not single:
+            if now.chain.logging == 0 and now.chain.n > 1 and now.chain.even == 1 and not single:
                 end_slips(cell, whole, deviate, now, theta[reached], theta_low[reached], stop_at)
                 if now.counts.events >= stop_at:
                     continue
-            if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
+            if not _ramp(cell, whole, now, log, theta[reached], theta_low[reached]):
                 rows.at_target(cell, whole, now, targets, reached)
                 reached += 1
                 now.counts.target += 1

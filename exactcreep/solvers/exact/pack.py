@@ -18,11 +18,19 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
-from exactcreep.solvers.exact.double_double import split, split_ratio, two_sum
+from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
 from exactcreep.solvers.exact.draws import KEPT
 from exactcreep.solvers.exact.layout import LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
-from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
+from exactcreep.solvers.exact.rows import (
+    HELD,
+    HELD_LOW,
+    NOTHING,
+    PLACE,
+    PLACE_LOW,
+    TENSION,
+    TENSION_LOW,
+)
 from exactcreep.solvers.interface import longest_avalanche
 from exactcreep.solvers.tables import SLIP_TABLE
 
@@ -53,6 +61,8 @@ class Origin(NamedTuple):
         Tensions, displacements and coefficients, each as two floats.
     of_chain : ndarray, shape (8, n)
         The rows of `layout.OF_CHAIN`.
+    expansion : ndarray, shape (2, n - 1)
+        What each spring expands by, over ``l0 theta``, as two floats.
     load : tuple of float
         ``l0 theta``, as two floats.
     """
@@ -60,6 +70,7 @@ class Origin(NamedTuple):
     state: State
     numbers: NDArray[np.float64]
     of_chain: NDArray[np.float64]
+    expansion: NDArray[np.float64]
     load: tuple[float, float]
 
     @classmethod
@@ -78,7 +89,7 @@ class Origin(NamedTuple):
         numerator, denominator = theta.as_integer_ratio()
         l0 = chain.l0
         load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
-        return cls(state, numbers, _of_chain(chain), load)
+        return cls(state, numbers, *_of_chain(chain), load)
 
     def read(
         self, work: Workspace
@@ -86,18 +97,21 @@ class Origin(NamedTuple):
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
         present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
-        _read(
-            work.cell, work.whole, work.now, self.numbers, *self.load,
-            self.state.draws, *present,
-        )  # fmt: skip
+        began = NOTHING._replace(
+            origin=self.numbers, expansion=self.expansion, load=self.load[0], load_low=self.load[1]
+        )
+        _read(work.cell, work.whole, work.now, began, self.state.draws, *present)
         return present
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
         """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
         tension, low = self.numbers[TENSION, :-1], self.numbers[TENSION_LOW, :-1]
         change, error = two_sum.py_func(self.load[0], -load[0])
-        total, rounded = two_sum.py_func(tension, change)
-        out: NDArray[np.float64] = total + (rounded + ((error + (self.load[1] - load[1])) + low))
+        share, share_low = self.expansion
+        product, lost = two_product(change, share)
+        lost = lost + share_low * change + share * (error + (self.load[1] - load[1]))
+        total, rounded = two_sum.py_func(tension, product)
+        out: NDArray[np.float64] = total + (rounded + (lost + low))
         return out
 
 
@@ -117,13 +131,28 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _of_chain(chain: Chain) -> NDArray[np.float64]:
-    """Return the rows of `layout.OF_CHAIN` of its sliders."""
-    out = np.zeros((layout.CELLS, chain.n))
-    out[layout.FRICTION], out[layout.WEIGHT] = chain.friction, chain.sin_alpha
-    out[layout.MU_D], out[layout.MU_D_LOW] = split(chain.mu_d)
-    out[layout.MEAN], out[layout.MEAN_EXCESS] = nearest_float(chain.mu_s), chain.excess
-    return out[layout.OF_CHAIN]
+def _of_chain(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rows of `layout.OF_CHAIN` of its sliders, and the expansion of its springs."""
+    mu_d, mu_s = _frictions(chain)
+    out, expansion = np.zeros((layout.CELLS, chain.n)), np.zeros((2, chain.n - 1))
+    out[layout.FRICTION] = [chain.times_cosine(low) for low in mu_d]
+    out[layout.WEIGHT] = chain.sin_alpha
+    for end in {0, chain.n - 1}:
+        out[layout.WEIGHT, end] += nearest_float(chain.pull(end))
+    out[[layout.MU_D, layout.MU_D_LOW]] = np.transpose([split(low) for low in mu_d])
+    out[layout.MEAN] = [nearest_float(high) for high in mu_s]
+    excess = [chain.times_cosine(high - low) for low, high in zip(mu_d, mu_s, strict=True)]
+    out[layout.MEAN_EXCESS] = excess
+    for slider, rate in chain.rates.items():
+        out[[layout.RATE, layout.RATE_LOW], slider] = split(rate)
+    expansion[:] = np.transpose([split(share) for share in chain.expansion or (Fraction(1),)])
+    return out[layout.OF_CHAIN], expansion
+
+
+def _frictions(chain: Chain) -> tuple[list[Fraction], list[Fraction]]:
+    """Return mu_d and mu_s of each slider, of one if they are alike."""
+    most = None if "friction" in chain.unlike else 1
+    return chain.each("mu_d")[:most], chain.each("mu_s")[:most]
 
 
 @lru_cache(maxsize=64)
@@ -132,16 +161,18 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     made = np.zeros(1, dtype=layout.NOW)
     made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
-    constants["friction"] = constants["mean_friction"] = chain.friction
-    constants["mean_weight"] = chain.sin_alpha
+    of_chain, (mu_d, _) = _of_chain(chain)[0], _frictions(chain)
+    constants["friction"] = of_chain[0].max()
+    constants["mean_excess"] = of_chain[layout.MEAN_EXCESS - layout.FRICTION].max()
+    constants["mean_friction"] = chain.times_cosine(sum(mu_d, Fraction(0)) / len(mu_d))
+    pull = sum(chain.end_forces, Fraction(0)) / chain.n
+    constants["mean_weight"] = chain.sin_alpha + nearest_float(pull)
     constants["cosine"] = chain.cos_alpha
     constants["width"] = nearest_float(chain.sigma_mu)
-    constants["mean_excess"] = chain.excess
     constants["n"] = chain.n
     constants["constant"] = chain.sigma_mu == 0
-    constants["even"] = chain.n > 1
-    if chain.may_run_away:
-        constants["downhill"] = 1 if chain.tan_alpha >= 0 else -1
+    constants["even"] = not chain.expansion
+    constants["downhill"] = next((way for way in (1, -1) if chain.surplus(way) >= 0), 0)
     constants["longest"] = longest_avalanche(chain)
     return made.view(np.int64)
 
@@ -283,7 +314,10 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
         low += after_low - before_low
         force, error = two_sum(force, cell[layout.WEIGHT, i])
         low += error
-        if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
+        if now.chain.even == 0:
+            by, by_low = rows.of_theta(cell, now, i)
+            force, low = rows.increased((force, low), -by, -by_low)
+        elif n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
             force, low = rows.increased((force, low), way * now.theta, way * now.theta_low)
         cell[layout.FORCE, i] = force
@@ -310,7 +344,7 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
 
 @compiled
 def _read(
-    cell, whole, scalars, origin, load, load_low, drawn,
+    cell, whole, scalars, targets, drawn,
     tensions, displacements, coefficients, draws,
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
@@ -322,4 +356,4 @@ def _read(
         renewed = now.chain.constant == 1 and draws[k] > drawn[k]
         coefficients[k] = cell[layout.MEAN, i] if renewed else cell[layout.COEFFICIENT, i]
     for k in range(tensions.size):
-        tensions[k] = rows.tension(cell, now, origin, load, load_low, k)
+        tensions[k] = rows.tension(cell, now, targets, k)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import inlined
 from exactcreep.solvers.exact import layout
-from exactcreep.solvers.exact.double_double import plus, two_sum
+from exactcreep.solvers.exact.double_double import plus, times, two_sum
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.tables import TargetRows
 
@@ -35,23 +35,22 @@ class AtTargets(NamedTuple):
     rows: TargetRows
     doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
     origin: NDArray[np.float64]  # the start, see `TENSION`
+    expansion: NDArray[np.float64]  # of each spring, over l0 theta: rows of two floats
     load: float  # l0 theta then, as two floats
     load_low: float
 
     @classmethod
-    def of(
-        cls, count: int, record: tuple[str, ...], origin: NDArray[Any], load: float, low: float
-    ) -> AtTargets:
-        """Return room for what is to be recorded at `count` targets."""
-        rows = TargetRows.empty(record, count, origin.shape[1])
-        return cls(rows, np.empty(count, np.int64), origin, load, low)
+    def of(cls, count: int, record: tuple[str, ...], *origin: Any) -> AtTargets:
+        """Return room for what is to be recorded at `count` targets; `origin`: the last fields."""
+        rows = TargetRows.empty(record, count, origin[0].shape[1])
+        return cls(rows, np.empty(count, np.int64), *origin)
 
     def part(self, first: int) -> AtTargets:
         """Return the rows from `first` on."""
         return self._replace(rows=self.rows.part(first), doubts=self.doubts[first:])
 
 
-NOTHING = AtTargets.of(1, (), np.empty((6, 1)), 0.0, 0.0)
+NOTHING = AtTargets.of(1, (), np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0)
 """Where the loop may write what nobody asks for."""
 
 
@@ -69,18 +68,30 @@ def displacement(cell, i):
 
 
 @inlined
-def tension(cell, now, origin, load, load_low, k):
+def of_theta(cell, now, i):
+    """Return what theta adds to the force on the slider in column i, as two floats."""
+    return times(cell[layout.RATE, i], cell[layout.RATE_LOW, i], now.theta, now.theta_low)
+
+
+@inlined
+def tension(cell, now, targets, k):
     """Return the tension below slider k: what displacements and theta have made of the first."""
     i = k + PAD
     right, left = cell[layout.TRAVEL, i + 1], -cell[layout.TRAVEL, i]
     right_low = cell[layout.TRAVEL_LOW, i + 1] + cell[layout.X, i + 1]
     left_low = -(cell[layout.TRAVEL_LOW, i] + cell[layout.X, i])
+    origin = targets.origin
     sums = origin[TENSION, k], origin[TENSION_LOW, k]
     sums = increased(sums, right, right_low)
     sums = increased(sums, left, left_low)
     sums = increased(sums, -origin[PLACE, k + 1], -origin[PLACE_LOW, k + 1])
     sums = increased(sums, origin[PLACE, k], origin[PLACE_LOW, k])
-    sums = increased(sums, -now.theta, -now.theta_low)
+    theta, theta_low, load, load_low = now.theta, now.theta_low, targets.load, targets.load_low
+    if now.chain.even == 0:
+        share, low = targets.expansion[0, k], targets.expansion[1, k]
+        theta, theta_low = times(share, low, theta, theta_low)
+        load, load_low = times(share, low, load, load_low)
+    sums = increased(sums, -theta, -theta_low)
     total, error = increased(sums, load, load_low)
     return total + error
 
@@ -96,8 +107,7 @@ def at_target(cell, whole, now, targets, q):
             rows.x[q, k] = displacement(cell, k + PAD)
     if rows.tension.shape[0] > 0:
         for k in range(n - 1):
-            load, low = targets.load, targets.load_low
-            rows.tension[q, k] = tension(cell, now, targets.origin, load, low, k)
+            rows.tension[q, k] = tension(cell, now, targets, k)
     if rows.slips.shape[0] > 0:
         for k in range(n):
             rows.slips[q, k] = whole[layout.SLIPS, k + PAD]
@@ -120,7 +130,7 @@ def at_theta(cell, now, tables):
         return
     sums = tables.sums[0]
     n = now.chain.n
-    if sums.left_for > 0.0:
+    if sums.left_for > 0.0 and now.chain.even == 1:
         sums.left_for -= 1.0
         step = (now.theta - sums.at_load) + (now.theta_low - sums.at_load_low)
         tensions = sums.tensions - (n - 1) * step
@@ -131,7 +141,12 @@ def at_theta(cell, now, tables):
         energy = 0.0
         tensions = 0.0
         high, low = -now.theta, -now.theta_low
+        if now.chain.even == 0:
+            high, low = 0.0, 0.0
         for i in range(PAD, PAD + n - 1):
+            if now.chain.even == 0:
+                by, by_low = of_theta(cell, now, i)
+                high, low = plus(high, low + by_low, by)
             high, low = plus(high, low + cell[layout.FORCE_LOW, i], cell[layout.FORCE, i])
             high, low = plus(high, low, -cell[layout.WEIGHT, i])
             tensions += high

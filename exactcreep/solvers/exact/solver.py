@@ -151,7 +151,9 @@ class ExactSimulation(Simulation):
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
-        return AtTargets.of(count, record, self.origin.numbers, *self.origin.load)
+        return AtTargets.of(
+            count, record, self.origin.numbers, self.origin.expansion, *self.origin.load
+        )
 
     def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
         """Return why the chain goes no further; `otherwise` says so if nothing is proved."""
