@@ -74,8 +74,7 @@ def _value(name):
 def api(short):
     """Return what the docstring of a public name says, and the picture that `drawings/api/NAME.py` draws."""
     name = f"exactcreep.{short}"
-    parts = [f"## {short}", f"```{{eval-rst}}\n{_directive(name)}\n```", *_drawing(short)]
-    return "\n\n".join(parts)
+    return "\n\n".join([f"```{{eval-rst}}\n{_directive(name)}\n```", *_drawing(short)])
 
 
 def _first_sentence(value):
@@ -216,9 +215,9 @@ def laws(_):
         code = entry.law
         if code:
             functions = "<br>".join(f"{form}: {_linked(name)}" for form, name in code.items())
-            proof = f"[{entry.verdict}](#proof-{entry.chapter})"
-            rows.append([_called(entry), f"${plain_latex(entry.formula)}$", proof, functions])
-    return _table(["law", "formula", "verdict", "functions"], rows, "searchable")
+            law = f"{_called(entry)}<br>[{entry.verdict}](#proof-{entry.chapter})"
+            rows.append([law, f"${plain_latex(entry.formula)}$", functions])
+    return _table(["law, verdict", "formula", "functions"], rows, "searchable laws")
 
 
 def _linked(call):

@@ -147,4 +147,5 @@ def test_a_notebook_is_in_the_style_of_the_house(path: Path) -> None:
             assert cell.metadata.get("tags") == ["hide-input"]
         shown = [output.get("data", {}).get("text/plain") for output in cell.outputs]
         assert "" not in shown  # an empty box
+    assert cells[0].metadata.get("tags") == ["hide-input"]  # imports and settings
     assert cells[-1].metadata.get("tags") == ["hide-cell"]

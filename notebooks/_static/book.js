@@ -39,7 +39,7 @@ document.addEventListener("DOMContentLoaded", () => {
   }
 });
 
-// A picture leads to itself at its full size; on a narrow screen it scrolls, so that its letters stay legible.
+// A picture fits its column; a tap opens it at its full size.
 document.addEventListener("DOMContentLoaded", () => {
   for (const image of document.querySelectorAll(".bd-article img")) {
     if (image.closest("a, .sd-card")) continue;
