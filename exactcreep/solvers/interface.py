@@ -246,7 +246,8 @@ class Solver(ABC):
         return self.simulation_from(self._start(chain, state, seed), record)
 
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
-        require_uniform(chain.parameters(), f"the solver {self.name}", self.takes)
+        if not chain.unlike <= self.takes:
+            require_uniform(chain.parameters(), f"the solver {self.name}", self.takes)
         if self.needs_slips and chain.slides:
             raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
         return Start(chain, state, seed)

@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853, DenseOutput
@@ -42,15 +44,12 @@ class Trajectory:
     closest: float = math.inf  # the shortest time between two events that are not reversals
 
 
-def _threshold(chain: Chain, coefficient: float) -> float:
-    if chain.sigma_mu == 0:
-        return chain.times_cosine(chain.mu_s)
-    if coefficient < chain.mu_d:
-        return chain.friction
-    return coefficient * chain.cos_alpha
+def _thresholds(chain: Chain, coefficients: list[Any]) -> np.ndarray:
+    holds = map(max, coefficients, chain.each("mu_d"))
+    return np.array([chain.times_cosine(Fraction(mu)) for mu in holds])
 
 
-def _forces(tensions: np.ndarray, weight: float) -> np.ndarray:
+def _forces(tensions: np.ndarray, weight: np.ndarray) -> np.ndarray:
     return np.diff(tensions, prepend=0.0, append=0.0) + weight
 
 
@@ -92,8 +91,8 @@ class _Phase:
         tensions: np.ndarray,
         v: np.ndarray,
         sign: np.ndarray,
-        weight: float,
-        friction: float,
+        weight: np.ndarray,
+        friction: np.ndarray,
         rtol: float,
     ) -> None:
         self.n = sign.size
@@ -104,7 +103,7 @@ class _Phase:
         self.friction = friction
         self.rtol = rtol
         self.start = np.concatenate([np.zeros(self.moving.size), v[self.moving]])
-        self.drag = friction * sign[self.moving]
+        self.drag = (friction * sign)[self.moving]
 
     def _advance(self, y: np.ndarray) -> np.ndarray:
         x = np.zeros(self.n)
@@ -189,7 +188,7 @@ def _pace(phase: _Phase, i: int, y: np.ndarray) -> float:
     """Return the derivative of `_room`."""
     _, v, force = phase.at(y)
     if phase.sign[i] != 0:
-        return float(phase.sign[i] * force[i] - phase.friction)
+        return float(phase.sign[i] * force[i] - phase.friction[i])
     return float(-np.sign(force[i]) * _second_difference(v)[i])
 
 
@@ -270,15 +269,14 @@ def integrate(
         If a graze, a tie or its length keeps this integration from telling what happens.
     """
     n = chain.n
-    weight, friction = chain.sin_alpha, chain.friction
+    weight = np.full(n, chain.sin_alpha)
+    weight[[0, -1]] += np.array(chain.end_forces, dtype=float)
+    friction = np.array(chain.each("mu_d", chain.times_cosine))
+    expansion = np.array(chain.expansion or [1] * (n - 1), dtype=float)
     draws = np.array(draws, dtype=np.int64)
     tensions = np.array(tensions, dtype=np.float64)
-    thresholds = np.array(
-        [
-            _threshold(chain, float(static_coefficient(chain, seed, i + 1, int(draws[i]) - 1)))
-            for i in range(n)
-        ]
-    )
+    held = [static_coefficient(chain, seed, i + 1, int(draws[i]) - 1) for i in range(n)]
+    thresholds = _thresholds(chain, held)
     force = _forces(tensions, weight)
     if (np.abs(force) > thresholds).any():
         raise Undecided("the chain is not at rest")
@@ -287,18 +285,21 @@ def integrate(
     sign = np.zeros(n)
     done = Trajectory()
 
-    # theta enters the forces on the two ends only
-    upper, lower = thresholds[0] + direction * force[0], thresholds[-1] - direction * force[-1]
-    if abs(upper - lower) < TOGETHER:
-        raise Undecided("both ends start together")
-    done.ramp = float(direction * min(upper, lower))
-    tensions -= done.ramp
-    starter = 0 if upper < lower else n - 1
-    sign[starter] = -direction if upper < lower else direction
+    # theta lowers the tensions: a force changes by what they differ in from spring to spring
+    rates = -direction * np.diff(expansion, prepend=0.0, append=0.0)
+    room = np.where(rates == 0.0, np.inf, thresholds - np.sign(rates) * force)
+    ahead = room / np.where(rates == 0.0, 1.0, abs(rates))
+    first, second = np.sort(ahead)[:2]
+    if second - first < TOGETHER:
+        raise Undecided("two sliders start together")
+    done.ramp = float(direction * first)
+    tensions -= done.ramp * expansion
+    starter = int(ahead.argmin())
+    sign[starter] = np.sign(rates[starter])
     time = 0.0
     done.itinerary.append(("start", (starter + 1,), (int(sign[starter]),)))
     done.times.append(0.0)
-    if thresholds[starter] <= friction:  # a slip of length zero
+    if thresholds[starter] <= friction[starter]:  # a slip of length zero
         done.itinerary.append(("stop", (starter + 1,), (int(sign[starter]),)))
         done.times.append(0.0)
         draws[starter] += 1
@@ -323,9 +324,9 @@ def integrate(
             done.times.append(time)
             v[i] = 0.0
             sign[i] = 0.0
-            coefficient = static_coefficient(chain, seed, i + 1, int(draws[i]))
+            held[i] = static_coefficient(chain, seed, i + 1, int(draws[i]))
             draws[i] += 1
-            thresholds[i] = _threshold(chain, float(coefficient))
+            thresholds = _thresholds(chain, held)
             if abs(abs(force[i]) - thresholds[i]) < TOGETHER:
                 raise Undecided("a slider stops at its threshold")
             starts = bool(abs(force[i]) > thresholds[i])

@@ -22,15 +22,7 @@ from exactcreep.solvers.exact.double_double import split, split_ratio, two_produ
 from exactcreep.solvers.exact.draws import KEPT
 from exactcreep.solvers.exact.layout import LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
-from exactcreep.solvers.exact.rows import (
-    HELD,
-    HELD_LOW,
-    NOTHING,
-    PLACE,
-    PLACE_LOW,
-    TENSION,
-    TENSION_LOW,
-)
+from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.interface import longest_avalanche
 from exactcreep.solvers.tables import SLIP_TABLE
 
@@ -97,10 +89,10 @@ class Origin(NamedTuple):
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
         present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
-        began = NOTHING._replace(
-            origin=self.numbers, expansion=self.expansion, load=self.load[0], load_low=self.load[1]
-        )
-        _read(work.cell, work.whole, work.now, began, self.state.draws, *present)
+        _read(
+            work.cell, work.whole, work.now, self.numbers, self.expansion, *self.load,
+            self.state.draws, *present,
+        )  # fmt: skip
         return present
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
@@ -344,7 +336,7 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
 
 @compiled
 def _read(
-    cell, whole, scalars, targets, drawn,
+    cell, whole, scalars, origin, expansion, load, load_low, drawn,
     tensions, displacements, coefficients, draws,
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
@@ -356,4 +348,4 @@ def _read(
         renewed = now.chain.constant == 1 and draws[k] > drawn[k]
         coefficients[k] = cell[layout.MEAN, i] if renewed else cell[layout.COEFFICIENT, i]
     for k in range(tensions.size):
-        tensions[k] = rows.tension(cell, now, targets, k)
+        tensions[k] = rows.tension(cell, now, origin, expansion, load, load_low, k)

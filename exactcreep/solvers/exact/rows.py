@@ -74,21 +74,20 @@ def of_theta(cell, now, i):
 
 
 @inlined
-def tension(cell, now, targets, k):
+def tension(cell, now, origin, expansion, load, load_low, k):
     """Return the tension below slider k: what displacements and theta have made of the first."""
     i = k + PAD
     right, left = cell[layout.TRAVEL, i + 1], -cell[layout.TRAVEL, i]
     right_low = cell[layout.TRAVEL_LOW, i + 1] + cell[layout.X, i + 1]
     left_low = -(cell[layout.TRAVEL_LOW, i] + cell[layout.X, i])
-    origin = targets.origin
     sums = origin[TENSION, k], origin[TENSION_LOW, k]
     sums = increased(sums, right, right_low)
     sums = increased(sums, left, left_low)
     sums = increased(sums, -origin[PLACE, k + 1], -origin[PLACE_LOW, k + 1])
     sums = increased(sums, origin[PLACE, k], origin[PLACE_LOW, k])
-    theta, theta_low, load, load_low = now.theta, now.theta_low, targets.load, targets.load_low
+    theta, theta_low = now.theta, now.theta_low
     if now.chain.even == 0:
-        share, low = targets.expansion[0, k], targets.expansion[1, k]
+        share, low = expansion[0, k], expansion[1, k]
         theta, theta_low = times(share, low, theta, theta_low)
         load, load_low = times(share, low, load, load_low)
     sums = increased(sums, -theta, -theta_low)
@@ -107,7 +106,8 @@ def at_target(cell, whole, now, targets, q):
             rows.x[q, k] = displacement(cell, k + PAD)
     if rows.tension.shape[0] > 0:
         for k in range(n - 1):
-            rows.tension[q, k] = tension(cell, now, targets, k)
+            start = targets.origin, targets.expansion, targets.load, targets.load_low
+            rows.tension[q, k] = tension(cell, now, *start, k)
     if rows.slips.shape[0] > 0:
         for k in range(n):
             rows.slips[q, k] = whole[layout.SLIPS, k + PAD]
