@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from exactcreep.laws import paper
 from exactcreep.laws.differing import (
+    differing_deviation,
     differing_velocity,
     differing_velocity_random,
     pivot_sliders,
@@ -208,8 +209,15 @@ def _differing(parameters: Mapping[str, Number]) -> Prediction | None:
     about = {"l0": parameters["l0"], "tan_alpha": parameters["tan_alpha"], "end_forces": ends}
     found = law(mu_d=friction, **about, **{size: parameters[size]}) if parameters[size] else (0,)
     values = tuple(sorted({float(value) + 0.0 for value in found}))
-    exact = parameters["sigma_mu"] == 0 and list(friction) == list(static)
-    name, off = ("sliding limit, exact", 0.0) if exact else (f"sliding limit{_UNKNOWN}", math.nan)
+    off = math.nan
+    if cycles:
+        sticks = {"mu_s": static, "sigma_mu": parameters["sigma_mu"]}
+        off = differing_deviation(mu_d=friction, **about, **sticks, amplitude=parameters[size])
+    elif parameters["sigma_mu"] == 0 and list(friction) == list(static):
+        off = 0.0
+    name = "sliding limit" + (
+        _UNKNOWN if math.isnan(off) else ", its deviation measured" if off else ", exact"
+    )
     return Prediction("", (), values, law=name, values=values, deviation=off)
 
 
