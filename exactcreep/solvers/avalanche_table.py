@@ -1,8 +1,8 @@
 """Make the tables of rearrangements and slips of what solvers log: slips, and rests.
 
-Every slip goes one way: friction takes ``mu_d cos(alpha)`` times its length, gravity gives
-``sin(alpha)`` times its displacement, and the springs have the difference. The elastic energies
-come from tensions, not from the other two: that the three add up shows that each slip ended at
+Every slip goes one way: friction takes ``mu_d cos(alpha)`` times its length, gravity and the end
+forces give what they are times its displacement, and the springs have the difference. The elastic
+energies come from tensions, not from the others: that all add up shows that each slip ended at
 rest.
 """
 
@@ -23,7 +23,7 @@ from exactcreep.solvers.tables import LENGTH, REARRANGEMENT_TABLE, SLIP_TABLE, C
 
 _OF_SLIPS = (
     "duration", "slips", "first", "last", "largest_slip",
-    "displacement", "gravity", "dissipation",
+    "displacement", "gravity", "end_forces", "dissipation",
 )  # fmt: skip
 REST_LOG = {
     name: column for name, column in REARRANGEMENT_TABLE.fields.items() if name not in _OF_SLIPS
@@ -65,6 +65,10 @@ def ledger(
         dissipation = summed(arithmetic.vector(each)[slider - 1] * length)
     else:
         dissipation = np.multiply(arithmetic.times_cosine(chain, chain.mu_d), summed(length))
+    end_forces = 0 * length[begins]
+    for end in {0, chain.n - 1} if "end_forces" in chain.unlike else ():
+        moved = summed(np.where(slider == end + 1, slips["displacement"], 0))
+        end_forces = end_forces + arithmetic.number(chain.pull(end)) * moved
     return {name: rests[name] for name in REST_LOG} | {
         "duration": slips["stop"][ends - 1],
         "slips": counts,
@@ -73,6 +77,7 @@ def ledger(
         "largest_slip": larger.reduceat(length, begins),
         "displacement": rests["moved"] / chain.n,
         "gravity": np.multiply(weight, rests["moved"]),
+        "end_forces": end_forces,
         "dissipation": dissipation,
     }
 

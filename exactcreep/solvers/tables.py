@@ -142,6 +142,7 @@ class RearrangementRow(NamedTuple):
     elastic_before: Annotated[Any, _real(ENERGY, "elastic energy at theta_c")]
     elastic_after: Annotated[Any, _real(ENERGY, "elastic energy at rest again")]
     gravity: Annotated[Any, _real(ENERGY, "work of gravity on the sliders")]
+    end_forces: Annotated[Any, _real(ENERGY, "work of the end forces")]
     dissipation: Annotated[Any, _real(ENERGY, "energy that friction takes")]
     undecided: Annotated[
         int, _whole("comparisons inside their bound, since the rearrangement before")

@@ -43,7 +43,7 @@ _COLUMNS = {"size": "slips", "energy": "dissipation"}
 """Of the table, where their names are others."""
 _PLACED = {
     "half_cycle", "theta", "direction", "began_first", "began_last", "first", "last",
-    "displacement", "gravity",
+    "displacement", "gravity", "end_forces",
 }  # fmt: skip
 """Columns of places and of what may be negative, which have a linear scale."""
 MEASURES = _OWN | {

@@ -85,7 +85,8 @@ def test_files_that_others_read_keep_their_columns() -> None:
         "float64": "theta x_G x tension event_theta event_time rearrangement_theta"
         " rearrangement_duration rearrangement_displacement rearrangement_largest_slip"
         " rearrangement_elastic_before rearrangement_elastic_after rearrangement_gravity"
-        " rearrangement_dissipation slip_start slip_stop slip_displacement slip_coefficient",
+        " rearrangement_end_forces rearrangement_dissipation slip_start slip_stop slip_displacement"
+        " slip_coefficient",
     }
     for dtype, names in known.items():
         assert {name for name, column in COLUMNS.items() if column.dtype == dtype} == {
@@ -117,7 +118,7 @@ def test_numbers_read_back_from_their_decimals_hold_what_was_written(digits: int
 
 # What rows say
 
-LEDGER = ("elastic_before", "gravity", "dissipation", "elastic_after")
+LEDGER = ("elastic_before", "gravity", "end_forces", "dissipation", "elastic_after")
 
 
 def rows(recorded: Mapping[str, NDArray[Any]], table: str) -> dict[str, NDArray[Any]]:
@@ -127,8 +128,8 @@ def rows(recorded: Mapping[str, NDArray[Any]], table: str) -> dict[str, NDArray[
 
 def left(table: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     """Return what the ledger of each row leaves over."""
-    before, gravity, dissipation, after = (table[name] for name in LEDGER)
-    return np.asarray(before + gravity - dissipation - after)
+    before, gravity, end_forces, dissipation, after = (table[name] for name in LEDGER)
+    return np.asarray(before + gravity + end_forces - dissipation - after)
 
 
 def replayed(run: Creep, direction: NDArray[Any]) -> dict[str, dict[str, NDArray[Any]]]:
