@@ -165,8 +165,8 @@ def _level(p: Proof, model: Model) -> None:
     first, last, tension = model.pair()
     starts = solved(first + model.threshold(), tension)
     p.show(
-        "with slips not so for two sliders: the upper one starts uphill when the lower one is "
-        "beyond its threshold by",
+        "with slips not so for two sliders: the upper one starts uphill when the lower one exceeds "
+        "its threshold by",
         last.subs(tension, starts) - model.threshold(),
         2 * s,
     )

@@ -246,7 +246,7 @@ class SweptChain:
         """Return the speeds with which the forces on all movers stay what they are."""
         speeds = [_ZERO] * len(self.forces)
         driven = self._rates(speeds, up)
-        rows: list[tuple[int, Q, Q]] = []  # slider, its speed per that of the next one, and beside
+        rows: list[tuple[int, Q, Q]] = []  # slider, its speed over the next slider's, and beside
         for k in movers:
             springs = Q((k > 0) + (k + 1 < len(speeds)))
             joined = bool(rows) and rows[-1][0] == k - 1

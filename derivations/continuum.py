@@ -43,7 +43,7 @@ KAPPA, BOROSILICATE, SODA_LIME = 3e-6, 3.3e-6, 9e-6
 
 
 def _to_order(quantity: Expression, exact: Expression) -> Judge:
-    """Judge what is proportional to N, and differs from an exact form by a relative 1/N."""
+    """Judge a law that is proportional to N and differs from the exact form by a relative 1/N."""
 
     def judge(formula: Formula) -> bool:
         right = formula.right

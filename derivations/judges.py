@@ -94,9 +94,9 @@ def both(first: Judge, second: Judge) -> Judge:
 
 @dataclass(frozen=True)
 class Within:
-    """A judge of a number: what is stated (of `name`) is `value` to within `factor`.
+    """A judge of a number: the stated number (of `name`) is `value` to within `factor`.
 
-    Its arithmetic is floating point: what it accepts is checked, not proved.
+    Its arithmetic is floating point: a number that it accepts is checked, not proved.
     """
 
     value: float

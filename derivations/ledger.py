@@ -67,7 +67,7 @@ class Entry:
     texts : mapping
         What else it says: `corrected`, `error`, `why` and `measured`. They hold no number and no
         sign of their own: what stands between «marks» is judged, what stands in {braces} is what
-        the derivation found. Only `measured` has numbers, those of the test that `by` names.
+        the derivation found. Only `measured` has numbers, from the test that `by` names.
     formula : str or None
         The part of `printed` that is judged.
     corrected_formulas : tuple of str
@@ -75,7 +75,7 @@ class Entry:
     assumptions : tuple of str
         Keys of `ASSUMED`.
     by : str
-        The test that measures what is measured.
+        The test that measures the numbers of `measured`.
     repair : tuple of str
         What must be replaced by what in `formula` (and what appended) to make it follow.
     law : mapping
@@ -121,7 +121,7 @@ class Entry:
 
     @property
     def corrected(self) -> str | None:
-        """What is right instead."""
+        """The correct statement instead."""
         text = self.text("corrected")
         return text and text.replace("«", "").replace("»", "")
 
@@ -169,7 +169,7 @@ class Entry:
             if name != "measured" and (unjudged := literals(text)):
                 yield f"nothing judges {' '.join(unjudged)} in its {name}"
         if bool(self.texts.get("measured")) != bool(self.by):
-            yield "what is measured, and by which test, go together"
+            yield "`measured` and its test `by` go together"
         for assumption in self.assumptions:
             if assumption not in ASSUMED:
                 yield f"nothing is known as the premise: {assumption}"
@@ -291,7 +291,7 @@ def entries() -> tuple[Entry, ...]:
     ledger = tomllib.loads((Path(__file__).parent / "ledger.toml").read_text(encoding="utf-8"))
     place, made = "", []
     for key, said in ledger.items():
-        place = said.get("place", place)  # that of the entry before, unless it is said
+        place = said.get("place", place)  # default: the place of the entry before
         made.append(entry_of(key, said, place))
     return tuple(made)
 

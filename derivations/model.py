@@ -59,7 +59,7 @@ class Model:
         sliding friction. Zero if it slides continuously; one that sticks and slips passes through
         many values.
     acceleration : Expression
-        That of sliders that follow a ramp.
+        The acceleration of sliders that follow a ramp.
     cycle : tuple of two Expressions
         The values between which theta runs, slowly, in half-cycles of the duration tau_th.
     """
@@ -222,7 +222,7 @@ PREMISES: dict[str, Model] = {
     "sliders that stick and slip": replace(MODEL, phase=symbol("phase")),
     "fronts that accelerate": replace(MODEL, acceleration=symbol("acceleration")),
 }
-"""The model with one premise changed, by what is changed."""
+"""The model with one premise changed, by the name of the change."""
 
 ASSUMED: dict[str, str] = {
     "springs obey Hooke's law": "",
@@ -243,7 +243,7 @@ ASSUMED: dict[str, str] = {
     "relaxed chain": "",
     "the neighbours stay at rest": "",
     "the slip starts at the static threshold": "",
-    "slips are those of chapter slip": "",
+    "slips are as in chapter slip": "",
     "the neighbour rests or moves at a constant velocity": "",
     "the first slider stays at rest": "",
     "the chain moves as a whole": "",

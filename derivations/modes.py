@@ -165,7 +165,7 @@ def sums_up(total: Expression, shape: Expression, turn: Expression, square: Expr
 def images(sign: int, period: Expression, nearest: Expression, farthest: Expression) -> bool:
     """Return whether reflected images lower a diagonal of K^k: by their sign, and being nearer.
 
-    `sign` is that of the reflection at both ends, (-1)**distance that of the lattice's powers.
+    Reflections at both ends have the `sign`, powers of the lattice the sign (-1)**distance.
     """
     alternating = 1 if sp.expand(period / 2).is_integer else -1
     nearer = nearest.is_positive and sp.expand(period - farthest).is_positive
@@ -223,7 +223,7 @@ def _images(proof: Proof, kind: Ends) -> None:
         f"{reflected}, subtract, and are nearer: a diagonal of the k-th power of K is no larger "
         "than on the infinite lattice",
         lambda: images(sign, period, nearest, farthest),
-        "the sign of the reflections times that of the lattice's power, which alternates; each "
+        "the sign of the reflections times the sign of the lattice's power, which alternates; each "
         "translated image has its own reflected one before it",
     )
 
@@ -232,8 +232,8 @@ def _bounds(proof: Proof, own: Expression) -> None:
     """Show what a run conserves, how it bounds derivatives, and the times free of events."""
     velocity = size * sp.sin(frequency * t + phase)
     proof.show(
-        "each mode conserves the square of its amplitude, that of v and of v' over omega: they sum "
-        "up to twice J",
+        "each mode conserves v squared plus (v' over omega) squared, its amplitude squared: the "
+        "sum is twice J",
         velocity**2 + (sp.diff(velocity, t) / frequency) ** 2,
         size**2,
     )

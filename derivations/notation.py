@@ -1,7 +1,7 @@
 """The paper's notation: its symbols in SymPy, and a reader for its formulas.
 
-A ledger entry carries the formula as the paper prints it, in LaTeX. What is checked is that very
-text, read by :func:`read`: nothing is transcribed by hand, and a changed sign, coefficient or index
+A ledger entry carries the formula as the paper prints it, in LaTeX. :func:`read` reads
+this text for the check: nothing is transcribed by hand, and a changed sign, coefficient or index
 in the text is a changed formula in the check.
 
 Conventions of the reader: a tilde is dropped (the modules say which quantities are dimensionless);
@@ -139,7 +139,7 @@ class Formula:
         return self.sides[-1]
 
     def bound(self, bindings: Mapping[Any, Any]) -> Formula:
-        """Return the formula with symbols and indexed quantities replaced by what is derived."""
+        """Return the formula with derived expressions for symbols and indexed quantities."""
         return Formula(tuple(bind(side, bindings) for side in self.sides), self.relations)
 
 
@@ -179,7 +179,7 @@ def bind(expression: Expression, bindings: Mapping[Any, Any]) -> Expression:
 
 
 def creeps(advance: Expression) -> dict[Any, Any]:
-    """Return the velocities, v_G and that of plateau i, of an advance per half-cycle."""
+    """Return the velocities v_G and v_N_star (plateau i) of an advance per half-cycle."""
     velocity = advance / tau_th
     return {symbol("v_G"): velocity, "v_N_star": lambda index: velocity.subs(i, index)}
 

@@ -2,7 +2,7 @@
 
 Read from top to bottom, `derive` proves Eq. 19 for every N and i from its premises:
 all sliders but one slide continuously and without inertia, so that each balances springs, weight
-and sliding friction; the one that rests lets go where Eq. 9 says. All forces are those of
+and sliding friction; the resting slider lets go where Eq. 9 says. All forces come from
 the equations of motion (`model`). Then it shows what becomes of the equation where mu_s exceeds
 mu_d, and sliders stick and slip: a second term of the size of the one that it keeps.
 """

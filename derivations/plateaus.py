@@ -125,8 +125,8 @@ def derive(p: Proof, model: Model) -> None:
     )
     sliding = thresholds.derive(model).sliding
     finite = p.show(
-        f"of a half-cycle's swing only what exceeds that of A* = {brief(sliding)} moves the whole "
-        "chain: tau_th v =",
+        f"only the excess of a half-cycle's swing over the swing of A* = {brief(sliding)} moves "
+        "the whole chain: tau_th v =",
         velocity.subs(amplitude, amplitude - sliding),
         (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
         "finite",

@@ -34,8 +34,8 @@ def derive(p: Proof, model: Model) -> None:
     about_to_slip = solved(last - model.threshold(), tension)
     contracted = first.subs(tension, about_to_slip) - model.push("first") * beyond
     needed = p.show(
-        "two sliders, theta_q such that the lower one is about to slip: the upper one slips in the "
-        "contraction that follows once l0 theta has fallen by",
+        "two sliders, theta_q such that the lower slider is about to slip: the upper slider "
+        "slips in the contraction that follows once l0 theta has fallen by",
         solved(contracted - model.threshold(), beyond),
         2 * static_margin,
     )

@@ -1,4 +1,4 @@
-"""A derivation that is read as a text: each line says what is derived, and proves it.
+"""A derivation that reads as a text: each line states a result and proves it.
 
 A chapter is a function that shows its lines on a `Proof` for a given model, and says below a line
 which entry of the ledger it decides.
@@ -29,7 +29,7 @@ class Line:
     Attributes
     ----------
     text : str
-        What is derived, or claimed.
+        The result or claim in words.
     value : Expression
         What was derived.
     form : Expression
@@ -51,7 +51,7 @@ class Line:
 
     @cached_property
     def fault(self) -> str:
-        """What is wrong with the line (empty: nothing)."""
+        """The fault of the line (empty: none)."""
         try:
             return "" if bool(self.decide()) else "does not hold"
         except Exception as trouble:  # a changed premise may leave nothing to compare
@@ -74,7 +74,7 @@ class Decision:
     printed : callable or None
         The judge of the printed formula.
     corrected : tuple of (callable or None)
-        Those of the corrected formulas, in their order; None: the judge of the printed one.
+        The judges of the corrected formulas, in their order; None: the judge of the printed one.
     holds : bool or callable
         Evidence beside the formulas.
     lines, shown : list of Line

@@ -118,9 +118,9 @@ def _melan(p: Proof, model: Model) -> None:
     """Show that below Melan's bound with mu_d no state creeps for ever."""
     above, below = rest_state(n - 1), rest_state(n)
     p.show(
-        "E: the kinetic energy and that of tau, by which tensions exceed those of a state at rest "
-        "with mu_d, and which ramps leave alone; springs exchange their power (runaway): the force "
-        "of tau is",
+        "E: the kinetic energy and the energy of tau, the excess of the tensions over a state at "
+        "rest with mu_d, and which ramps leave alone; springs exchange their power (runaway): the "
+        "force of tau is",
         model.between(above + tau(n - 1), below + tau(n)) - model.between(above, below),
         tau(n) - tau(n - 1),
     )
@@ -171,7 +171,7 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
         k * above * move,
         2 * k * excess,
     )
-    p.show("... and those of the last slider that on its own by", k * below * move, 2 * k * excess)
+    p.show("... and slips of the last slider by", k * below * move, 2 * k * excess)
     drop = -model.push("first") * 2 * L - k * move
     p.show("while the force on the end itself changes by", drop, 2 * L - 2 * k * excess)
     turning = p.show(

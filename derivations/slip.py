@@ -80,8 +80,8 @@ def _mean(p: Proof, model: Model) -> None:
     held = model.threshold()
     left = held - drop.subs(a0, model.threshold() + model.friction(1))
     p.show(
-        "a ramp so slow that a slip takes no time raises the force evenly from what is left to the "
-        "threshold: the mean force, which a front of such sliders carries, is",
+        "a ramp so slow that a slip takes no time raises the force evenly from the remainder to "
+        "the threshold: the mean force, which a front of such sliders carries, is",
         (held + left) / 2,
         mu_d * c,
     )

@@ -42,7 +42,7 @@ r, v_G, advance = symbol("r"), symbol("v_G"), symbol("Delta_x_G")
 jump = sp.Symbol("jump", positive=True)
 room = l0 * amplitude
 SIZES = dict(zip(sp.symbols("m_ s_ D_", positive=True), (slope_margin, s, excess), strict=True))
-"""What is positive in this chapter."""
+"""The positive quantities of this chapter."""
 
 
 def _positive(expression: Expression) -> bool:
@@ -90,7 +90,7 @@ def _slips_alone(slope: Expression) -> bool:
     "tan(alpha) between zero and mu_d",
     "no mu_s below mu_d",
     "one value of mu_s",
-    "slips are those of chapter slip",
+    "slips are as in chapter slip",
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the order of slips, the plateau's ends, the staircase and its mean."""

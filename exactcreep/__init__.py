@@ -1,6 +1,6 @@
 """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
-What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `Path` or
+The system is a `Chain`, a `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `Path` or
 `TemperatureRecord`); all of them with a seed and a solver are an `Experiment`, and a TOML file
 that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement` of one `Event` after the other,
 whose motion is a `Solution`) follows one rearrangement, `creep` (a `Creep`) a whole drive, `sweep`

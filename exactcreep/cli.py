@@ -131,9 +131,9 @@ def status(words: Sequence[str]) -> int:
 
 
 def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
-    """Return the sentence about an option that a command has not: of its scene, or of another name.
+    """Return the sentence about an option that a command has not.
 
-    What is a key of a scene is set by --set.
+    It names the nearest option, or --set for a key of a scene.
     """
     from exactcreep.model.names import did_you_mean
     from exactcreep.scene import key_of

@@ -19,7 +19,7 @@ from exactcreep.watch import preparation
 
 
 class CacheWarning(UserWarning):
-    """What is compiled cannot be kept where it belongs."""
+    """Compiled code cannot be kept in its folder."""
 
 
 def _find_place() -> bool:
@@ -33,7 +33,7 @@ def _find_place() -> bool:
 
 
 def _say(why: str) -> None:
-    lost = "what is compiled is lost at the end; NUMBA_CACHE_DIR can name a folder for it"
+    lost = "compiled code is lost at the end; NUMBA_CACHE_DIR can name a folder for it"
     warnings.warn(f"{why}: {lost}", CacheWarning, stacklevel=3)
 
 
@@ -55,11 +55,10 @@ def _digest(folder: Path) -> str:
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Keeps what is compiled, or says once that it cannot.
+    """Keeps compiled code, or says once that it cannot.
 
-    What is compiled holds the constants and functions of other modules as they were, of which
-    numba asks nothing: it is kept for as long as no module beside it changes, nor one of the
-    package that has something compiled.
+    Compiled code holds constants and functions of other modules, which numba does not compare. It
+    is kept until a module of its folder, or another compiled module of the package, changes.
     """
 
     _full = False

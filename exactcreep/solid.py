@@ -58,7 +58,7 @@ MATERIALS = {
     "zinc": Material("30e-6", "108e9", "7130", f"{_TABLES}; alloys for roofs expand less, 22e-6"),
     "steel": Material("12e-6", "210e9", "7850", "EN 1993-1-1, 3.2.6; quoted from memory"),
 }
-"""Solids by name: near room temperature; kappa is less that of the ground if that expands too."""
+"""Solids by name: near room temperature. If the ground expands too, subtract its kappa."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +70,7 @@ class Solid:
     Attributes
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
-        As in `physical`; `kappa` less that of the ground if that expands too.
+        As in `physical`; `kappa` minus the expansion of the ground.
     friction : tuple of Fraction
         Least, middle and largest factor on all friction; `mu_d` of an interval is its middle.
     chain : Chain
@@ -171,7 +171,7 @@ class Solid:
         return _times(displacement, self.length_unit)
 
     def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
-        """Return a velocity per half-cycle, two of which are a `period` (s), in mm/day.
+        """Return a velocity per half-cycle in mm/day; a `period` (s) is two half-cycles.
 
         Parameters
         ----------
@@ -479,7 +479,7 @@ class Descent:
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """Temperature at each target, of a record in its unit, else less that of theta = 0."""
+        """Temperature at each target: of a record in its unit, else above theta = 0."""
         drive, reached = self.result.drive, self.result.half_cycles
         if isinstance(drive, TemperatureRecord):
             return drive.temperatures[:reached]
@@ -653,7 +653,7 @@ class Descent:
 
 
 def _left_out(value: object) -> bool:
-    """Return whether a quantity has its default, 0, for which that of the material is taken."""
+    """Return whether a quantity has its default, 0, which stands for the value of the material."""
     return isinstance(value, (int, float)) and value == 0
 
 
@@ -738,7 +738,7 @@ def physical(
         quantities |= {name: properties[name] for name in left_out & properties.keys()}
     for name in ("youngs_modulus", "density", "kappa"):
         if _left_out(quantities[name]):
-            allowed = f"must be positive, or that of a material: {', '.join(MATERIALS)}"
+            allowed = f"must be positive, or the value of a material: {', '.join(MATERIALS)}"
             raise InputError(name, quantities[name], allowed)
     mu_d, friction = _middle(mu_d, "mu_d")
     mu_s, _ = _middle(mu_s, "mu_s")

@@ -113,7 +113,7 @@ def _named(app, env, node, contnode):
 
 
 def _needs_an_extra(name):
-    """Tell whether a module, or that of a name, cannot be imported for want of another package."""
+    """Tell whether the module of a name cannot be imported because another package is missing."""
     try:
         importlib.import_module(name)
     except ImportError as error:

@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 
 
 def is_progress(output):
-    """Tell whether an output is what is left of a progress bar: an erased one, or of a compilation."""
+    """Tell whether an output is the remainder of a progress bar, erased or of a compilation."""
     data = output.get("data", {})
     return (
         data.get("text/plain") == ""

@@ -28,7 +28,7 @@ ALONE = {"D", "N", "i", "theta", "kappa", "sigma", "alpha", "rho", "Phi"}
 """Names of one word that are no word of English, and no unit."""
 _SIGNS = {"->": r" \to ", "=": " = ", "+": " + ", "-": " - "}
 _STARRED = {r"\balpha\*_\{N,i\}": "alpha_star", r"\bA\*(?![\w(.])": "A_star", r"\bT\(": "tension("}
-"""What is no name of Python, and the tension of a spring, which is a function of its number."""
+"""Names that Python does not allow, and the tension of a spring, which is a function of its number."""
 _TRAILING = re.compile(r"[,;:.]?$")
 
 
@@ -78,9 +78,9 @@ def _is_formula(text):
 
 
 def with_formulas(text):
-    """Return a sentence with what is written as in a program as LaTeX between dollar signs.
+    """Return a sentence with its program-like formulas as LaTeX between dollar signs.
 
-    What stands between dollar signs or back-quotes already stays, and so does what is no formula.
+    Text between dollar signs or back-quotes stays, and so does everything else that is no formula.
     """
     pieces = re.split(r"(\$.*?\$|`.*?`)", text)
     pieces[::2] = map(_in_words, pieces[::2])

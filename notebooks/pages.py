@@ -298,7 +298,7 @@ def right(_):
 
 
 def corrected(verdicts):
-    """Return what is printed, what follows, and by how much they differ."""
+    """Return the printed and the correct statements, and by how much they differ."""
     parts = []
     for entry in entries():
         if entry.verdict not in verdicts.split("_") or not (entry.corrected or entry.number):
@@ -387,7 +387,7 @@ PARTS = {
 
 
 def filled(text):
-    """Return a page with its ``<<...>>`` lines filled, but for those of `shown`."""
+    """Return a page with its ``<<...>>`` lines filled, but not the lines of `shown`."""
     parts = "|".join(PARTS)
     return re.sub(
         rf"^<<({parts}) ?([\w.]*)>>$",

@@ -1,6 +1,6 @@
 """What the examples of a page print and draw, made by running them when the book is built.
 
-Below a block of code ``<<printed>>`` stands for what it printed, and ``<<drawn FILE: what is seen>>``
+Below a block of code ``<<printed>>`` stands for what it printed, and ``<<drawn FILE: alternative text>>``
 for a picture that it wrote, or for a page that plays one, which gets a frame. The blocks of a page run in their order, in one empty directory: Python
 in one namespace, lines of a shell that begin with ``exactcreep`` as commands.
 """

@@ -49,7 +49,7 @@ def listed(text: str) -> set[str]:
 
 
 def test_the_page_names_every_module_that_a_certified_run_loads() -> None:
-    part = PAGE.split("## What is assumed")[0].split("A *fate*")[0]
+    part = PAGE.split("## Assumptions")[0].split("A *fate*")[0]
     deciding, carried = part.split("### Also loaded")
     assert not listed(deciding) & listed(carried)
     assert listed(deciding) | listed(carried) == needed("solvers/field/certified.py")
@@ -65,7 +65,7 @@ def test_what_decides_stays_small_enough_to_be_read() -> None:
 
 def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
     own = {"studies/fates/proof.py", "solvers/field/tangent.py"}
-    known = listed(PAGE.split("## What is assumed")[0])
+    known = listed(PAGE.split("## Assumptions")[0])
     results = {"studies/fates/fate_result.py"}  # what a fate is called
     assert needed(*own) <= known | results | own
     assert len(needed(*own)) <= MOST_MODULES

@@ -423,7 +423,7 @@ class Drawing(Printed):
     Parameters
     ----------
     plot
-        Draw what is found to this PNG, PDF or SVG file.
+        Draw the result to this PNG, PDF or SVG file.
     force
         Overwrite files that exist.
     """

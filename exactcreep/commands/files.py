@@ -71,7 +71,7 @@ _MOST_ROWS = 50  # points of a sweep that are printed
 def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
     """List the built-in scenes, or print one as a start for your own.
 
-    A scene is a TOML file: a chain, its drive, what is recorded, and what varies.
+    A scene is a TOML file: a chain, its drive, recorded quantities, and varied parameters.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def animate(
     if ending not in (".gif", ".html"):
         raise exactcreep.InputError("out", str(out), "must end in .gif or .html")
     if ending == ".html" and frames is not None:
-        allowed = "are those of a GIF file: a page moves without them"
+        allowed = "needs a GIF file: a page moves without frames"
         raise exactcreep.InputError("frames", frames, allowed)
     count = whole(frames or "120", "frames", 2, 10_000)
     limits = Limits.of(max_seconds=max_seconds)

@@ -1,4 +1,4 @@
-"""``exactcreep record``: how a file of temperatures is written, and what is wrong with it."""
+"""``exactcreep record``: how a file of temperatures is written, and its faults."""
 
 from __future__ import annotations
 

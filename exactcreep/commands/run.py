@@ -102,7 +102,7 @@ class Session(Output):
         self.check(checkpoint=None if kept is None else Path(kept.path))
         ahead = [*islice(members, _AHEAD)]
         if self.plot and not any("x_G" in member.experiment.record for member in ahead):
-            allowed = "needs x_G among what is recorded"
+            allowed = "needs x_G among the recorded quantities"
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
         with shown(quiet=self.json) as display, warnings.catch_warnings():
@@ -227,7 +227,7 @@ def run(
 def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
     """Go on from a checkpoint, bit for bit as if the run had never stopped.
 
-    The file is kept up to date. Limits count anew, except that of the events.
+    The file is kept up to date. Limits count anew, except the limit of events.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
     session.run(limits, settings, iter(members), {"scene": checkpoint.stem} | kept.note, kept)
 
 
-# --- what is printed of a run ---------------------------------------------------------------------
+# --- printing a run -------------------------------------------------------------------------------
 
 
 def _print(

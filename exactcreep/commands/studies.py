@@ -1,6 +1,6 @@
 """Commands that ask a question: of a chain, or of the members of a scene.
 
-What is a public function of a chain is a command as it stands: its options are the arguments of the
+A public function of a chain is a command as it stands: its options are the arguments of the
 function, and its help is the docstring.
 """
 
@@ -139,7 +139,7 @@ def question(command: str) -> Callable[..., None]:
         if tension is not None:
             arguments["start"] = exactcreep.State.prepared(chain, [tension] * (chain.n - 1))
         output.check()
-        # after Ctrl-C it comes back with what is known, as at the end of its time
+        # Ctrl-C returns the known part, like the end of the time
         with shown(quiet=output.json) as display, interrupts.deferred():
             try:
                 result = public(chain, **arguments, progress=display.show)
@@ -161,7 +161,7 @@ def question(command: str) -> Callable[..., None]:
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=partial(_drawn, result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
-            remark="interrupted: this is what is known" if interrupted else "",
+            remark="interrupted: this is the part known so far" if interrupted else "",
         ))  # fmt: skip
 
     ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
@@ -172,7 +172,7 @@ def question(command: str) -> Callable[..., None]:
 def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
     """Return what a public function says of itself, with exit statuses and lines to be typed."""
     text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far)."
     return "\n".join([text, "", status, "", "Examples", "--------", *examples])
 
 

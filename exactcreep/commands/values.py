@@ -1,4 +1,4 @@
-"""What options take: kinds of text, by their names in a help, and what is made of the text.
+"""What options take: kinds of text, by their names in a help, and how the text is read.
 
 Numbers stay the text that was written until a function of the package reads them exactly. A value
 may begin with a hyphen, as -5/12 does.
@@ -110,7 +110,7 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
 
 
 def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
-    """Return what is allowed, and the name that was meant."""
+    """Return the allowed names, and the name that was meant."""
     from exactcreep.model.names import did_you_mean
 
     return f"must be one of {', '.join(known)}{did_you_mean(name, known)}"

@@ -169,7 +169,7 @@ def moments_of(motion: Rearrangement, times: Floats) -> Moments:
 # --- drawing -------------------------------------------------------------------------------------
 
 Move = Callable[[int], object]
-"""Moves what is drawn to one of the instants."""
+"""Moves the picture to one of the instants."""
 
 
 @styled

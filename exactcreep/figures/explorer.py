@@ -74,7 +74,7 @@ SLIDERS = (
     Slider("length", "cycles, or Gaussian dilations", tuple(range(2, 201)), 40),
     Slider("seed", "seed", tuple(range(101)), 0),
 )
-"""Every slider but that of the drive's size, in order."""
+"""Every slider in order, without the size of the drive."""
 
 
 def experiment_of(values: Mapping[str, Any]) -> Experiment:
@@ -114,7 +114,7 @@ def preset_size(values: Mapping[str, Any], name: str) -> float:
     Parameters
     ----------
     values : mapping of str to value
-        Those of the sliders, as for `experiment_of`; their size is not asked for.
+        Values of the sliders, as for `experiment_of`; their size is ignored.
     name : str
         One of `PRESETS`.
 
@@ -153,7 +153,7 @@ def threshold_of(experiment: Experiment) -> float:
 
 
 class View(NamedTuple):
-    """What is seen of one experiment.
+    """The pictures and sentences of one experiment.
 
     Attributes
     ----------

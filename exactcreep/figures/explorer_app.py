@@ -93,7 +93,7 @@ def _(drive: Any, shown: dict[str, Any], size: Any, sliders: Any) -> Any:
         asked = explorer.experiment_of({**sliders.value, "drive": drive.value, "size": size.value})
         shown["view"] = explorer.view_of(asked)
     except InputError as error:
-        told = f"{error}. What is shown below is old: the run before."
+        told = f"{error}. Below is still the run before."
         refused = [mo.callout(mo.plain_text(told), kind="danger")]
     view = shown["view"]
     experiment = view.run.experiment

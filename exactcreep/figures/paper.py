@@ -442,7 +442,7 @@ def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 # --- chains --------------------------------------------------------------------------------------
 
-_BELOW = "Below its threshold the printed law does not hold; the exact one is zero."
+_BELOW = "Below its threshold the printed law does not hold; the exact law gives zero."
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
 _FOURS = (
     "N = 4k at tan(alpha) = mu_d/2 stands on the edge between two plateaus: the sliding limit is"

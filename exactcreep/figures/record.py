@@ -1,4 +1,4 @@
-"""Draw a record of temperatures over its time, and mark what is wrong with it."""
+"""Draw a record of temperatures over its time, and mark its faults."""
 
 from __future__ import annotations
 

@@ -324,7 +324,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     drive, moved = descent.result.drive, descent.millimetres
     dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
     time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
-    called = "above\n" + r"that of $\theta=0$ (K)"
+    called = "above\n" + r"$\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
         called = f"({_UNITS[drive.unit]})"
     several = yearly.size > 4

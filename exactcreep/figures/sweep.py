@@ -257,10 +257,9 @@ def draw_points(
 def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     """Draw the velocities of a sweep over the quantity with most values, all seeds together.
 
-    What varies besides makes families, each in a colour of its own. The law of the sliding
-    limit, where there is one, is a broken line; that of sliders that stick and slip, in its range,
-    a full one in a band of its deviation. Two quantities of which each has at least
-    `MAPPED` values, and nothing else, make a map with contours of the law that holds.
+    Other quantities make families, each with its colour. The law of the sliding limit is a broken
+    line, the measured law of sliders that stick and slip a full line in a band of its deviation.
+    Exactly two quantities with at least `MAPPED` values each make a map with contours of the law.
     """
     return draw_velocities(points_of(dataset), title)
 
@@ -279,11 +278,10 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the velocities of a sweep with their errors beside the laws; return the axes.
 
     The quantity with most values is along the axis; the seeds of each point are taken together.
-    What varies besides makes families, each in a colour of its own, of a single run a point. The
-    law of the sliding limit, where there is one, is a broken line; that of sliders that stick and
-    slip, in its range, a full one in a band of its deviation. Two quantities of at least five
-    values each, and nothing else, make a map in colour, with the laws as contours; cells without a
-    velocity stay white.
+    Other quantities make families, each with its colour. The law of the sliding limit is a broken
+    line, the measured law of sliders that stick and slip a full line in a band of its deviation.
+    Exactly two quantities with at least five values each make a map in colour, with the laws as
+    contours; cells without a velocity stay white.
 
     Parameters
     ----------
@@ -332,7 +330,7 @@ def _values(points: Sequence[Point]) -> dict[str, list[Any]]:
 
 
 def _numbers(values: Sequence[Any]) -> int:
-    """Return how many numbers these are, none where one is a word."""
+    """Return how many numbers these are, 0 if any of them is a word."""
     return 0 if any(isinstance(value, str) for value in values) else len(values)
 
 
@@ -434,8 +432,8 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         shared = family[0].parameters
         found = [predicted(shared | {over: value}, relaxed=relaxed) for value in fine]
         axes.plot(fine, [_sliding(one) for one in found], **EXACT | {"color": ink})
-        steps = [math.nan if one is None or one.staircase is None else one.staircase
-                 for one in found]  # fmt: skip
+        steps = [math.nan if law is None or law.staircase is None else law.staircase
+                 for law in found]  # fmt: skip
         if np.isfinite(steps).any():
             axes.plot(fine, steps, color=ink, linewidth=1.0)
             stairs = True

@@ -30,7 +30,7 @@ _LAWS = {
 _FURTHER, _MOST_CYCLES = 8, 200
 """Cycles that are drawn after both sides have settled, and at most."""
 _SPARE = 10
-"""Decimal digits of the runs on both sides, beyond those of the threshold."""
+"""Decimal digits of the runs on both sides, more than the threshold has."""
 _MOST_SIGNS = 45
 """Of a line in each of two columns of a legend."""
 _OPEN = 1.05

@@ -9,8 +9,8 @@ Every law is a function of the numbers that describe a chain and its drive, by n
 Numbers decide the arithmetic: mpmath numbers give mpmath numbers of their own context, arrays
 broadcast to float64 arrays, floats give floats, and rationals (``int``, ``Fraction``) stay rational
 as long as the result is rational. Which side of a boundary a rational, a float (its exact binary
-value) or an mpmath number stands on is always decided exactly. Units and symbols are those of
-`exactcreep.laws.paper`; what is proved of an equation stands in ``derivations/ledger.toml``.
+value) or an mpmath number stands on is always decided exactly. `exactcreep.laws.paper` has
+the units and symbols, ``derivations/ledger.toml`` the standing of each equation.
 """
 
 from exactcreep.laws.differing import (

@@ -18,7 +18,7 @@ Number = Any
 
 
 def is_mpf(value: object) -> bool:
-    """Return whether it is an mpmath number of some context, each of which has its own class."""
+    """Return whether it is an mpmath number of any context."""
     return hasattr(value, "_mpf_") and hasattr(value, "context")
 
 

@@ -1,7 +1,7 @@
 """The formulas of the paper, each as a function, and the plateaus that the slope decides.
 
-`l0` is the natural length of a spring in units of g tau_dyn**2, `amplitude` and `sigma_theta` are
-those of the dilations, `i` is the index of a plateau: slider i - 1 rests during a dilation. A
+`l0` is the natural length of a spring in units of g tau_dyn**2, `amplitude` and `sigma_theta`
+belong to the dilations, `i` is the index of a plateau: slider i - 1 rests during a dilation. A
 velocity is tau_th <v_G>, the advance of the centre of mass per half-cycle (cycles) or per target
 (random dilations), in units of g tau_dyn**2; amplitudes and thresholds are dimensionless.
 
@@ -10,8 +10,8 @@ For two sliders the paper prints mu_s where these laws, at N = 2 and i = 2, have
 its amplitude over kappa.
 
 ``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s``,
-``D = (mu_s - mu_d) c``. Equations have the paper's numbers; what is proved of each, and what is
-printed wrong, stands in ``derivations/ledger.toml``.
+``D = (mu_s - mu_d) c``. Equations have the paper's numbers. ``derivations/ledger.toml`` says how
+each is proved, and lists the misprints.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ SHARED = {
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
     """Return a formula that takes numbers of any kind, and gives one of their common arithmetic.
 
-    An index `i` that is not given is that of the sliding limit; n and l0 must be positive.
+    Default of an index `i`: the plateau of the sliding limit; n and l0 must be positive.
     """
     signed = signature(function)
 

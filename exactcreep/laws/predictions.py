@@ -55,7 +55,7 @@ class Prediction:
     sticking : float, optional
         The measured law `sticking_velocity` (or its random one), where the chain is in its range.
     law : str
-        Which law holds, in words: that of `values`.
+        The law of `values`, in words.
     values : tuple of float
         What it gives: two where the chain's history decides.
     deviation : float
@@ -98,7 +98,7 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     drive : Drive
         Cycles or random dilations.
     start : State, optional
-        Default: the relaxed chain, of which the staircase is.
+        Default: the relaxed chain, for which the staircase holds.
 
     Returns
     -------

@@ -3,8 +3,8 @@
 The forces of all sliders add up to ``N s``. So the slope decides how many go downhill and how many
 uphill, but for the sum of their phases ``(|F_n| - mu_d c)/D``, which fluctuates while they slip:
 near the end of a plateau two pivots share the time, and the velocity passes smoothly from one
-plateau to the next. What is derived of that and what is measured stands in
-``notebooks/reference/misprints.md``; the chains are those of ``tests/laws/sticking_chains.py``.
+plateau to the next. ``notebooks/reference/misprints.md`` says
+which part is derived and which is measured, on the chains of ``tests/laws/sticking_chains.py``.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def sticking_velocity(*, n, l0, mu_d, mu_s, tan_alpha, amplitude, sigma_mu=0):
     It is ``G + d D`` times the sum over ``k = -N, -N + 2, ..., N`` of ``erf(z_k/(sqrt(2) s_k))``
     with ``G = l0 A - N m/2``, and 0 where G is not positive. With ``q = sigma_mu/(mu_s - mu_d)``,
     ``z_k = (N tan_alpha - k mu_d)/(mu_s - mu_d) + (0.053 (1 - (4/N)**3) + q**2/N) k``,
-    ``s_k**2 = (ln((N + k)(N - k)/4)/2 - 0.07) (1 + 2 q**2)``, of which a factor ``(N - |k|)/2``
+    ``s_k**2 = (ln((N + k)(N - k)/4)/2 - 0.07) (1 + 2 q**2)``, in which a factor ``(N - |k|)/2``
     that is 0 counts as 1, and
     ``d = 0.048 sqrt(N) (1 + 0.7 q**2) ln(mu_d/|tan_alpha|) - 0.45/(N m/(2 D) + 1)``.
 
@@ -102,7 +102,7 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     """Return one standard deviation of chains from `sticking_velocity`, or from the random law.
 
     It is ``sqrt((0.032 (1 + 9/N**2 + 0.6 q**2) e**(1/3) G)**2 + ((0.03 + 0.001 N) D S)**2)``. S is
-    the sum of `sticking_velocity`, and e that of ``exp(-z_k**2/(2 s_k**2))``, which is about 1 at
+    the sum of `sticking_velocity`, and e the sum of ``exp(-z_k**2/(2 s_k**2))``, about 1 at
     the ends of plateaus and small between them. It was fitted on 461 chains. Of the 194 among them
     that were left out of the fit of the law 72 % differ by less, and 94 % by less than twice as
     much.

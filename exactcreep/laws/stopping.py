@@ -2,8 +2,8 @@
 
 With ``sigma_mu > 0`` every slip draws a new static coefficient. Where such draws can hold both ends
 of a chain at rest through all cycles, creep is metastable: a run shows it, the long run does not.
-The ends turn about forces that they reach by slips of 2 D with ``D = (mu_s - mu_d) c``. One is held
-if its threshold exceeds L = l0 A by more than its mean force over a cycle is off zero.
+The ends turn about forces that they reach by slips of 2 D with ``D = (mu_s - mu_d) c``. An end is
+held if its threshold exceeds L = l0 A by more than its mean force over a cycle is off zero.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _mean_excess(least: float, sigma: float) -> float:
 def _two_relays(excess: float, margin: float, sigma: float, load: float, halves: int) -> float:
     """Return the probability per half-cycle that two relays stop, followed for so many.
 
-    The coordinate rho is that of the slider at hand, whose slips lower it while ``rho + load``
+    The coordinate rho belongs to the present slider, whose slips lower it while ``rho + load``
     exceeds its threshold; the other one sees -rho.
     """
     random, mean = np.random.default_rng(0), excess + margin

@@ -58,7 +58,7 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
     >>> round(at_rest_amplitude(1000, 0.25, [0.6] * 3), 8)
     0.00050932
     """
-    require(len(coefficients) >= 2, "coefficients must be those of two sliders or more")
+    require(len(coefficients) >= 2, "coefficients must belong to two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}
     length, slope, *held = coerced({"l0": l0, "tan_alpha": tan_alpha} | named).values()
     require(length > 0, "l0 must be positive")

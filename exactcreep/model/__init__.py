@@ -1,1 +1,1 @@
-"""What is simulated, exactly: the chain, its state, its drive, its disorder, its contacts."""
+"""The simulated system, exactly: the chain, its state, its drive, its disorder, its contacts."""

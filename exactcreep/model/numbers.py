@@ -42,7 +42,7 @@ _WIDEST = 5_000  # largest decimal exponent
 
 
 class InputError(ValueError):
-    """Bad input: the message names the field, the value and what is allowed.
+    """Bad input: the message names the field, the value and the allowed values.
 
     Parameters
     ----------
@@ -128,11 +128,11 @@ class Shown:
     """The name of the class, if a subclass is to be shown by it."""
 
     def _facts(self) -> Mapping[str, Any]:
-        """Return what is shown, by name; None and "" are left out."""
+        """Return the facts to show, by name, without None and ""."""
         return vars(self)
 
     def _units(self) -> Mapping[str, str]:
-        """Return the units of what is shown, by name, where there are any."""
+        """Return the units of the facts, by name, where there are any."""
         return {}
 
     def _caption(self) -> str:

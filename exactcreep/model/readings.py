@@ -1,4 +1,4 @@
-"""The readings of a temperature record: what is wrong with them, and how it is mended."""
+"""The readings of a temperature record: their faults, and how they are mended."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Readings:
         values = np.delete(self.celsius + self._zero, self.faults().get("far", _NONE))
         return np.asarray(values[np.isfinite(values)])
 
-    # --- what is wrong ---------------------------------------------------------------------------
+    # --- faults ----------------------------------------------------------------------------------
 
     @cached_property
     def _steps(self) -> NDArray[np.float64]:
@@ -224,7 +224,7 @@ class Readings:
         return f"on {date.day} {date:%B} {date.year}"
 
     def doubts(self) -> Iterator[str]:
-        """Yield why the temperatures look like those of another unit, or the columns swapped."""
+        """Yield why the temperatures seem to have another unit, or the columns to be swapped."""
         file, celsius = self.file or "(arrays)", self.unit == "C"
         if (places := np.flatnonzero(self._swapped)).size:
             yield f"in {file} the minimum is above the maximum {self._days(places)}"

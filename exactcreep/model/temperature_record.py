@@ -49,7 +49,7 @@ class TemperatureRecord(Listed):
 
     Missing readings, rows out of order, gaps and single values far from their neighbours are
     refused; ``exactcreep record FILE --mend OUT`` mends a copy. A `RecordWarning` tells if the
-    temperatures look like those of another unit, or a day's minimum is above its maximum.
+    temperatures seem to have another unit, or a day's minimum is above its maximum.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""The quasi-static drive, the same for every solver: what is run, the loop, and its result."""
+"""The quasi-static drive, the same for every solver: the experiment, the loop, and its result."""

@@ -22,8 +22,8 @@ _STILL = enclosure(0)
 class Behaviour:
     """What a chain does at the end of a run, and since which cycle.
 
-    `evidence` is how well that is known if the course is proved: `PROVED` if it lasts for ever,
-    `COMPUTED` if it was seen in this run only. `velocity` is that of its cycle, if it has settled.
+    `evidence` holds if the course is proved: `PROVED` if the outcome lasts for ever, `COMPUTED` if
+    it was seen in this run only. `velocity` is the velocity of its cycle, if it has settled.
     """
 
     outcome: Outcome
@@ -55,7 +55,7 @@ def behaviour(
     if settled is None:
         drift = _drifting(velocity, advanced, begin.done // 2, done)
         if all_burn_in and return_map.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:
-            reason = "the run lies within its burn-in: the advance may be that of a transient"
+            reason = "the run lies within its burn-in: the advance may be a transient"
             drift = replace(drift, reason=reason, evidence=Evidence.UNDECIDED)
         return drift
     outcome = Outcome.CYCLING if settled.velocity is None else Outcome.CREEPING

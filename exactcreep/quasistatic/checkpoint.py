@@ -77,10 +77,10 @@ class Checkpoint:
         self.stale = ""
         self._force, self._last = force, -math.inf
         self._wait = self.every  # until it is due again
-        self._size, self._digest = 0, ""  # of what is written
+        self._size, self._digest = 0, ""  # of the written part
         self._seen: tuple[int, ...] = ()  # the file that was read
         self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # rows of it, by members
-        self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # what is to be written
+        self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # to be written
         self._lock = threading.Lock()
 
     @classmethod
@@ -116,7 +116,7 @@ class Checkpoint:
     def begun(self, experiments: Sequence[Experiment]) -> Iterator[None]:
         """Keep the file to this process for a block in which experiments are run.
 
-        Those of a file that was read are in it; others begin it.
+        A file that was read holds them already; else they begin it.
         """
         for solver in (experiment.algorithm for experiment in experiments):
             if not solver.on_file:

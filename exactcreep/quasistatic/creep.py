@@ -117,12 +117,12 @@ def creep(
 ) -> Creep:
     """Drive a chain through its targets quasi-statically and return what it did.
 
-    Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
+    Guarantee: recording, showing and saving change no bit of the result.
 
     Parameters
     ----------
     chain : Chain
-        What is driven.
+        The chain to drive.
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
         Through which dilations.
     seed : int
@@ -293,7 +293,7 @@ def run_experiment(
     checkpoint: Checkpoint | None = None,
     index: int = 0,
 ) -> Creep:
-    """Run one experiment, in whichever thread; it is that of this `index` in the checkpoint."""
+    """Run one experiment, in any thread, under this `index` in the checkpoint."""
 
     def watch(phase: str = "running") -> None:
         if callable(progress):

@@ -60,7 +60,7 @@ class Creep(Result):
         How well the outcome is known: never better than the course. `PROVED` and, in float64,
         `COMPUTED` if it lasts for ever: the tensions have returned after whole cycles, nothing
         moves in one, or the chain runs away. At most `COMPUTED` if it was seen in this run only.
-        `UNDECIDED` for a limit, and where `reason` says what is in doubt.
+        `UNDECIDED` for a limit, and where `reason` names a doubt.
     reason : str
         One sentence, if there is more to say.
     since : int or None
@@ -73,7 +73,7 @@ class Creep(Result):
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
         target of other drives (`velocity_units`); nan if none is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error, 1.96 of which make an interval of 95 %, 0 if the chain has settled; nan
+        Its standard error (times 1.96: an interval of 95 %), 0 if the chain has settled; nan
         if there are too few half-cycles to tell. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
@@ -89,8 +89,8 @@ class Creep(Result):
         too long, or one of the copies that are a few roundings off may have parted by 1e-12; 0 if
         there is none. Looked for at every target at first, then less and less often.
     trusted_half_cycles : int or None
-        Up to which target the events are those of these copies, and four times the distance of
-        their tensions is within 1e-9, at the least; None if that was not followed so far.
+        The last target up to which these copies had the same events, and tensions within
+        2.5e-10; None if no copy was followed so far.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -218,7 +218,7 @@ class Creep(Result):
 
     @property
     def velocity_of(self) -> str:
-        """Which velocity it is: that of this run after its burn-in, or of what it settled in."""
+        """Where the velocity comes from: this run after burn-in, or the cycle it settled in."""
         if self.outcome is Outcome.AT_REST:
             return "at rest, in which the run ends"
         if math.isinf(self.velocity):
@@ -298,7 +298,7 @@ class Creep(Result):
         return {name: getattr(self, attribute_of(name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
-        """Return the state at rest after a half-cycle, bit for bit that of the run; 0 is the start.
+        """Return the state at rest after a half-cycle, with the bits of the run; 0 is the start.
 
         It is computed again from the nearest state before that was saved. `InputError` if the run
         did not reach it.

@@ -186,7 +186,7 @@ def _experiment(member: Group) -> Experiment:
         count = member[dimension].size if dimension in member else about[name]
         if count != about[name]:
             raise ValueError(f"it holds {count} of {name} = {about[name]}")
-    # options of 0.3.0 that changed no number, or said what is the rule now
+    # options of 0.3.0 that changed no number, or asked for today's rule
     gone = {"exact": (True, False), "escalate": (True, False), "pivot": ("mean",)}
     options = {
         name: value

@@ -45,14 +45,14 @@ def drive_of_kind(kind: Any) -> type[Drive]:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A chain, a drive, the disorder, a solver, and what is to be recorded.
+    """A chain, a drive, the disorder, a solver, and the quantities to record.
 
     Parameters
     ----------
     chain : Chain
-        What is driven.
+        The chain to drive.
     drive : Drive
-        Through which dilations; one of somebody's own class is kept as the `Path` that it makes.
+        Its dilations; a drive of your own class is kept as the `Path` of its targets.
     seed, solver
         As for `exactcreep.creep`.
     options : mapping

@@ -34,7 +34,7 @@ MOST_BYTES = 2**33
 """Size of a file of results."""
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
-_BLOCK = 2**24  # bytes of which a digest is made at once
+_BLOCK = 2**24  # bytes that enter a digest at once
 _TEXTS = 2**29  # bytes of texts that are read at once
 _KINDS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.STRING)
 

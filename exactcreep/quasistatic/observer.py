@@ -10,7 +10,7 @@ NEVER = 1 << 62
 
 
 class Observer:
-    """Looks at every target of a run, of which the simulation records what it `needs`."""
+    """Looks at every target of a run; the simulation records the quantities that it `needs`."""
 
     needs: tuple[str, ...] = ()
 

@@ -1,6 +1,6 @@
 """What one run comes to: every number and word of it, with its type, unit, meaning and places.
 
-Summaries, files and grids of runs take their names from here, and what is missing in them.
+Summaries, files and grids of runs take their names and missing values from here.
 """
 
 from __future__ import annotations

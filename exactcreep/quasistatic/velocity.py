@@ -40,8 +40,8 @@ class Mark(NamedTuple):
 class MeanVelocity(Observer):
     """Samples x_G at equally spaced targets: never more than a few thousand.
 
-    When there are too many, every other one is dropped; which ones remain depends only on how many
-    targets were reached.
+    When there are too many, every second sample is dropped; which samples remain depends only
+    on the number of targets that were reached.
     """
 
     state = ("values", "spacing", "tail", "slips", "marks")

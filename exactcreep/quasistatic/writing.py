@@ -128,7 +128,7 @@ def _new_part(target: Path) -> BinaryIO:
 def write_file(
     path: str | os.PathLike[str], content: bytes | memoryview, field: str, *, force: bool = True
 ) -> None:
-    """Make `content` that of a file, in one piece or not at all, even if the power fails.
+    """Write `content` to a file, in one piece or not at all, even if the power fails.
 
     It is written to a part beside the file, which then takes its name; links are followed. Raises
     `Occupied` if the file exists, perhaps since a moment ago, without `force`; `InputError`, with

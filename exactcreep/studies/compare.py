@@ -75,7 +75,7 @@ _VARIABLES: dict[str, tuple[Any, str, str]] = {
     "evidence": ("", "", "of the events that were compared"),
     "seconds": (math.nan, "s", "wall time per half-cycle, without compilation"),
 }
-"""What is known of each method and seed: the value if it is missing, the unit, the meaning."""
+"""The columns of each method and seed: the value if it is missing, the unit, the meaning."""
 
 
 @shows_progress

@@ -388,7 +388,7 @@ def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]
     slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
     disorder = "sigma_mu = 0: no coefficient is drawn"
     if drawn:
-        disorder = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}: one is drawn at every stop"
+        disorder = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}: every stop draws a coefficient"
     recorded = "recorded: " + ", ".join(record) if record else "only the velocity is asked for"
     theta, many = "drawn at every target" if random else "given", digits > FLOAT_DIGITS
     held = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
@@ -397,5 +397,5 @@ def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]
         Need("random dilations", random, "theta is " + theta),
         Need("inertia", inertia, _NO_INERTIA.get(solver, slips)),
         Need("trajectories", bool(record), recorded),
-        Need("digits", many, held if many else "float64 holds what is asked for"),
+        Need("digits", many, held if many else "float64 holds all that are asked for"),
     )

@@ -96,7 +96,7 @@ def sweep(
         If a member is out of range, `out` holds cells and ``resume`` is not given, or what another
         scene or program has made, or another process uses it, a cell that was saved is damaged, a
         worker has another version, the executor is lost, or cells failed. With `out` the others
-        are computed first, and ``resume`` computes what is missing.
+        are computed first, and ``resume`` computes the missing cells.
     KeyboardInterrupt
         After Ctrl-C; what has finished is saved.
 
@@ -161,7 +161,7 @@ class _Cells:
             self.values = [folder.load(experiment) for experiment in self.experiments]
 
     def compute(self, pool: Pool, progress: Hearer) -> None:
-        """Compute what is missing, and save each cell as it finishes.
+        """Compute the missing cells, and save each cell as it finishes.
 
         A cell that fails ends the sweep: at once, or at its end where the others are saved.
         """
@@ -363,7 +363,7 @@ def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
 
 
 def _coordinate(values: list[Any]) -> NDArray[Any]:
-    """Return the values of a varied key as numbers, or as text where one is none."""
+    """Return the values of a varied key as numbers, or as text unless all are numbers."""
     try:
         numbers = [exact_number(value, "value") for value in values]
     except InputError:
@@ -390,7 +390,7 @@ def _assembled(
     shape = tuple(len(options) for options in scene.vary.values())
     dims, cells = tuple(dimension_of.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
-    columns: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
+    columns: dict[str, tuple[Any, dict[str, str]]] = {}  # value if missing, and attributes
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
         about = {key: text.format(per=per) for key, text in column.attributes.items() if text}
         columns[name] = column.missing, about

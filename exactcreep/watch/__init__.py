@@ -1,4 +1,4 @@
-"""What is done beside a computation while it runs: limits, signals, preparation, progress, display.
+"""Work beside a running computation: limits, signals, preparation, progress, display.
 
 A command, or a public function, begins with all of them at its first line, before any member of a
 scene is made:

@@ -29,7 +29,7 @@ _telling: list[object] = []  # what shows, or hides, the progress of all that it
 class Display(AbstractContextManager["Display"]):
     """Shows on standard error how far a computation has come, and how long the rest may take.
 
-    `name` is that of what is computed; `quiet`: without a terminal, say nothing but that the
+    `name` is the name of the computation; `quiet`: without a terminal, say nothing but that the
     compiler is at work; nothing is shown before `after` seconds.
     """
 

@@ -53,7 +53,7 @@ def check() -> None:
 
 
 def waiting() -> bool:
-    """Return whether a signal waits for the end of a block: what is known shall come back soon."""
+    """Return whether a signal waits for the end of a block, which shall return its result soon."""
     return bool(_waiting)
 
 

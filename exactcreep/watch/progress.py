@@ -26,7 +26,7 @@ class Progress:
         Start and stop events so far; wall time of the phase without compiling, of a
         resumed run over all sessions.
     counted, text : str
-        ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and what is at hand.
+        ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and the present item.
     found : int
         How many of `done` an earlier computation had saved.
     work, theta : float or None
@@ -74,7 +74,7 @@ class Progress:
 
         Notes
         -----
-        Guarantee: none; what is to come may take longer than what is done.
+        Guarantee: none; the rest may take longer than the part before.
         """
         share = self.share
         return self.seconds * (1 - share) / share if share > _TOO_FEW else math.nan
@@ -86,9 +86,9 @@ on terminals and in notebooks, once the computation has taken a second."""
 
 
 def reporter(progress: Hearer) -> Callable[..., None]:
-    """Return what tells `progress`, if there is any, how far a study has come.
+    """Return a function that tells `progress`, if there is any, how far a study has come.
 
-    It takes a phase, what is done, its total, what these count, and attributes of `Progress`.
+    It takes a phase, the done part, its total, their unit, and attributes of `Progress`.
     """
     now, begin = "", clock()
 

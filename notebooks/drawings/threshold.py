@@ -1,4 +1,4 @@
-"""Velocity of three relaxed sliders over the amplitude, beside what is proved and what the law says."""
+"""Velocity of three relaxed sliders over the amplitude, with its proved edge and the law."""
 
 import matplotlib.pyplot as plt
 import numpy as np

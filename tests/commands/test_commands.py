@@ -164,7 +164,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{QUICK} --solver euler", "run.solver = 'euler': must be one of exact"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
-        (f"{QUICK} --plot run.png --record none", "needs x_G among what is recorded"),
+        (f"{QUICK} --plot run.png --record none", "needs x_G among"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         (f"{QUICK} --n 8", "run takes a scene; set its chain.n with --set chain.n=8"),

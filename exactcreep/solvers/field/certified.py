@@ -1,9 +1,8 @@
 """The readable event solver in balls: every comparison is decided, or taken again with more bits.
 
-A calculation that meets an undecided comparison, or ends with fewer digits than were asked for,
-starts again at twice the precision: from the last state that is known exactly in Q(c), or from
-the beginning. At the stated limit what is still undecided is settled by the model's rules
-and counted, and the result says so.
+A calculation with an undecided comparison or too few digits starts again at twice the precision,
+from the last state that is exact in Q(c) or from the beginning. At the precision limit the model's
+rules settle the comparison, and the result counts it.
 """
 
 from __future__ import annotations

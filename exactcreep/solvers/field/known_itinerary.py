@@ -1,8 +1,8 @@
 """Follow a chain along an itinerary that is known, to any number of digits.
 
 Once the order of events is known everything is explicit: theta_c is linear in the forces, and each
-event time is a simple root whose float64 value starts Newton's method. What is missing beside a
-solver is the search: nothing here proves that no other event comes first.
+event time is a simple root whose float64 value starts Newton's method. Nothing here
+proves that no other event comes first.
 """
 
 from __future__ import annotations

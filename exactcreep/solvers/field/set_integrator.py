@@ -129,7 +129,7 @@ class SetIntegrator(ChainIntegrator):
         return math.ldexp(self.widest, max(self.rest.set.exponent, -2000)) + UNDERFLOW
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
-        # what is compared moves by at most two forces, or a force and l0 theta
+        # both sides move by at most two forces, or a force and l0 theta
         return super()._sign(x, slack if self.rest.set is None else 2 * self.slack)
 
     def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
@@ -209,7 +209,7 @@ class SetIntegrator(ChainIntegrator):
             tensions = self._tensions(self.flow.forces)
         return tensions, displacements
 
-    # -- what is known -------------------------------------------------------------------------
+    # -- the present state ---------------------------------------------------------------------
 
     def state(self) -> State:
         if self.shown is not None and self.flow is None:
@@ -374,7 +374,7 @@ class SetIntegrator(ChainIntegrator):
         of_point = rules(lambda x, slack: (self.arithmetic.sign(x, slack), False))
         event = lone_event(flow, n, self.thresholds, excess, (), of_point)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
-            raise AssertionError("what is proved of all states is not true of one")
+            raise AssertionError("the proof for all states fails for one of them")
         if not abs(event.time - time) <= radius:
             raise AssertionError("the enclosure of an event does not hold a state of the set")
         return event
