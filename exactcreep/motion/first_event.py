@@ -51,8 +51,8 @@ class FirstEvent:
     """What happens first, and when.
 
     ``time`` is since the last event; in balls it encloses the only root, and no event comes before.
-    Sliders count from 0: those of ``stops`` come to rest, those of ``starts`` cross their threshold
-    in the direction beside them. ``shifts``, if known already: the first slider of each run, and
+    Sliders count from 0; ``stops`` come to rest, ``starts`` cross their threshold in the direction
+    beside them. ``shifts``, if known already: the first slider of each run, and
     the displacements and velocities of its sliders at the event. ``exact``: these lie in Q(c) and
     have been taken there; ``alike``: all states of a set have the same.
     """
@@ -70,7 +70,7 @@ class EventFunction:
     """A function of time that is positive until a slider acts.
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
-    resting slider would start (the function is what is missing to its threshold). ``terms`` are
+    resting slider would start (the function is its distance to the threshold). ``terms`` are
     the movers whose velocity, or displacement, times ``sign`` it contains. ``safe``: no root before
     this time; ``last``: the only root is not after this time (None: not isolated).
     """
@@ -255,7 +255,7 @@ class Search:
     # -- one candidate -------------------------------------------------------------------------
 
     def _begin(self, function: EventFunction) -> None:
-        """Take the first step of a candidate, from what is known at time 0."""
+        """Take the first step of a candidate, from its values at time 0."""
         trivial = function.side == 0 and bool(self.flow.velocities[function.slider] == 0)
         if trivial or self._sign(function.value, function.slack) == 0:
             self._depart(function)

@@ -42,7 +42,7 @@ series has too many terms."""
 def first_event_of_set(
     springs: Any, signs: Any, fresh: Any, numbers: Any, thresholds: Any, unsure: float, last: int
 ) -> tuple[int, int, float, float]:
-    """Return slider, side, time and largest error of what is proved to happen first.
+    """Return slider, side, time and largest error of the event that is proved to be first.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def first_event_of_set(
     thresholds : ndarray, shape (n,)
         Of resting sliders.
     unsure : float
-        How far any of these numbers is from that of any state of the set.
+        How far any of these numbers is from the same number of any state of the set.
     last : int
         The sliders from here on mirror others, and are not watched.
 
@@ -108,9 +108,9 @@ def first_event_of_set(
 
 @njit(cache=True)
 def _event_function(poly: Any, series: Any, signs: Any, i: int, way: int, room: float) -> bool:
-    """Fill in what is positive until slider i acts; return whether it can.
+    """Fill in a function that is positive until slider i acts; return whether it can act.
 
-    With `way` 0 its speed, else what it lacks to start in that direction, now `room`.
+    `way` 0: its speed; else its distance to a start in that direction, now `room`.
     """
     before, after = i > 0 and signs[i - 1] != 0, i < len(signs) - 1 and signs[i + 1] != 0
     if (way == 0) != (signs[i] != 0) or (way != 0 and not (before or after)):
@@ -145,7 +145,7 @@ def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
     """Return between what times the first root lies.
 
     ``(inf, inf)``: not before or at `limit`; ``(-1, 0)``: it is not proved. Value, slope and second
-    derivative of every state's function are within `error` of those of the polynomial.
+    derivative of every state's function are within `error` of the polynomial's.
     """
     bound, power = error, 1.0
     for k in range(2, ORDER + 2):
@@ -198,8 +198,8 @@ def enclosed_event(
 
     In balls; None if the slope is not separated from zero. Derivatives v^(k) have a norm of at most
     ``2^k (|v| + |a| / 2)`` with the v and a of the same time, and at a time d away these two are at
-    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds what is left out of
-    the Taylor series.
+    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds
+    the remainder of the Taylor series.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Crossing(NamedTuple):
     signs: NDArray[np.int64]  # in which direction it moves, 0: it rests
     velocities: NDArray[np.float64]  # at the event, before it is resolved; zero at rest
     accelerations: NDArray[np.float64]
-    unsure: float  # how far these are from those of any state of the set at one time
+    unsure: float  # how far any state of the set is from these at one time
     time: float  # how long it lasts
     late: float  # how far the time of any state of the set is from `time`
     haste: float  # bound in all states, at one time, of accelerations and of four times velocities
@@ -282,7 +282,7 @@ def orthogonal(
 def _blocks(rows: Any) -> Any:
     """Return to which block each row belongs: rows of two blocks have no column in common.
 
-    They keep their axes: a slip at one end of a long chain leaves those of the rest as they are.
+    They keep their axes: a slip at one end of a long chain changes no other block.
     """
     block = np.arange(len(rows))
     for c in range(rows.shape[1]):
@@ -312,14 +312,14 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
     rate : float
         Its slope.
     rows : tuple of forces, speeds, moved, errors
-        Those of a `StateSet`, in units of `unit`; changed in place.
+        Rows of a `StateSet`, in units of `unit`; changed in place.
     own : bool
-        Whether the rows are those of the set, and say how late its states are; else how they part.
+        True: rows of the set itself, which say how late its states are. False: how they part.
 
     Returns
     -------
     tuple of (float, float)
-        How far the times lie from that of the middle, in units of the rows (nan: the slope is not
+        How far the times lie from the middle's, in units of the rows (nan: the slope is not
         separated from zero, and nothing was done), and `late`, as the rows have it.
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
@@ -380,7 +380,7 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
         spread += abs(row[c])
     e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + OUTWARD) + 2.0**-50 * spread
     _shift(crossing, moving, rows, row, vague / 2, spread, e_spread)
-    # what is constant at the event, whatever the state was
+    # constant at the event, whatever the state was
     for m in (slider, crossing.image):
         if m >= 0:
             constant = speeds if side == 0 else forces

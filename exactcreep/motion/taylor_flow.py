@@ -1,14 +1,14 @@
 """Move sliders by a Taylor series in float64 with a proved bound of its error.
 
-One propagator for the middle of a set of states, its rows, and those of a derivative: columns of
-an array, ``v^(k+2) = -K v^(k)``, in steps of at most `STEP`; sums and products alone, no library
+One propagator for the middle of a set of states, its rows, and the rows of a derivative: columns
+of an array, ``v^(k+2) = -K v^(k)``, in steps of at most `STEP`; sums and products alone, no library
 function. All of it is bounded by three facts about K, whose norm is at most 4: over a time t the
 propagators of x'' = -K x have norms
 
     |cos(sqrt(K) t)| <= 1,    |sin(sqrt(K) t) / sqrt(K)| <= t,    |sqrt(K) sin(sqrt(K) t)| <= 2.
 
 With ``S = |v| + |a| / 2`` (Euclidean) and ``t <= 1/2`` the k-th term of the series is at most
-``S / k!``: what is left out beyond `ORDER` is below ``2^-60 S``, and the roundings of recurrence
+``S / k!``: the remainder beyond `ORDER` is below ``2^-60 S``, and the roundings of recurrence
 and sum stay below ``128 units of roundoff = 2^-46 S``; a factor of 4 is added (`ROUNDING`).
 A state that differs by W at the beginning (Euclidean) differs by at most ``W (1 + t)`` in its
 velocities, ``3 W`` in its accelerations, ``W (t + t^2 / 2)`` in its places.

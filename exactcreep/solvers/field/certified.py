@@ -80,7 +80,7 @@ class Certified(FieldSolver):
         return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
 
     def precisions(self) -> Iterator[tuple[int, bool]]:
-        """Yield the precisions to try, and whether to settle there what is not decided."""
+        """Yield the precisions to try, and whether to settle undecided comparisons there."""
         bits = self.arithmetic().bits
         while bits < self.most_bits:
             yield bits, False
@@ -153,7 +153,7 @@ class CertifiedSimulation(FieldSimulation):
         self.restarts = 0
         self.settles = False  # at the precision limit
         self.ahead: int | None = None  # the target to which the chain goes; None: to any
-        self.reached: tuple[int, State, Tally] | None = None  # the last target, and what is known
+        self.reached: tuple[int, State, Tally] | None = None  # the last target, state and counts
         self._drop_anchor(None)
 
     def _drop_anchor(self, target: int | None) -> None:

@@ -5,7 +5,7 @@ and their *load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement be
 its threshold, whatever u was, so that along one itinerary the shape goes on by itself, and u moves
 by an amount that depends on the shape alone.
 
-The derivative is a product of those of short stretches. Multiplied out in balls it would grow by
+The derivative is a product over short stretches. Multiplied out in balls it would grow by
 some bits per event, however the motion contracts: it is kept as a basis, orthogonal numbers without
 errors, times a matrix of balls, and what every stretch multiplies is nearly triangular (Lohner).
 """
@@ -40,7 +40,7 @@ class TangentMechanics(SetIntegrator):
     floats with bounds of their errors, the product is a matrix of balls.
     """
 
-    renew_every: ClassVar[int] = 2  # the set is much wider than that of a course
+    renew_every: ClassVar[int] = 2  # the set is much wider than on a course
     product: Any = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
