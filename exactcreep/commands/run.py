@@ -255,13 +255,21 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
 # --- printing a run -------------------------------------------------------------------------------
 
 
+def _number_or_range(name: str, value: Any) -> str:
+    """Return a parameter of a chain: both end forces, of other lists the least and the largest."""
+    if name == "end_forces":
+        return " and ".join(f"{float(force):.6g}" for force in value)
+    ends = dict.fromkeys([min(value), max(value)] if isinstance(value, list) else [value])
+    return " to ".join(f"{float(end):.6g}" for end in ends)
+
+
 def _print(
     results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], descent: Descent | None
 ) -> None:
     """Print the results, the paper's prediction beside the measured value."""
     first = results[0]
-    names = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
-    numbers = "".join(f", {name} = {float(getattr(first.chain, name)):.6g}" for name in names)
+    known = [pair for pair in first.chain.parameters().items() if pair[0] != "n"]
+    numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in known)
     options = "".join(f", {name} = {v}" for name, v in first.experiment.options.items())
     say(
         f"{'first member: ' * bool(settings[0])}N = {first.chain.n}{numbers};"

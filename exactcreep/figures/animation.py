@@ -17,7 +17,7 @@ from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.figures.run import Floats, draw_forces
+from exactcreep.figures.run import Floats, draw_forces, friction_of
 from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
@@ -194,7 +194,7 @@ def draw_avalanche(
     above, middle, below = figure.subplots(3, 1, height_ratios=(1.3, 1.3, 1.5))
     moves = (
         _draw_chain(above, shown, float(np.abs(curves).max()), float(chain.tan_alpha)),
-        _draw_forces(middle, shown, chain.friction),
+        _draw_forces(middle, shown, friction_of(chain)),
         _draw_curves(below, times, shown.moved, fine, curves),
     )
     events = [float(event.time) for event in motion.events]
@@ -271,7 +271,7 @@ def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> 
     return move
 
 
-def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Move:
+def _draw_forces(axes: Axes, shown: Moments, friction: Floats) -> Move:
     """Draw the forces between their limits."""
     forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
     bars, marks = draw_forces(axes, forces, held, friction)

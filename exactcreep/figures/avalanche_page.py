@@ -89,7 +89,7 @@ def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
     shown = moments_of(motion, times)
     tensions = floats(motion.initial.tensions)
     stretch = np.diff(shown.moved, axis=0) + tensions[:, None]
-    bounds = {name: tension_bounds(chain, getattr(chain, name)) for name in ("mu_d", "mu_s")}
+    bounds = {name: tension_bounds(chain, name) for name in ("mu_d", "mu_s")}
     return {
         "number": avalanche.number,
         "half_cycle": avalanche.half_cycle,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
@@ -415,28 +415,34 @@ class Portrait:
     @property
     def forces(self) -> Floats:
         """Non-frictional force on each slider at the end of `half_cycle`, unit m g."""
-        tensions = np.diff(floats(self.state.tensions), prepend=0.0, append=0.0)
-        return tensions + self.result.chain.sin_alpha
+        tensions = floats(self.state.tensions)
+        return replace(self.state, tensions=tensions).forces(self.result.chain)
 
     @property
     def limits(self) -> Floats:
         """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
         chain = self.result.chain
         if self.result.solver == Sliding.name:
-            return np.full(chain.n, chain.friction)
+            return friction_of(chain)
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
 
 
-def tension_bounds(chain: Chain, coefficient: Any) -> tuple[Floats, Floats]:
-    """Return the least and largest tension that a friction coefficient allows each spring.
+def friction_of(chain: Chain, coefficient: str = "mu_d") -> Floats:
+    """Return ``mu_d cos(alpha)`` of each slider, or that of `mu_s`."""
+    return np.array(chain.each(coefficient, chain.times_cosine))
 
-    From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
+
+def tension_bounds(chain: Chain, coefficient: str) -> tuple[Floats, Floats]:
+    """Return the least and largest tension that the friction of `mu_d` or `mu_s` allows.
+
+    From ``|F_n| <= mu cos(alpha)`` for all sliders, added up from either end.
     """
-    b, s = chain.times_cosine(coefficient), chain.sin_alpha
-    below = np.arange(1, chain.n)
-    above = below[::-1]
-    low, high = (np.minimum(below * (b + w), above * (b - w)) for w in (s, -s))
-    return -low, high
+    held = friction_of(chain, coefficient)
+    pull = State.relaxed(chain).forces(chain)
+    uphill, downhill = np.cumsum([held + pull, held - pull], axis=1)
+    low = np.minimum(uphill, downhill[-1] - downhill)
+    high = np.minimum(downhill, uphill[-1] - uphill)
+    return -low[:-1], high[:-1]
 
 
 def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
@@ -495,7 +501,8 @@ def draw_portrait(seen: Portrait) -> Figure:
     chain, result = seen.result.chain, seen.result
     title = (
         rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
-        rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
+        rf" $\mu_\mathrm{{d}}={_range_of(chain, 'mu_d')}$,"
+        rf" $\mu_\mathrm{{s}}={_range_of(chain, 'mu_s')}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
         f" solver {result.solver}, seed {result.seed}\n{result.finding}"
     )
@@ -524,7 +531,7 @@ def draw_portrait(seen: Portrait) -> Figure:
     if chain.n > 1:
         _draw_tensions(axes["tensions"], seen)
         axes["tensions"].set_title(moment, fontsize=8)
-    draw_forces(axes["forces"], seen.forces, seen.limits, chain.friction)
+    draw_forces(axes["forces"], seen.forces, seen.limits, friction_of(chain))
     axes["forces"].set_xlabel("slider $n$")
     axes["forces"].set_title(moment, fontsize=8)
     return figure
@@ -571,11 +578,18 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     bar.set_label("slips per half-cycle", fontsize=8)
 
 
+def _range_of(chain: Chain, name: str) -> str:
+    """Return a coefficient, or the least and the largest along the chain."""
+    values = chain.floats(name)
+    low, high = f"{values.min():g}", f"{values.max():g}"
+    return low if low == high else rf"{low}\dots{high}"
+
+
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     """Draw the tensions between the bounds that friction sets."""
     chain = seen.result.chain
     springs = np.arange(1, chain.n)
-    for coefficient, dashes, name in ((chain.mu_d, "-", "d"), (chain.mu_s, (0, (4, 2)), "s")):
+    for coefficient, dashes, name in (("mu_d", "-", "d"), ("mu_s", (0, (4, 2)), "s")):
         label = rf"limit for $\mu_\mathrm{{{name}}}$"
         both = np.transpose(tension_bounds(chain, coefficient))
         over = springs
@@ -591,7 +605,7 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
 
 
 def draw_forces(
-    axes: Axes, forces: Floats, limits: Floats, friction: float
+    axes: Axes, forces: Floats, limits: Floats, friction: Floats
 ) -> tuple[BarContainer, Line2D]:
     """Draw the force on each slider between its static limits; return the limits and the marks."""
     n, highest = limits.size, max(float(limits.max()), float(np.abs(forces).max()))
@@ -600,8 +614,10 @@ def draw_forces(
                     label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
     (marks,) = axes.plot(sliders, forces, linestyle="none", marker="o", color=INKS[6],
                          markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
+    edges = np.arange(n + 1) + 0.5
     for force, label in ((-friction, None), (friction, r"$\pm\mu_\mathrm{d}\cos\alpha$")):
-        axes.axhline(force, color=INKS[6], linewidth=0.7, linestyle=DOTTED, label=label)
+        axes.step(edges, [*force, force[-1]], where="post", color=INKS[6], linewidth=0.7,
+                  linestyle=DOTTED, label=label)  # fmt: skip
     axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
     axes.set_ylabel(r"force $F_n$ ($m\,g$)")
     axes.xaxis.set_major_locator(_WHOLE())

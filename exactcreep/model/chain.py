@@ -25,7 +25,7 @@ from exactcreep.model.numbers import (
     sign_of_surd,
     whole_number,
 )
-from exactcreep.model.uniform import unlike
+from exactcreep.model.uniform import END_FORCES, EXPANSION, require_uniform, unlike
 
 P = ParamSpec("P")
 _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
@@ -258,11 +258,13 @@ class Chain(Shown):
     @cached_property
     def friction(self) -> float:
         """mu_d cos(alpha), nearest float64: the dynamical friction force of sliders alike."""
+        require_uniform(self.parameters(), "one friction force of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_d)
 
     @cached_property
     def excess(self) -> float:
         """D = (mu_s - mu_d) cos(alpha), nearest float64, of sliders alike."""
+        require_uniform(self.parameters(), "one static excess of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @property

@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from exactcreep import (
+    Chain,
     Creep,
     Cycles,
     GaussianSteps,
@@ -19,7 +20,7 @@ from exactcreep import (
     creep,
     physical,
 )
-from exactcreep.figures.run import draw_run, portrait, tension_bounds
+from exactcreep.figures.run import draw_portrait, draw_run, portrait, tension_bounds
 from exactcreep.figures.sweep import LIMIT, STICKING
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
@@ -167,13 +168,29 @@ def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) 
     assert_array_equal(seen.x_G[1:], full["x_G"][there])
     assert seen.x_G[0] == np.vstack([np.zeros(6), full["x"]])[seen.first - 1].mean()
     assert (np.abs(seen.forces) <= seen.limits).all()
-    (low, high), (least, most) = tension_bounds(SIX, SIX.mu_s), tension_bounds(SIX, SIX.mu_d)
+    (low, high), (least, most) = tension_bounds(SIX, "mu_s"), tension_bounds(SIX, "mu_d")
     assert (low <= seen.state.tensions).all()
     assert (seen.state.tensions <= high).all()
     assert ((low < least) & (most < high)).all()
     if half_cycle:
         assert_array_equal(seen.state.tensions, full["tension"][half_cycle - 1])
         assert_array_equal(seen.theta[1:], DRIVE.targets(seen.first, 10))
+
+
+def test_a_portrait_of_a_chain_that_differs_keeps_within_the_friction_of_each_slider() -> None:
+    friction = ["0.5", "0.2", "0.6", "0.4"]
+    chain = Chain(4, 10, friction, "0.7", tan_alpha="0.1", end_forces=("0.3", 0))
+    seen = portrait(creep(chain, Cycles("0.3", 9), solver="sliding"))
+    low, high = tension_bounds(chain, "mu_d")
+    tension = seen.state.tensions
+    assert seen.limits == pytest.approx([float(mu) * chain.cos_alpha for mu in friction])
+    assert tension == pytest.approx(high)  # the last ramp of cycles is a contraction
+    assert (low < high).all()
+    assert seen.forces.sum() == pytest.approx(4 * chain.sin_alpha + 0.3)
+    axes = draw_portrait(seen).axes
+    drawn = [line.get_ydata() for each in axes for line in each.lines]
+    for expected in (tension, seen.forces, low, high):
+        assert any(np.array_equal(y, expected) for y in drawn)
 
 
 def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
