@@ -9,7 +9,7 @@ from tests.test_architecture import MODULES, for_types_only, imports
 
 BOOK = Path(__file__).parents[1] / "notebooks" / "explanation"
 PAGE = (BOOK / "trusted.md").read_text(encoding="utf-8")
-MOST_LINES = 6200
+MOST_LINES = 6300
 """Of the modules that decide. If it has to grow, say on the page what for."""
 MOST_MODULES = 42
 """That are loaded with the proof of a fate; floats alone ask `motion.amplified` and `estimated`.

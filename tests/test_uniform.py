@@ -72,11 +72,14 @@ CALLS: dict[str, Callable[[Chain], Any]] = {
     "edges": laws.edges,
     "law_values": lambda chain: laws.law_values(laws.threshold_amplitude, chain.parameters()),
 }  # fmt: skip
+EVERYTHING = {"friction", "end_forces", "expansion"}
 TAKEN: dict[str, set[str]] = {
+    **{f"{call} {solver}": EVERYTHING for call in ("creep", "rearrange")
+       for solver in ("reference", "mpmath", "certified")},
     "creep sliding": {"friction", "end_forces"},
-    "prediction": {"friction", "end_forces", "expansion"},
-    "prediction_of": {"friction", "end_forces", "expansion"},
-}
+    "prediction": EVERYTHING,
+    "prediction_of": EVERYTHING,
+}  # fmt: skip
 """What a function takes; another test holds its answer to an oracle."""
 OF_STATES = {"Experiment", "State", "Chain", "Contacts", "resume"}
 """Public names that take a chain, and only keep it."""

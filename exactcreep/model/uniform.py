@@ -8,6 +8,8 @@ from typing import Any
 from exactcreep.model.numbers import InputError
 
 FRICTION, END_FORCES, EXPANSION = "friction", "end_forces", "expansion"
+EVERYTHING = frozenset({FRICTION, END_FORCES, EXPANSION})
+"""In which respects sliders and springs may differ."""
 _SHOULD = {
     FRICTION: "must be the same for every slider",
     END_FORCES: "must be zero",

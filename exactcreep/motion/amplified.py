@@ -24,7 +24,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.modes import forces_of
+from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
 
 DIRECTIONS = 4
@@ -75,12 +75,12 @@ def amplified_error(
             rows.append((float(event.time), slider - 1, sign, held, number))
     if not rows:
         return 0.0, -1
-    forces = forces_of(FLOAT64, initial.tensions.astype(float), chain.sin_alpha)
+    forces = forces_of(FLOAT64, initial.tensions.astype(float), loads_of(FLOAT64, chain))
     springs = np.full(chain.n, 2.0)
     springs[0] -= 1.0
     springs[-1] -= 1.0
     limits = contacts.thresholds(initial.coefficients.astype(float), FLOAT64)
-    friction = float(FLOAT64.times_cosine(chain, chain.mu_d))
+    friction = frictions_of(FLOAT64, chain)
     error, number = _carried(np.array(rows), forces, springs, limits, friction, roundoff, _SIGNS)
     return float(error), int(number)
 
@@ -95,7 +95,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
     f, v, x = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
     late, signs = np.zeros((n, columns)), np.zeros(n, dtype=np.int64)
     f[:, 0] = forces
-    size, word, now, row = np.abs(forces).max() + friction, 0, 0.0, 0
+    size, word, now, row = np.abs(forces).max() + friction.max(), 0, 0.0, 0
     for i in range(n):
         word = _round(f, i, 2.0 * roundoff * size, random, word)
     while row < len(rows):
@@ -192,7 +192,7 @@ def _accelerations(f, signs, friction, low, high):
         if signs[i] != 0:
             for c in range(f.shape[1]):
                 a[i - low, c] = f[i, c]
-            a[i - low, 0] -= signs[i] * friction
+            a[i - low, 0] -= signs[i] * friction[i]
     return a
 
 
@@ -298,12 +298,12 @@ def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
         if rows[row, _HELD] < 0.0:
             signs[i] = sign
             for c in range(1, v.shape[1]):
-                v[i, c] = -(f[i, 0] - sign * friction) * late[i, c]
+                v[i, c] = -(f[i, 0] - sign * friction[i]) * late[i, c]
         else:
             left = np.zeros(v.shape[1])
             speed = v[i, 0] * (roundoff / _FLOAT64)  # in float64 it is rounded like this
             if speed != 0.0:  # a slow one may be stopped where it is
-                left[1:] = sign * speed**2 / (2.0 * abs(f[i, 0] - sign * friction))
+                left[1:] = sign * speed**2 / (2.0 * abs(f[i, 0] - sign * friction[i]))
                 _move(f, x, springs, i, left)
             v[i], signs[i], held[i] = 0.0, 0, rows[row, _HELD]
     for row in range(len(rows)):

@@ -399,7 +399,7 @@ def lone_event(
     beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
     w2 = len(beside)
     speed = direction * flow.velocities[n]
-    pull = excess.get(n, direction * flow.forces[n] - flow.friction)
+    pull = excess.get(n, direction * flow.forces[n] - flow.friction[n])
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
     if from_rest and ask((n,), rules.leaves, pull, True, flow.force_slack):

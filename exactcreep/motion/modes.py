@@ -14,13 +14,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any, NamedTuple
 
 import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import Chain
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.solution import Motion
 
@@ -258,8 +259,8 @@ class Flow:
     arithmetic : Arithmetic
     forces : ndarray, shape (n,)
         Non-frictional forces at rest, at the start.
-    friction : number
-        ``mu_d cos(alpha)``.
+    friction : number, or ndarray, shape (n,)
+        ``mu_d cos(alpha)``, of all sliders or of each.
     force_slack : number
         How far rounding may have taken the forces at the start.
     bounded : bool
@@ -291,7 +292,7 @@ class Flow:
         self.arithmetic = arithmetic
         self.roundoff = arithmetic.roundoff if bounded else 0.0
         self.forces = forces.copy()
-        self.friction = friction
+        self.friction: NDArray[Any] = arithmetic.zeros(n) + friction
         self.velocities = arithmetic.zeros(n)
         self.moved = arithmetic.zeros(n)
         self.signs = np.zeros(n, dtype=np.int64)
@@ -319,7 +320,8 @@ class Flow:
             after = first + 1
             while after < n and self.signs[after]:
                 after += 1
-            accelerations = self.forces[first:after] - self.friction * self.signs[first:after]
+            held_back = self.friction[first:after] * self.signs[first:after]
+            accelerations = self.forces[first:after] - held_back
             velocities = self.velocities[first:after].copy()
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
@@ -373,9 +375,26 @@ class Flow:
         return ModalPiece(self.arithmetic, t_min, t_max, initial, first, moved, runs)
 
 
-def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> NDArray[Any]:
-    """Return ``F_n = T_n - T_(n-1) + s`` from tensions of shape (n - 1,)."""
-    forces: NDArray[Any] = arithmetic.zeros(len(tensions) + 1) + weight
+def loads_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:
+    """Return the weight of each slider along the incline, with what pulls it at the ends."""
+    loads: NDArray[Any] = arithmetic.zeros(chain.n)
+    loads = loads + arithmetic.times_cosine(chain, chain.tan_alpha)
+    for end, force in zip((0, -1), chain.end_forces, strict=True):
+        if force:
+            loads[end] = loads[end] + arithmetic.number(force)
+    return loads
+
+
+def frictions_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:
+    """Return ``mu_d cos(alpha)`` of each slider."""
+    return arithmetic.vector(chain.each("mu_d", partial(arithmetic.times_cosine, chain)))
+
+
+def forces_of(
+    arithmetic: Arithmetic, tensions: NDArray[Any], loads: NDArray[Any] | float
+) -> NDArray[Any]:
+    """Return ``F_n = T_n - T_(n-1)`` plus the loads, from tensions of shape (n - 1,)."""
+    forces: NDArray[Any] = arithmetic.zeros(len(tensions) + 1) + loads
     forces[:-1] = forces[:-1] + tensions
     forces[1:] = forces[1:] - tensions
     return forces

@@ -27,7 +27,7 @@ from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.enclosure import same
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.modes import Flow, ModalPiece, forces_of
+from exactcreep.motion.modes import Flow, ModalPiece, forces_of, frictions_of, loads_of
 from exactcreep.motion.solution import Motion, Solution
 
 
@@ -38,8 +38,8 @@ class Energies(NamedTuple):
     ----------
     elastic, kinetic : number
         Gain of elastic energy, and kinetic energy at present.
-    gravity, friction : number
-        Work of gravity on the sliders, and energy that friction took.
+    gravity, end_forces, friction : number
+        Work of gravity and of the end forces on the sliders, and energy that friction took.
     lost : number
         Kinetic energy that stops took away: zero but for the error of their times.
     """
@@ -47,13 +47,15 @@ class Energies(NamedTuple):
     elastic: Any
     kinetic: Any
     gravity: Any
+    end_forces: Any
     friction: Any
     lost: Any
 
     @property
     def left(self) -> Any:
         """What the other terms leave over: zero but for rounding."""
-        return self.gravity - self.friction - self.elastic - self.kinetic - self.lost
+        work = self.gravity + self.end_forces
+        return work - self.friction - self.elastic - self.kinetic - self.lost
 
 
 class Replay:
@@ -99,18 +101,16 @@ class Replay:
         self.chain, self.initial, self.events = chain, initial, events
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain) if contacts is None else contacts
-        self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
         self.tensions = arithmetic.vector(initial.tensions)
-        forces = forces_of(arithmetic, self.tensions, self.weight)
-        friction = arithmetic.times_cosine(chain, chain.mu_d)
-        self.flow = Flow(arithmetic, forces, friction, bounded=False)
+        forces = forces_of(arithmetic, self.tensions, loads_of(arithmetic, chain))
+        self.flow = Flow(arithmetic, forces, frictions_of(arithmetic, chain), bounded=False)
         places = arithmetic.vector(initial.displacements)
         self.start = Motion(places, arithmetic.zeros(chain.n), forces)
         self.now: Any = arithmetic.number(0)
         self.moves = False
         self.just_stopped: set[int] = set()
         self._draws: dict[int, int] = {}  # coefficients so far of each slider that has stopped
-        self._path: Any = arithmetic.number(0)  # travelled by all sliders together
+        self._paths = arithmetic.zeros(chain.n)  # travelled by each slider
         self._lost: Any = arithmetic.number(0)
 
     def __iter__(self) -> Iterator[Phase]:
@@ -149,12 +149,14 @@ class Replay:
 
     def energies(self) -> Energies:
         """Return where energy went since the start."""
-        flow, dot = self.flow, self.arithmetic.dot
+        flow, chain, arithmetic, dot = self.flow, self.chain, self.arithmetic, self.arithmetic.dot
+        pulled = zip(chain.end_forces, flow.moved[[0, -1]].tolist(), strict=True)
         return Energies(
             elastic=elastic_gain(self.arithmetic, self.tensions, flow.moved),
             kinetic=dot(flow.velocities, flow.velocities) / 2,
-            gravity=self.weight * flow.moved.sum(),
-            friction=flow.friction * self._path,
+            gravity=arithmetic.times_cosine(chain, chain.tan_alpha) * flow.moved.sum(),
+            end_forces=sum(arithmetic.number(force) * moved for force, moved in pulled),
+            friction=dot(flow.friction, self._paths),
             lost=self._lost,
         )
 
@@ -233,7 +235,7 @@ class Phase:
             before = flow.moved.copy()
             flow.advance(self.runs, self.span)
             if self.runs:
-                replay._path = replay._path + ((flow.moved - before) * flow.signs).sum()
+                replay._paths = replay._paths + (flow.moved - before) * flow.signs
                 replay.moves = True
             replay.just_stopped = set()
 

@@ -1,6 +1,7 @@
 """Prove that an avalanche never ends: the whole chain slides too fast for any slider to stop.
 
-The centre of mass moves with a mean velocity that does not fall where tan_alpha >= mu_d; about it
+The centre of mass moves with a mean velocity that does not fall where friction cannot hold the
+whole chain, ``G >= sum of mu_d c`` with G = N s plus the end forces; about it
 the sliders swing with an energy J that is conserved. With ``vbar > sqrt((1 - 1/N) 2 J)`` no slider
 ever stops. Whatever goes on without end and not so fast is given up after some number of events.
 """
@@ -22,7 +23,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     All sliders of `flow` move, in its only `run`; `cosine` is cos(alpha).
     """
     sign, n = int(flow.signs[0]), chain.n
-    gain = sign * chain.tan_alpha - chain.mu_d
+    gain = chain.surplus(sign)
     if gain < 0 or any(int(s) != sign for s in flow.signs):
         return None
     arithmetic = flow.arithmetic
@@ -34,4 +35,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     if gain == 0:
         return None
     lacking = needed - mean + 2 * slack
-    return arithmetic.upper(lacking / (arithmetic.number(gain) * cosine))
+    pull = arithmetic.number(sign * sum(chain.end_forces) / n)
+    mean_mu_d = sum(chain.mu_d) / n if isinstance(chain.mu_d, tuple) else chain.mu_d
+    gained = arithmetic.number(sign * chain.tan_alpha - mean_mu_d) * cosine + pull
+    return arithmetic.upper(lacking / gained)

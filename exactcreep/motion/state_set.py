@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import flint
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from exactcreep.compiling import njit
+from exactcreep.model.numbers import nearest_float
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.motion.taylor_flow import OUTWARD, flow
 
@@ -166,34 +168,35 @@ class StateSet:
             raise Undecided("an event's slope is not separated from zero")
         return spread, late
 
-    def at_target(self) -> None:
-        """Take theta to a given value."""
-        self.forces[0] += self.theta
-        self.forces[-1] -= self.theta
-        self.errors[0, [0, -1]] += self.theta_error
-        self._ramped()
+    def at_target(self, rates: Mapping[int, Fraction]) -> None:
+        """Take theta to a given value; `rates` as in `Chain.rates`."""
+        self._ramp(rates, -self.theta, self.theta_error)
         self.theta[:] = self.theta_error = 0.0
 
-    def at_start(self, ends: Sequence[int]) -> None:
-        """Take theta to where the sliders `ends`, the first or the last or both, start."""
-        both = self.forces[0] + self.forces[-1]
-        error = self.errors[0, 0] + self.errors[0, -1]
-        end, sign = (0, 1) if 0 in ends else (-1, -1)
-        self.theta += sign * self.forces[end]  # l0 theta has moved by what this slider lacked
-        self.theta_error += self.errors[0, end]
-        other = -1 - end
-        self.forces[end] = self.errors[0, end] = 0.0
-        if len(ends) == 1:
-            self.forces[other], self.errors[0, other] = both, error
-        else:
-            self.forces[other] = self.errors[0, other] = 0.0
-        self._ramped()
+    def at_start(self, starts: Sequence[int], rates: Mapping[int, Fraction]) -> None:
+        """Take theta to where the sliders `starts` (from 0) come to their threshold together."""
+        first = starts[0]
+        rate = nearest_float(rates[first])
+        way = -self.forces[first] / rate  # by how much l0 theta moves: what this slider lacked
+        error = float(self.errors[0, first]) / abs(rate)
+        if abs(rate) != 1.0:  # the rounding of the rate and of both quotients
+            error += 2.0**-50 * (error + float(abs(way).sum()))
+        self._ramp(rates, way, error)
+        self.theta += way
+        self.theta_error += error + 2.0**-52 * float(abs(self.theta).sum())
+        for n in starts:
+            self.forces[n] = self.errors[0, n] = 0.0
 
-    def _ramped(self) -> None:
-        """Add the rounding of a sum of two."""
-        for end in (0, -1):
-            self.errors[0, end] += 2.0**-52 * float(abs(self.forces[end]).sum())
-        self.theta_error += 2.0**-52 * float(abs(self.theta).sum())
+    def _ramp(self, rates: Mapping[int, Fraction], way: NDArray[np.float64], error: float) -> None:
+        """Move l0 theta by a row that may be off by `error`, and every force by its rate."""
+        size = float(abs(way).sum()) + error
+        for n, rational in rates.items():
+            rate = nearest_float(rational)
+            self.forces[n] += rate * way
+            self.errors[0, n] += abs(rate) * error
+            if abs(rate) != 1.0:  # the rounding of the rate and of its products
+                self.errors[0, n] += 2.0**-50 * abs(rate) * size
+            self.errors[0, n] += 2.0**-52 * float(abs(self.forces[n]).sum())
 
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
         """Take a middle without errors, and make the rows orthogonal again.

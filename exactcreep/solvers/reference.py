@@ -40,6 +40,7 @@ class ChainIntegrator(ChainAtRest):
 
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
+        self.mu_d: list[Fraction] = self.chain.each("mu_d")
         self.way = 0
         self.flow: Flow | None = None
         self._runs: list[Run] | None = None
@@ -52,7 +53,7 @@ class ChainIntegrator(ChainAtRest):
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         self.time = self.arithmetic.number(0)
-        self.flow = Flow(self.arithmetic, self.rest.forces, self.friction, self.rest.force_slack)
+        self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions, self.rest.force_slack)
         self.announced = False
         self.event_number = 0
         self.tally.rearrangements += 1
@@ -62,7 +63,7 @@ class ChainIntegrator(ChainAtRest):
         """Set sliders in motion, of which those of `crossing` are just at their threshold."""
         flow.start([n for n, _ in starts], [sign for _, sign in starts])
         for n in crossing:
-            self.crossed[n] = self.acting(n) - self.chain.mu_d
+            self.crossed[n] = self.acting(n) - self.mu_d[n]
 
     def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events of the rearrangement under way, and None after those of each instant.
@@ -159,7 +160,7 @@ class ChainIntegrator(ChainAtRest):
         """Take the slack of the velocities through what the energy of a lone slider tells of it."""
         if velocity == 0:
             return
-        before, force = abs(flow.velocities[n]), abs(flow.forces[n]) + flow.friction
+        before, force = abs(flow.velocities[n]), abs(flow.forces[n]) + flow.friction[n]
         gained = before * flow.velocity_slack + 2 * flow.force_slack * (force + 2 * abs(way))
         flow.velocity_slack = gained / abs(velocity)
 

@@ -59,7 +59,7 @@ def rate_of(replay: Replay, event: Event) -> float:
     """Return how fast the condition of a lone slider's event changes just before it."""
     flow, n = replay.flow, event.sliders[0] - 1
     if event.kind is EventKind.STOP:
-        return float(flow.forces[n] - flow.friction * flow.signs[n])
+        return float(flow.forces[n] - flow.friction[n] * flow.signs[n])
     beside = [m for m in (n - 1, n + 1) if 0 <= m < replay.chain.n]
     return float(sum(flow.velocities[m] for m in beside))
 

@@ -6,6 +6,7 @@ as it can. `solvers.reference` takes it through rearrangements.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, mirrored
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
-from exactcreep.motion.modes import forces_of
+from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.solvers.field.exact_state import ExactState
-from exactcreep.solvers.interface import Start, Tally
+from exactcreep.solvers.interface import TENSION_TOLERANCE, Start, Tally
 
 
 @dataclass
@@ -46,6 +48,7 @@ class Rest:
     theta_slack: Any = 0
     # F_n / c of the sliders (from 0) that have just reached their threshold
     pinned: dict[int, Fraction] = field(default_factory=dict)
+    amplification: float = 1.0  # of errors, by ramps on which rates differ
     fresh: bool = True  # whether this is the start, which may not be at rest
     evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
@@ -68,7 +71,7 @@ class ChainAtRest(ABC):
 
     Attributes
     ----------
-    rates : dict of int
+    rates : dict of int to Fraction
         By how much forces change with ``l0 theta``, of the sliders (from 0) of which they do.
     rules : Rules
         Over the numbers that it has.
@@ -85,12 +88,19 @@ class ChainAtRest(ABC):
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
         self.contacts = Contacts(self.chain, self.seed)
-        self.rates = {0: -1, self.chain.n - 1: 1} if self.chain.n > 1 else {}
+        self.rates = self.chain.rates
+        # the most that a room is more uncertain than a force: 1/min |rate|, rounded up
+        least = min(map(abs, self.rates.values()), default=Fraction(1))
+        self.stretch = 1 if least >= 1 else math.nextafter(nearest_float(1 / least), math.inf)
+        largest = max(map(abs, self.rates.values()), default=Fraction(1))
+        # what a start of each slider makes of the errors of forces
+        self.growth = {n: nearest_float(largest / abs(rate)) for n, rate in self.rates.items()}
         self.rules = rules(self._sign)
         self.asked: tuple[int, ...] = ()
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
-        self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
-        self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
+        self.loads = loads_of(arithmetic, self.chain)
+        self.frictions = frictions_of(arithmetic, self.chain)
+        self.expansion = arithmetic.vector(self.chain.each("expansion"))
         self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
         self.rest = self._at_start(state)
@@ -106,7 +116,7 @@ class ChainAtRest(ABC):
         return Rest(
             tensions,
             vector(state.displacements.tolist()),
-            forces_of(self.arithmetic, tensions, self.weight),
+            forces_of(self.arithmetic, tensions, self.loads),
             self.arithmetic.number(state.theta),
             state.coefficients.astype(np.float64),
             state.draws.astype(np.int64),
@@ -172,6 +182,7 @@ class ChainAtRest(ABC):
                 self._move_theta(way, self._reach(way, target), target)
             return False
         self._move_theta(way, room, None)
+        self._amplify(starts[0][0])
         for n, sign in starts:
             rest.forces[n] = sign * self.thresholds[n]
             rest.pinned[n] = sign * self.acting(n)
@@ -179,6 +190,17 @@ class ChainAtRest(ABC):
                 rest.exact.forces[n] = self.field.times_cosine(rest.pinned[n])
         self._set_off(starts, crossing=True)
         return True
+
+    def _amplify(self, n: int) -> None:
+        """Follow what starts of a slider (from 0) make of errors; count it when these are large.
+
+        Theta is off by what the force on the slider was, over its rate, and all forces by as much
+        times their own rates.
+        """
+        rest = self.rest
+        rest.amplification *= self.growth[n]
+        error = float(rest.force_slack) * rest.amplification
+        rest.tally.undecided += rest.amplification > 1 and error > TENSION_TOLERANCE
 
     def standing(self, n: int, forces: NDArray[Any]) -> tuple[Any, Any]:
         """Return the force on a resting slider (from 0) and its threshold, as well as known.
@@ -196,18 +218,29 @@ class ChainAtRest(ABC):
         """Return how far ``l0 theta`` can go before a slider starts, and which start then."""
         nearest: Any = None
         starts: list[tuple[int, int]] = []
+        last = self.chain.n - 1
         for n, rate in self.rates.items():
-            room, order = self.lacking(n, way * rate), -1
-            if starts and self.rest.mirrored:
-                order = 0
-            elif starts:
-                pair, slack = (n, starts[0][0]), 2 * self.rest.force_slack
+            if self.rest.mirrored and n > last - n:
+                continue  # it starts with its image
+            sign, order = way if rate > 0 else -way, -1
+            room = self.room(n, sign)
+            if starts:
+                pair, slack = (n, starts[0][0]), 2 * self.rest.force_slack * self.stretch
                 order = self.ask(pair, self.rules.order, room, nearest, slack)
             if order < 0:
                 nearest, starts = room, []
             if order <= 0:
-                starts.append((n, way * rate))
+                starts.append((n, sign))
+        if self.rest.mirrored:
+            starts += [(last - n, -sign) for n, sign in starts[::-1]]
         return nearest, starts
+
+    def room(self, n: int, sign: int) -> Any:
+        """Return how far ``l0 theta`` goes until a slider (from 0) with a rate starts so."""
+        lacking, rate = self.lacking(n, sign), abs(self.rates[n])
+        if rate == 1:
+            return lacking
+        return lacking / (rate if self.rest.exact is not None else self.arithmetic.number(rate))
 
     def lacking(self, n: int, sign: int) -> Any:
         """Return what a slider (from 0) of the chain at rest lacks to start with `sign`."""
@@ -223,7 +256,8 @@ class ChainAtRest(ABC):
 
     def _before(self, way: int, room: Any, target: Fraction) -> bool:
         """Whether a slider that lacks `room` starts before `target`."""
-        slack = self.rest.force_slack + self.rest.theta_slack + self._theta_rounding(room)
+        slack = self.rest.force_slack * self.stretch + self.rest.theta_slack
+        slack = slack + self._theta_rounding(room)
         told = self.rules.is_before
         return bool(self.ask((), told, room, self._reach(way, target), slack))
 
@@ -239,7 +273,7 @@ class ChainAtRest(ABC):
             by = way * room
             exact.theta = exact.theta + by / self.chain.l0
             for n, rate in self.rates.items():
-                exact.forces[n] = exact.forces[n] + (by if rate > 0 else -by)
+                exact.forces[n] = exact.forces[n] + rate * by
             room = room.ball()
         by = way * room
         if target is None:
@@ -250,9 +284,9 @@ class ChainAtRest(ABC):
         if self.chain.n == 1:
             return
         if not bool(room == 0):
-            rest.tensions = rest.tensions - by
+            rest.tensions = rest.tensions - self.expansion * by
             for n, rate in self.rates.items():
-                rest.forces[n] = rest.forces[n] + (by if rate > 0 else -by)
+                rest.forces[n] = rest.forces[n] + self.arithmetic.number(rate) * by
             rest.pinned.clear()
         if exact is not None:
             for n in self.rates:

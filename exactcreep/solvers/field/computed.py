@@ -20,6 +20,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.state import State
+from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
@@ -44,6 +45,7 @@ class FieldSolver(Solver):
     """A solver that is `ChainIntegrator` in one arithmetic."""
 
     on_file = False
+    takes = EVERYTHING
 
     @property
     def promised(self) -> float:

@@ -41,9 +41,9 @@ class ExactState:
             theta = rational(exact_number(state.theta, "theta"))
         except ValueError:
             return None
-        weight = field.times_cosine(chain.tan_alpha)
-        pairs = pairwise([Fraction(0), *tensions, Fraction(0)])
-        return cls(chain, field, [rational(b - a) + weight for a, b in pairs], places, theta)
+        weight, around = field.times_cosine(chain.tan_alpha), [Fraction(0), *tensions, Fraction(0)]
+        pulls = (b - a + chain.pull(n) for n, (a, b) in enumerate(pairwise(around)))
+        return cls(chain, field, [rational(pull) + weight for pull in pulls], places, theta)
 
     @property
     def bits(self) -> int:
@@ -53,8 +53,9 @@ class ExactState:
     @property
     def tensions(self) -> Iterable[Quadratic]:
         """The tensions."""
-        weight = self.field.times_cosine(self.chain.tan_alpha)
-        return accumulate(force - weight for force in self.forces[:-1])
+        weight, forces = self.field.times_cosine(self.chain.tan_alpha), self.forces.copy()
+        forces[0] = forces[0] - self.field.rational(self.chain.end_forces[0])
+        return accumulate(force - weight for force in forces[:-1])
 
     def copy(self) -> Self:
         """Return the same numbers in lists of their own."""
@@ -79,8 +80,8 @@ class ExactState:
         a mirrored chain move alone together: their spring's middle rests.
         """
         n_sliders, number = self.chain.n, flow.arithmetic.number
-        friction = self.field.times_cosine(self.chain.mu_d)
-        pulls = {n: int(flow.signs[n]) * self.forces[n] - friction for n in moving}
+        frictions = self.chain.each("mu_d", self.field.times_cosine)
+        pulls = {n: int(flow.signs[n]) * self.forces[n] - frictions[n] for n in moving}
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)

@@ -58,7 +58,7 @@ class KnownItinerary(ChainIntegrator):
     def load_of_start(self, slider: int, sign: int, way: int) -> Any:
         """Return ``l0 theta_c`` at which an end (from 0) starts with `sign` on a ramp."""
         self.rest.exact = None
-        return self.l0 * self.rest.theta + way * self.lacking(slider, sign)
+        return self.l0 * self.rest.theta + way * self.room(slider, sign)
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return the sign with which those sliders start that are known to, and no others."""

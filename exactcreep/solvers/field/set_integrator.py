@@ -129,8 +129,10 @@ class SetIntegrator(ChainIntegrator):
         return math.ldexp(self.widest, max(self.rest.set.exponent, -2000)) + UNDERFLOW
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
-        # both sides move by at most two forces, or a force and l0 theta
-        return super()._sign(x, slack if self.rest.set is None else 2 * self.slack)
+        # both sides move by at most two rooms, or a room and l0 theta
+        if self.rest.set is not None:
+            slack = 2 * self.slack * self.stretch
+        return super()._sign(x, slack)
 
     def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
         """Return numbers of the middle in balls that hold every state, of radii that `of` tells."""
@@ -146,7 +148,7 @@ class SetIntegrator(ChainIntegrator):
 
     def _wide(self, flow: Flow) -> Flow:
         """Return the flow in balls that hold every state."""
-        out = Flow(self.arithmetic, self._widened(flow.forces, StateSet.of_forces), self.friction)
+        out = Flow(self.arithmetic, self._widened(flow.forces, StateSet.of_forces), self.frictions)
         out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
         out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
         return out
@@ -199,8 +201,8 @@ class SetIntegrator(ChainIntegrator):
         self.shown = self.shown_theta = None
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
-        bare = [force - self.weight for force in forces.tolist()[:-1]]
-        return self.arithmetic.vector(accumulate(bare))
+        bare = forces - self.loads
+        return self.arithmetic.vector(accumulate(bare.tolist()[:-1]))
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
         tensions, displacements = super()._shape()
@@ -252,9 +254,9 @@ class SetIntegrator(ChainIntegrator):
         if self.rest.set is not None and self.chain.n > 1:
             for rows in filter(None, (self.rest.set, self.tangent)):
                 if self.ends:
-                    rows.at_start(self.ends)
+                    rows.at_start(self.ends, self.rates)
                 elif not moves and target is not None:
-                    rows.at_target()
+                    rows.at_target(self.rates)
             self._look_around()
         return moves
 
@@ -262,7 +264,7 @@ class SetIntegrator(ChainIntegrator):
         self.ends = [n for n, _ in starts] if crossing else []
         if self.keep:
             begin = self.state()
-            forces = forces_of(self.arithmetic, begin.tensions, self.weight)
+            forces = forces_of(self.arithmetic, begin.tensions, self.loads)
             still = self.arithmetic.zeros(self.chain.n)
             self.start, self.pieces = Motion(begin.displacements, still, forces), []
         super()._set_off(starts, crossing=crossing)
@@ -323,19 +325,20 @@ class SetIntegrator(ChainIntegrator):
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = bool(flow.signs.all())
-        return whole and int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
+        return whole and self.chain.surplus(int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
-        signs, friction = flow.signs[window], float(self.friction)
+        signs, frictions = flow.signs[window], [float(x) for x in self.frictions[window]]
         fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
         held = [float(x) for x in self.thresholds[window].tolist()]
-        bare = [f - s * friction if s else 0.0 for f, s in zip(forces, signs.tolist(), strict=True)]
+        loads = zip(forces, signs.tolist(), frictions, strict=True)
+        bare = [force - sign * friction if sign else 0.0 for force, sign, friction in loads]
         radius = max([float(x.rad()) for x in (*speeds, *pulls)])
-        largest = max(map(abs, (*fast, *bare, *forces))) + friction
+        largest = max(map(abs, (*fast, *bare, *forces))) + max(frictions)
         unsure = radius * (1 + 1e-9) + 2.0**-49 * largest
         at, side, time, radius = first_event_of_set(
             self.springs[window],
