@@ -75,8 +75,9 @@ CALLS: dict[str, Callable[[Chain], Any]] = {
 EVERYTHING = {"friction", "end_forces", "expansion"}
 TAKEN: dict[str, set[str]] = {
     **{f"{call} {solver}": EVERYTHING for call in ("creep", "rearrange")
-       for solver in ("reference", "mpmath", "certified")},
+       for solver in ("exact", "reference", "mpmath", "certified")},
     "creep sliding": {"friction", "end_forces"},
+    "sweep": EVERYTHING,
     "prediction": EVERYTHING,
     "prediction_of": EVERYTHING,
 }  # fmt: skip

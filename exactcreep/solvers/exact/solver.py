@@ -17,6 +17,7 @@ from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
@@ -361,6 +362,7 @@ class Exact(Solver):
     """
 
     perturbs: ClassVar[bool] = True
+    takes = EVERYTHING
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
 
