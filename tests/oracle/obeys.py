@@ -351,7 +351,7 @@ class Judgement:
         flow, first = replay.flow, self.place[1] == 0
         if kind is EventKind.STOP:
             value, what = flow.velocities[n], "moves"
-            slope = float(abs(flow.forces[n] - flow.friction * int(flow.signs[n])))
+            slope = float(abs(flow.forces[n] - flow.friction[n] * int(flow.signs[n])))
         else:
             value, what = sign * flow.forces[n] - replay.threshold(n), "is not at its threshold"
             around = [m for m in (n - 1, n + 1) if 0 <= m < self.chain.n and flow.signs[m] != 0]
