@@ -75,7 +75,8 @@ CALLS: dict[str, Callable[[Chain], Any]] = {
 EVERYTHING = {"friction", "end_forces", "expansion"}
 TAKEN: dict[str, set[str]] = {
     **{f"{call} {solver}": EVERYTHING for call in ("creep", "rearrange")
-       for solver in ("exact", "reference", "mpmath", "certified")},
+       for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
+    "compare": {"friction", "end_forces"},
     "creep sliding": {"friction", "end_forces"},
     "sweep": EVERYTHING,
     "prediction": EVERYTHING,

@@ -20,6 +20,7 @@ SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
     "reference": ({}, 1e-10),
     "mpmath": ({}, 1e-10),
     "certified": ({}, 1e-10),
+    "verlet": ({"dt": 2e-4, "locate": True}, 1e-5),
 }
 """Options, and how far a tension may be off the oracle, which integrates to some 1e-11."""
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,6 +23,7 @@ from exactcreep.model.contacts import Contacts, Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
+from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
@@ -54,16 +56,25 @@ _NOWHERE = np.empty(0)
 
 
 def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
-    n, state = fixed.n, start.state
-    lanes, drawn = np.zeros((steps.THRESHOLD + 1, n + 2)), np.zeros((2, n + 2), dtype=np.int64)
+    n, state, chain = fixed.n, start.state, start.chain
+    lanes, drawn = np.zeros((steps.HELD + 1, n + 2)), np.zeros((2, n + 2), dtype=np.int64)
     inner = lanes[:, 1 : n + 1]
+    inner[steps.LOAD] = chain.sin_alpha
+    for end, force in zip((0, -1), chain.end_forces, strict=True):
+        inner[steps.LOAD, end] += nearest_float(force)
+    for slider, rate in chain.rates.items():
+        inner[steps.RATE, slider] = nearest_float(rate)
+    inner[steps.EXPANSION, : n - 1] = chain.floats("expansion")
+    inner[steps.FRICTION] = chain.each("mu_d", chain.times_cosine)
+    inner[steps.MU_D], inner[steps.MU_S] = chain.floats("mu_d"), chain.floats("mu_s")
+    inner[steps.HELD] = chain.each("mu_s", chain.times_cosine)
     inner[steps.BASE, : n - 1] = state.tensions.astype(np.float64)
     inner[steps.PLACE] = state.displacements.astype(np.float64)
     inner[steps.COEFFICIENT] = coefficients = state.coefficients.astype(np.float64)
     drawn[0, 1 : n + 1] = state.draws
-    held = Contacts(start.chain).thresholds(coefficients, FLOAT64)
+    held = Contacts(chain).thresholds(coefficients, FLOAT64)
     # the compiled steps give a contact that acts as mu_d the friction force, rounded once
-    inner[steps.THRESHOLD] = np.where(coefficients < fixed.mu_d, fixed.friction, held)
+    inner[steps.THRESHOLD] = np.where(coefficients < inner[steps.MU_D], inner[steps.FRICTION], held)
     lanes[steps.CEILING] = math.inf
     inner[steps.CEILING] = inner[steps.THRESHOLD]
     inner[steps.SPRINGS] = 2.0
@@ -74,6 +85,7 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
     return Arrays(
         lanes=lanes,
         drawn=drawn,
+        driven=1 + np.array(sorted(chain.rates), dtype=np.int64),
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
         clusters=np.zeros(n + 2, dtype=np.int64),
@@ -87,7 +99,8 @@ def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any
     """Return tensions, displacements and velocities, not finite where dt was too large."""
     inner, shift = arrays.lanes[:, 1 : fixed.n + 1], arrays.now["shift"][0]
     with np.errstate(invalid="ignore"):
-        tensions = inner[steps.BASE, :-1] - shift + np.diff(inner[X])
+        tensions = inner[steps.BASE] - inner[steps.EXPANSION] * shift
+        tensions = tensions[:-1] + np.diff(inner[X])
         return tensions, inner[steps.PLACE] + inner[X], (inner[Y] + 0.5 * inner[B]) / fixed.dt
 
 
@@ -105,12 +118,8 @@ class VerletSimulation(Simulation):
             n=chain.n,
             l0=l0,
             origin=l0 * float(start.state.theta),
-            weight=chain.sin_alpha,
-            friction=chain.friction,
+            drive=chain.n * chain.sin_alpha + nearest_float(sum(chain.end_forces, Fraction(0))),
             cosine=chain.cos_alpha,
-            mu_d=nearest_float(chain.mu_d),
-            mu_s=nearest_float(chain.mu_s),
-            held=chain.times_cosine(chain.mu_s),
             sigma=nearest_float(chain.sigma_mu),
             seed=np.uint64(start.seed),
             random=chain.sigma_mu != 0,
@@ -123,6 +132,7 @@ class VerletSimulation(Simulation):
         # for the tables: as they were at the end of the last rearrangement
         self._theta, self._undecided = float(start.state.theta), 0
         self._tensions = start.state.tensions.astype(np.float64)
+        self._expansion = chain.floats("expansion")
         self._avalanche: Avalanche | None = None
 
     @property
@@ -187,7 +197,7 @@ class VerletSimulation(Simulation):
                 self._end(ended)
                 theta, way = float(rows["theta"][k]), rows["way"][k]
                 ramp = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
-                self._tensions -= self.fixed.l0 * (theta - self._theta)
+                self._tensions -= self.fixed.l0 * (theta - self._theta) * self._expansion
                 self._theta = theta
                 self._avalanche = Avalanche(self.chain, FLOAT64, ramp, self._tensions.copy())
             assert self._avalanche is not None
@@ -279,6 +289,7 @@ class Verlet(Solver):
 
     dt: Any = field(default=0.01)
     locate: bool = False
+    takes: ClassVar[frozenset[str]] = EVERYTHING
     name: ClassVar[str] = "verlet"
     summary: ClassVar[str] = "velocity Verlet with a fixed time step dt, the paper's own method"
 

@@ -49,12 +49,8 @@ class Constants(NamedTuple):
     n: int
     l0: float
     origin: float  # l0 theta at the start
-    weight: float  # sin(alpha)
-    friction: float  # mu_d cos(alpha)
+    drive: float  # weight and end forces of the whole chain
     cosine: float
-    mu_d: float
-    mu_s: float
-    held: float  # mu_s cos(alpha)
     sigma: float
     seed: np.uint64
     random: bool
@@ -91,8 +87,9 @@ ROW = (*EVENT_TABLE.fields, "moved", "coefficient", "undecided", "way")
 class Arrays(NamedTuple):
     """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
 
-    lanes: NDArray[np.float64]  # shape (17, n + 2): see below
+    lanes: NDArray[np.float64]  # shape (24, n + 2): see below
     drawn: NDArray[np.int64]  # shape (2, n + 2): coefficients drawn; slips in this half-cycle
+    driven: NDArray[np.int64]  # the sliders whose force changes with theta
     movers: NDArray[np.int64]  # ascending
     now: NDArray[Any]  # one NOW
     clusters: NDArray[np.int64]  # first and last slider of every cluster
@@ -107,14 +104,19 @@ X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
 # floor is a stop; |F| above the ceiling is a start; number of springs
 OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
 AT_REST_ROWS = BASE, PLACE, COEFFICIENT, THRESHOLD = 13, 14, 15, 16
-# T_n + shift of the spring below (the first and the last: shift); displacement at the last rest;
-# mu_s; max(mu_s, mu_d) cos(alpha)
+# T_n + EXPANSION shift of the spring below; displacement at the last rest; mu_s;
+# max(mu_s, mu_d) cos(alpha)
+LOAD, RATE, EXPANSION, FRICTION, MU_D, MU_S, HELD = range(17, 24)
+# weight and end forces; F by shift; what the spring below expands by; mu_d cos(alpha); mu_d; the
+# mean of mu_s; that times cos(alpha)
 
 
 @_compiled
-def _pull(fixed, lanes, i):
+def _pull(arrays, i):
     """Return F_i as it was when the chain was last at rest."""
-    return (lanes[BASE, i] - lanes[BASE, i - 1]) + fixed.weight
+    lanes = arrays.lanes
+    elastic = (lanes[BASE, i] - lanes[BASE, i - 1]) + lanes[RATE, i] * arrays.now[0].shift
+    return elastic + lanes[LOAD, i]
 
 
 @_compiled
@@ -131,9 +133,12 @@ def _velocity(lanes, i):
 
 
 @_compiled
-def _rounding(fixed, lanes, i):
+def _rounding(arrays, i):
     """Return a bound for the rounding errors of F_i and of its threshold."""
-    size = abs(lanes[BASE, i]) + abs(lanes[BASE, i - 1]) + abs(fixed.weight)
+    lanes = arrays.lanes
+    size = abs(lanes[BASE, i]) + abs(lanes[BASE, i - 1])
+    size += abs(lanes[RATE, i] * arrays.now[0].shift)
+    size += abs(lanes[LOAD, i])
     size += abs(lanes[X, i - 1]) + abs(lanes[X, i + 1]) + 2.0 * abs(lanes[X, i])
     return 4.0 * _EPS * (size + lanes[THRESHOLD, i])
 
@@ -166,10 +171,10 @@ def _start(fixed, arrays, i, sign, time):
     square = fixed.dt * fixed.dt
     # of all that may share its cluster: those between two movers are looked at, too
     for k in range(max(i - _GAP, 1), min(i + _GAP, fixed.n) + 1):
-        lanes[PULL, k] = _pull(fixed, lanes, k)
+        lanes[PULL, k] = _pull(arrays, k)
     lanes[SIGN, i] = sign
     lanes[MASS, i] = square
-    lanes[DRAG, i] = square * fixed.friction * sign
+    lanes[DRAG, i] = square * lanes[FRICTION, i] * sign
     lanes[FLOOR, i] = _SMALLEST
     lanes[CEILING, i] = np.inf
     lanes[B, i] = square * _at(lanes, i) - lanes[DRAG, i]
@@ -193,12 +198,12 @@ def _stop(fixed, arrays, i, time):
     drawn[0, i] += 1
     drawn[1, i] += 1
     now.slips += 1
-    mu, threshold = fixed.mu_s, fixed.held
+    mu, threshold = lanes[MU_S, i], lanes[HELD, i]
     if fixed.random:
         words = philox(fixed.seed, STREAM_COEFFICIENT, i, k // 4)
         mu += fixed.sigma * normal_deviate(words[k % 4])
-        threshold = fixed.friction if mu < fixed.mu_d else mu * fixed.cosine
-        now.below += mu < fixed.mu_d
+        threshold = lanes[FRICTION, i] if mu < lanes[MU_D, i] else mu * fixed.cosine
+        now.below += mu < lanes[MU_D, i]
     lanes[COEFFICIENT, i] = mu
     _write(arrays, time, 1, i, lanes[SIGN, i])
     for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
@@ -240,9 +245,9 @@ def release(fixed, arrays):
     now, lanes = arrays.now[0], arrays.lanes
     now.phase = AT_REST
     for i in range(1, fixed.n + 1):
-        force = _pull(fixed, lanes, i)
+        force = _pull(arrays, i)
         excess = abs(force) - lanes[THRESHOLD, i]
-        now.undecided += abs(excess) <= _rounding(fixed, lanes, i)
+        now.undecided += abs(excess) <= _rounding(arrays, i)
         if excess > 0.0:
             if now.phase == AT_REST:
                 _begin(fixed, now, 0)
@@ -252,36 +257,49 @@ def release(fixed, arrays):
 
 
 @_compiled
-def ramp(fixed, arrays, way, most):
-    """Ramp theta until an end slider starts, by less than `most` = l0 |d theta|; return whether.
+def _room(arrays, i, way):
+    """Return by how much l0 theta goes `way` until slider i starts, and its rounding error."""
+    lanes = arrays.lanes
+    rate = way * lanes[RATE, i]
+    room = max(lanes[THRESHOLD, i] - math.copysign(1.0, rate) * _pull(arrays, i), 0.0)
+    return room / abs(rate), _rounding(arrays, i) / abs(rate)
 
-    theta enters the forces on sliders 1 and n only, so theta_c is explicit.
+
+@_compiled
+def ramp(fixed, arrays, way, most):
+    """Ramp theta until a slider starts, by less than `most` = l0 |d theta|; return whether.
+
+    The force on a slider changes by its rate, so that theta_c is explicit.
     """
-    n = fixed.n
-    if n == 1:
-        return False
     now, lanes = arrays.now[0], arrays.lanes
-    first = max(lanes[THRESHOLD, 1] + way * _pull(fixed, lanes, 1), 0.0)
-    last = max(lanes[THRESHOLD, n] - way * _pull(fixed, lanes, n), 0.0)
-    slack = _rounding(fixed, lanes, 1) + _rounding(fixed, lanes, n)
-    now.undecided += abs(min(first, last) - most) <= slack
-    if not min(first, last) < most:
+    nearest = np.inf
+    slack = 0.0
+    for i in arrays.driven:
+        room, rounding = _room(arrays, i, way)
+        nearest = min(nearest, room)
+        slack += rounding
+    if nearest == np.inf:
         return False
-    tie = abs(first - last) <= slack
-    now.undecided += tie
-    now.shift += way * min(first, last)
+    now.undecided += abs(nearest - most) <= slack
+    if not nearest < most:
+        return False
+    ready = 0
+    for i in arrays.driven:
+        arrays.hit[i] = _room(arrays, i, way)[0] - nearest <= slack
+        ready += arrays.hit[i]
+    now.undecided += ready > 1
+    now.shift += way * nearest
     now.theta = (fixed.origin + now.shift) / fixed.l0
-    lanes[BASE, 0] = now.shift
-    lanes[BASE, n] = now.shift
     _begin(fixed, now, int(way))
-    for i in (1, n):
-        if tie or (first < last) == (i == 1):
-            _start(fixed, arrays, i, way if i == n else -way, 0.0)
+    for i in arrays.driven:
+        if arrays.hit[i] != 0:
+            _start(fixed, arrays, i, math.copysign(1.0, way * lanes[RATE, i]), 0.0)
+            arrays.hit[i] = 0
     _close_event(arrays)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     before = now.slips
-    for i in (1, n):
-        if lanes[SIGN, i] != 0.0 and lanes[THRESHOLD, i] <= fixed.friction:
+    for i in arrays.driven:
+        if lanes[SIGN, i] != 0.0 and lanes[THRESHOLD, i] <= lanes[FRICTION, i]:
             _stop(fixed, arrays, i, 0.0)
     if now.slips > before:
         _close_event(arrays)
@@ -480,7 +498,7 @@ def _ties(fixed, arrays):
                 arrays.hit[i] = 1
             continue
         force = _at(lanes, i)
-        if lanes[CEILING, i] - abs(force) <= _rounding(fixed, lanes, i):
+        if lanes[CEILING, i] - abs(force) <= _rounding(arrays, i):
             # together with the event if the force is on the rise; else at threshold: it stays
             now.undecided += 1
             arrays.hit[i] = (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0
@@ -506,7 +524,7 @@ def _resolve(fixed, arrays):
             continue
         force = _at(lanes, i)
         excess = abs(force) - lanes[CEILING, i]
-        if arrays.hit[i] == 2 and abs(excess) <= _rounding(fixed, lanes, i):
+        if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, i):
             now.undecided += 1
         if arrays.hit[i] == 1 or excess > 0.0:
             # one that has just stopped may exceed its threshold
@@ -529,7 +547,7 @@ def _never_stops(fixed, arrays):
     sign = lanes[SIGN, 1]
     mean = 0.0
     for i in range(1, n + 1):
-        if lanes[SIGN, i] != sign or sign * fixed.weight < 0.0:
+        if lanes[SIGN, i] != sign or sign * fixed.drive < 0.0:
             return False
         mean += _velocity(lanes, i)
     mean /= n * fixed.dt
@@ -537,7 +555,8 @@ def _never_stops(fixed, arrays):
     for i in range(1, n + 1):
         twice += (_velocity(lanes, i) / fixed.dt - mean) ** 2
     for i in range(1, n):
-        tension = lanes[BASE, i] - arrays.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
+        tension = lanes[BASE, i] - lanes[EXPANSION, i] * arrays.now[0].shift
+        tension += lanes[X, i + 1] - lanes[X, i]
         twice += tension**2
     return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
 
@@ -626,8 +645,6 @@ def follow(fixed, arrays, targets, first, budget, rows):
             continue
         now.shift = goal
         now.theta = targets[done]
-        base[0] = goal
-        base[n] = goal
         total = place[(n + 1) // 2] if n % 2 == 1 else 0.0
         for i in range(1, n // 2 + 1):  # in pairs: exactly 0 for a mirror-symmetric chain
             total += place[i] + place[n + 1 - i]
@@ -636,7 +653,7 @@ def follow(fixed, arrays, targets, first, budget, rows):
             if len(rows.x) > 0:
                 rows.x[done, i - 1] = place[i]
             if len(rows.tension) > 0 and i < n:
-                rows.tension[done, i - 1] = base[i] - goal
+                rows.tension[done, i - 1] = base[i] - arrays.lanes[EXPANSION, i] * goal
             if len(rows.slips) > 0:
                 rows.slips[done, i - 1] = arrays.drawn[1, i]
                 arrays.drawn[1, i] = 0
