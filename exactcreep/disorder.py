@@ -1,6 +1,5 @@
 """The numbers that are drawn, each a function of its seed and of what it is for.
 
->>> from exactcreep import Chain, disorder
 >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
 >>> disorder.static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
 array([0.6039, 0.5999, 0.6094])

@@ -62,7 +62,6 @@ class Pipeline(Shown):
 
     Examples
     --------
-    >>> from exactcreep import pipeline
     >>> pipe = pipeline(length=2000, axial_stiffness="4e9", submerged_weight=500, friction="0.5",
     ...                 tan_alpha="0.035", kappa="1.17e-5")
     >>> f"{pipe.continuum_walk(60):.1f} mm per cycle, above {pipe.critical_heating:.1f} K"
@@ -208,7 +207,6 @@ class Pipeline(Shown):
 
         Examples
         --------
-        >>> from exactcreep import pipeline
         >>> pipe = pipeline(length=2000, axial_stiffness="4e9", submerged_weight=500,
         ...                 friction="0.5", tan_alpha="0.035", kappa="1.17e-5")
         >>> walk = pipe.walk(60, cycles=3)
@@ -240,7 +238,6 @@ class Walk(Result):
 
     Examples
     --------
-    >>> from exactcreep import pipeline
     >>> pipe = pipeline(length=1000, axial_stiffness="2e9", submerged_weight=400, friction="0.5",
     ...                 end_tension="5e4", kappa="1.17e-5")
     >>> pipe.walk([70, 50], cycles=2).finding

@@ -107,7 +107,6 @@ class Scene(Shown):
 
     Examples
     --------
-    >>> from exactcreep import load_scene
     >>> scene = load_scene("two-sliders-cycles")
     >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
     >>> [member.experiment.chain.tan_alpha for member in varied.members()]
@@ -142,12 +141,6 @@ class Scene(Shown):
         ------
         InputError
             If it is no TOML, or a name in it is unknown.
-
-        Examples
-        --------
-        >>> from exactcreep import Scene
-        >>> Scene.from_text('title = "none"').title
-        'none'
         """
         return cls.from_mapping(_parsed(text, name), name=name, folder=folder)
 
@@ -284,7 +277,6 @@ class Scene(Shown):
 
         Examples
         --------
-        >>> from exactcreep import load_scene
         >>> scene = load_scene("two-sliders-cycles").with_settings({"vary.chain.n": [2, 3]})
         >>> [member.experiment.chain.n for member in scene.members()]
         [2, 3]

@@ -10,6 +10,7 @@ import importlib
 import inspect
 import sys
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,16 @@ from tests.processes import finished
 PACKAGE = Path(exactcreep.__file__).parent
 EXAMPLES = [path for path in sorted(PACKAGE.rglob("*.py")) if ">>>" in path.read_text("utf-8")]
 PUBLIC = sorted(set(exactcreep.__all__) - {"__version__", "disorder", "laws"})
+ROOF = exactcreep.physical(
+    length=3, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6",
+    contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3",
+)  # fmt: skip
+NAMES = {
+    "Fraction": Fraction,
+    "roof": ROOF,
+    **{name: getattr(exactcreep, name) for name in (*PUBLIC, "disorder", "laws")},
+}
+"""What examples take as known; the page of the reference says so."""
 SECTIONS = {"GL08", "SS03", "PR01", "PR02", "PR03", "PR07", "RT01", "RT03", "EX01"}
 """What numpydoc finds missing: a docstring, its period, parameters and what they mean, what is
 returned, an example."""
@@ -35,7 +46,7 @@ def test_the_examples_of_a_module_print_what_they_say(
     monkeypatch.chdir(tmp_path)
     name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
     module = importlib.import_module(name)
-    failed, tried = doctest.testmod(module)
+    failed, tried = doctest.testmod(module, extraglobs=NAMES)
     assert tried > 0
     assert failed == 0
 

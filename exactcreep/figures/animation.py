@@ -54,10 +54,7 @@ def largest_avalanche(
 
     If a limit comes before, only the part that was reached counts.
 
-    Raises
-    ------
-    InputError
-        If there is none.
+    Raises `InputError` if there is none.
     """
     total = min(half_cycles, experiment.drive.half_cycles)
     seen = advance(_simulation(experiment), experiment.drive, total, limits)
@@ -71,14 +68,8 @@ def largest_avalanche(
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
     """Return rearrangement `number` of a run, with its motion in closed form.
 
-    Raises
-    ------
-    InputError
-        If the run has no such rearrangement, or a limit comes before it.
-
-    Notes
-    -----
-    Guarantee: it has the itinerary of the run itself (checked).
+    Raises `InputError` if the run has no such rearrangement, or a limit comes before it. Guarantee:
+    it has the itinerary of the run itself (checked).
     """
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
@@ -130,14 +121,8 @@ def _rearrangements(
 class Moments(NamedTuple):
     """A rearrangement at some instants; arrays of shape (n, instants).
 
-    Attributes
-    ----------
-    moved, velocities, forces : ndarray
-        Displacements since its start, velocities, and non-frictional forces.
-    moving : ndarray of bool
-        Which sliders move.
-    held : ndarray
-        The forces that hold the others.
+    `moved`, `velocities`, `forces`: displacements since its start, velocities, and non-frictional
+    forces; `moving`: which sliders move; `held`: the forces that hold the others.
     """
 
     moved: Floats
@@ -181,10 +166,7 @@ def draw_avalanche(
 
     The pictures are equally spaced in time, and the last one stays.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be written; without `force` if it exists.
+    Raises `InputError` if the file cannot be written; without `force` if it exists.
     """
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)

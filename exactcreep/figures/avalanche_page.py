@@ -120,19 +120,9 @@ def _packed(values: ArrayLike) -> dict[str, str]:
 def page(run: Creep, avalanche: RunAvalanche | None = None, *, framed: bool = False) -> str:
     """Return the page, as one HTML text.
 
-    Parameters
-    ----------
-    run : Creep
-        As `run_to_draw` returns it.
-    avalanche : RunAvalanche, optional
-        One of its rearrangements; without one the page shows the run alone.
-    framed : bool
-        Whether it stands inside of another page: without a title, and moving as soon as it is open,
-        where its reader has not asked for stillness.
-
-    Returns
-    -------
-    str
+    `run`: as `run_to_draw` returns it; `avalanche`: one of its rearrangements; without one the page
+    shows the run alone; `framed`: whether it stands inside of another page: without a title, and
+    moving as soon as it is open, where its reader has not asked for stillness.
     """
     data: Mapping[str, Any] = {
         "run": run_data(run),

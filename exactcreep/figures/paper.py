@@ -109,14 +109,8 @@ LAWS = {
 class Table:
     """The points of one series: a sweep beside a law of the paper.
 
-    Attributes
-    ----------
-    name, title : str
-    rows : tuple of Point
-    printed, exact : str
-        The formulas of the two laws, in words.
-    note : str
-        One line about the whole table: where the printed law is not the exact one.
+    `printed`, `exact`: the formulas of the two laws, in words; `note`: one line about the whole
+    table: where the printed law is not the exact one.
     """
 
     name: str
@@ -173,22 +167,11 @@ def to_csv(tables: Sequence[Table]) -> str:
 class Picture:
     """A figure of the paper with data: the scenes behind it, its tables, how it is drawn.
 
-    Attributes
-    ----------
-    name : str
-        Of the files, and of the first scene.
-    figure : str
-        The number of the paper's figure.
-    size : pair of float
-        Width and height in inches.
-    series : sequence of tuple
-        Title and law of each table, and its note and scene if it has them; see `Table.of`.
-    quick : mapping
-        For each scene the dotted keys that are set differently for a quick look.
-    drawing : callable
-        Called with an empty figure, the data and the tables; draws.
-    always : mapping
-        Dotted keys that are set in every scene, quick or not.
+    `name`: of the files, and of the first scene; `figure`: the number of the paper's figure;
+    `size`: width and height in inches; `series`: title and law of each table, and its note and
+    scene if it has them; see `Table.of`; `quick`: for each scene the dotted keys that are set
+    differently for a quick look; `drawing`: called with an empty figure, the data and the tables;
+    draws; `always`: dotted keys that are set in every scene, quick or not.
     """
 
     name: str

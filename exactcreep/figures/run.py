@@ -389,19 +389,10 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
 class Portrait:
     """A run seen around one half-cycle.
 
-    Attributes
-    ----------
-    result : Creep
-    half_cycle : int
-        The one whose end is looked at; 0 is the start.
-    first : int
-        The first half-cycle of the window.
-    theta, x_G : ndarray, shape (w + 1,)
-        At the ends of the half-cycles of the window; the first entry is what was before it.
-    slips : ndarray of int, shape (w, n)
-        Slips of each slider within each half-cycle of the window.
-    state : State
-        At the end of `half_cycle`.
+    `half_cycle`: the one whose end is looked at; 0 is the start; `first`: the first half-cycle of
+    the window; `theta`, `x_G` (ndarray, shape (w + 1,)): at the ends of the half-cycles of the
+    window; the first entry is what was before it; `slips` (ndarray of int, shape (w, n)): slips of
+    each slider within each half-cycle of the window; `state`: at the end of `half_cycle`.
     """
 
     result: Creep
@@ -451,10 +442,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     What was not recorded is computed again, from the start with the same parameters and disorder:
     bit for bit. The space-time diagram shows `window` half-cycles at most.
 
-    Raises
-    ------
-    InputError
-        If the run has no such half-cycle, or does not repeat what it recorded.
+    Raises `InputError` if the run has no such half-cycle, or does not repeat what it recorded.
     """
     total, experiment, drive = result.half_cycles, result.experiment, result.drive
     asked = total if half_cycle is None else half_cycle

@@ -62,10 +62,8 @@ def new_figure(width: float, height: float, title: str = "", dpi: int | None = N
 def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> None:
     """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
 
-    Raises
-    ------
-    InputError
-        If the ending is another one, or the file cannot be written; without `force` if it exists.
+    Raises `InputError` if the ending is another one, or the file cannot be written; without `force`
+    if it exists.
     """
     target = Path(path)
     check_picture(target)

@@ -76,20 +76,13 @@ def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
 class Point:
     """A measured velocity beside the laws.
 
-    Attributes
-    ----------
-    varied : mapping of str to value
-        Which point of a grid it is: the dimensions, without the seed, and their values.
-    measured, error : float
-        Mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle (or
-        target).
-    printed, exact : tuple of float
-        What the paper's law gives as printed, and the corrected or exact law; two values where the
-        plateau is not unique, none where there is no law.
-    sticking, sticking_deviation : float
-        The measured law of sliders that stick and slip and its own deviation; nan beyond its range.
-    parameters : dict
-        The chain and its drive, exactly, by the names that laws use; and what else was varied.
+    `varied`: which point of a grid it is: the dimensions, without the seed, and their values;
+    `measured`, `error`: mean over the seeds and its standard error, unit ``g tau_dyn**2`` per
+    half-cycle (or target); `printed`, `exact`: what the paper's law gives as printed, and the
+    corrected or exact law; two values where the plateau is not unique, none where there is no law;
+    `sticking`, `sticking_deviation`: the measured law of sliders that stick and slip and its own
+    deviation; nan beyond its range; `parameters`: the chain and its drive, exactly, by the names
+    that laws use; and what else was varied.
     """
 
     varied: Mapping[str, Any]
@@ -165,15 +158,7 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
 def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> list[Point]:
     """Return the points of members of a scene without laws, the seeds of each taken together.
 
-    Parameters
-    ----------
-    runs : sequence of Creep
-    settings : sequence of mapping
-        What varies among the members, by the keys of a scene; one for each run.
-
-    Returns
-    -------
-    list of Point
+    `settings`: what varies among the members, by the keys of a scene; one for each run.
     """
     groups: dict[tuple[tuple[str, Any], ...], list[Creep]] = {}
     for run, setting in zip(runs, settings, strict=False):
@@ -302,7 +287,6 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
     Examples
     --------
-    >>> from exactcreep import load_scene, plot_sweep, sweep
     >>> scene = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 10})
     >>> grid = sweep(scene.with_settings({"vary.chain.n": [2, 3, 4]}))
     >>> plot_sweep(grid).get_xlabel()

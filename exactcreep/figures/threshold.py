@@ -42,14 +42,6 @@ def draw_threshold(found: Threshold | Intercept) -> Figure:
     """Draw windows, or velocities, over the amplitude, with the laws.
 
     Of a threshold the displacements below and above it stand beneath.
-
-    Parameters
-    ----------
-    found : Threshold or Intercept
-
-    Returns
-    -------
-    Figure
     """
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"

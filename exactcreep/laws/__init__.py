@@ -2,7 +2,6 @@
 
 Every law is a function of the numbers that describe a chain and its drive, by name::
 
-    >>> from fractions import Fraction
     >>> critical_angle(n=7, i=3, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5))
     Fraction(8, 35)
 

@@ -86,7 +86,6 @@ def pivot_sliders(
     --------
     A slate that is rough enough rests in dilations and contractions, and stops a roof:
 
-    >>> from fractions import Fraction
     >>> smooth, rough = Fraction(1, 2), Fraction(4)
     >>> pivot_sliders([smooth] * 6, Fraction(1, 5))
     PivotSliders(dilation=(2,), contraction=(5,))
@@ -141,7 +140,6 @@ def differing_intercept(
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> differing_intercept([Fraction(1, 2)] * 3 + [4], Fraction(3, 4))
     Fraction(1, 1)
     """

@@ -118,7 +118,6 @@ def cosine(tan_alpha: Number) -> Number:
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> cosine(Fraction(3, 4))
     Fraction(4, 5)
     """

@@ -68,7 +68,6 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> pivots(8, Fraction(1, 4), Fraction(1, 2)), pivots(30, 0.25, 0.5)
     ((3, 4), (9,))
     """
@@ -188,7 +187,6 @@ def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> 
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> chain = {"n": 8, "l0": 1000, "mu_d": Fraction(1, 2), "tan_alpha": Fraction(1, 4)}
     >>> law_values(plateau_velocity, chain | {"amplitude": Fraction(1, 100)})
     (50.0, 30.0)
@@ -260,7 +258,6 @@ def critical_angle(*, n, i, mu_d, mu_s):
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> critical_angle(n=7, i=3, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5))
     Fraction(8, 35)
     """
@@ -300,7 +297,6 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> window = pivot_window(3, 2, Fraction(1, 2), Fraction(3, 5))
     >>> [str(edge) for edge in window]
     ['2/15', '1/5', '7/15', '8/15']
@@ -446,7 +442,6 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
     Fraction(3, 1000)
     """
@@ -477,7 +472,6 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 
     Examples
     --------
-    >>> from fractions import Fraction
     >>> onset_amplitude(
     ...     n=30, l0=1000, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5), tan_alpha=Fraction(7, 24)
     ... )

@@ -64,8 +64,6 @@ class Prediction:
 
     Examples
     --------
-    >>> from exactcreep.model.chain import Chain
-    >>> from exactcreep.model.drive import Cycles
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> prediction(chain, Cycles("0.005", 100)).law
     'staircase, exact'
@@ -108,8 +106,6 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
 
     Examples
     --------
-    >>> from exactcreep.model.chain import Chain
-    >>> from exactcreep.model.drive import Cycles
     >>> chain = Chain(10, 1000, "0.4", "0.55", "0.01", tan_alpha="0.25")
     >>> found = prediction(chain, Cycles("0.01", 100))
     >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"

@@ -57,7 +57,6 @@ class Event:
 
     Examples
     --------
-    >>> from exactcreep import Chain, State, rearrange
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
     >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)

@@ -35,7 +35,6 @@ class Drive(Shown):
 
     Examples
     --------
-    >>> from exactcreep import Path
     >>> drive = Path(["0.001", "-0.002"])
     >>> isinstance(drive, Drive), drive.half_cycles, drive.exact_target(2)
     (True, 2, Fraction(-1, 500))
@@ -283,11 +282,6 @@ class Path(Listed):
         ------
         InputError
             If there are more than a million, or it has a clock of its own.
-
-        Examples
-        --------
-        >>> Path.of(Cycles("0.001", 1)).theta
-        (Fraction(1, 1000), Fraction(-1, 1000))
         """
         name = type(drive).__name__
         if type(drive).clock is not Drive.clock or drive.dates is not None:

@@ -29,7 +29,6 @@ class Enclosure(NamedTuple):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.001", 3), solver="certified").velocity_enclosure.text(20)
     '0.77611400011626551526'
@@ -50,13 +49,6 @@ class Enclosure(NamedTuple):
         -------
         str
             A decimal number.
-
-        Examples
-        --------
-        >>> from fractions import Fraction
-        >>> third = Enclosure(Fraction(1, 3), Fraction(1, 10**6))
-        >>> third.text(20)
-        '0.33333'
         """
         known = digits
         if self.radius and self.middle:

@@ -5,7 +5,6 @@ counter-based generator Philox 4x64-10 (Salmon et al. 2011; NumPy's words), turn
 deviate by the inverse distribution function. Two solvers, two precisions or two machines see the
 same disorder, in whatever order they ask: only +, -, *, / and the square root enter.
 
->>> from exactcreep import Chain
 >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
 >>> static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
 array([0.6039, 0.5999, 0.6094])
@@ -89,7 +88,6 @@ def static_coefficients(
 
     Examples
     --------
-    >>> from exactcreep import Chain
     >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> static_coefficients(chain, seed=1, n=2, first=0, count=2).round(4)
     array([0.6039, 0.5999])
@@ -130,7 +128,6 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
 
     Examples
     --------
-    >>> from exactcreep import Chain
     >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> round(static_coefficient(chain, seed=1, n=2, k=0), 4)
     0.6039
@@ -167,7 +164,6 @@ def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
 
     Examples
     --------
-    >>> from exactcreep import GaussianSteps
     >>> round(dilation(GaussianSteps("0.01", 3), seed=5, q=1), 6)
     0.005736
     """
@@ -194,7 +190,6 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
 
     Examples
     --------
-    >>> from exactcreep import GaussianSteps
     >>> dilations(GaussianSteps("0.01", 3), seed=5, first=1, count=2).round(4)
     array([ 0.0057, -0.002 ])
     """

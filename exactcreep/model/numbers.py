@@ -55,7 +55,6 @@ class InputError(ValueError):
 
     Examples
     --------
-    >>> from exactcreep import Cycles
     >>> try:
     ...     Cycles(amplitude="0.01", cycles="many")
     ... except InputError as error:

@@ -11,7 +11,6 @@ class Evidence(Enum):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence is Evidence.PROVED
     True
@@ -43,7 +42,6 @@ class Outcome(Enum):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> creep(chain, Cycles("0.0001", 3)).outcome is Outcome.AT_REST
     True

@@ -43,7 +43,6 @@ class RecordWarning(UserWarning):
     Examples
     --------
     >>> import warnings
-    >>> from exactcreep import TemperatureRecord
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
     >>> print(caught[0].message)  # doctest: +ELLIPSIS
@@ -55,18 +54,11 @@ class RecordWarning(UserWarning):
 class Readings:
     """Every reading of a table, in the order of its rows, whatever is wrong with it.
 
-    Attributes
-    ----------
-    file, unit, decimal : str
-        As of the record; `file` is "" for arrays.
-    names, maximum : list of str, int or None
-        The columns of temperatures, by the hour of the day, and which of them is the maximum.
-    times : ndarray
-        Dates, in UTC where a time zone is named, or floats.
-    written : list of str
-        The times as they are written.
-    entries, exact : list
-        What stands in the table, and the temperature that it means; None where it means none.
+    `file`, `unit`, `decimal`: as of the record; `file` is "" for arrays; `names`, `maximum`: the
+    columns of temperatures, by the hour of the day, and which of them is the maximum; `times`:
+    dates, in UTC where a time zone is named, or floats; `written`: the times as they are written;
+    `entries`, `exact`: what stands in the table, and the temperature that it means; None where it
+    means none.
     """
 
     file: str
@@ -251,10 +243,7 @@ class Readings:
 
         Gaps are filled between the readings of the same hour on the days around them.
 
-        Raises
-        ------
-        InputError
-            If times are no dates, or there are more rows to fill in than rows.
+        Raises `InputError` if times are no dates, or there are more rows to fill in than rows.
         """
         pandas, faults, width = import_module("pandas"), self.faults(), len(self.names)
         if not self.dated:

@@ -42,10 +42,7 @@ def table_of(
 
     Columns of a file whose first row holds a number have no names: they are called 1, 2, ...
 
-    Raises
-    ------
-    InputError
-        If the file is too large, or no table.
+    Raises `InputError` if the file is too large, or no table.
     """
     shown, pandas = str(path), import_module("pandas")
     content = content_of(path, "file", MOST_BYTES)
@@ -83,11 +80,8 @@ class RecordFormat(NamedTuple):
 def guessed(path: Path) -> RecordFormat:
     """Return how a CSV file of temperatures is probably written.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, or has no column of times, or none of temperatures; the sentence names
-        the option that has to say it.
+    Raises `InputError` if it cannot be read, or has no column of times, or none of temperatures;
+    the sentence names the option that has to say it.
     """
     shown, doubts = str(path), dict[str, str]()
     data = unpacked(content_of(path, "file", MOST_BYTES), "file", shown, MOST_BYTES)

@@ -52,14 +52,6 @@ class Result(Shown):
         -------
         dict
             What `json.dumps` takes.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Cycles, creep
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> run = creep(chain, Cycles("0.001", 50))
-        >>> run.summary()["outcome"]
-        'creeping'
         """
         return plain_data(self._numbers())
 

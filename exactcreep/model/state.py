@@ -49,7 +49,6 @@ class State(Shown):
 
     Examples
     --------
-    >>> from exactcreep import Chain
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
     >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
     array([0.7, 0.4, 0.7])
@@ -162,12 +161,6 @@ class State(Shown):
         -------
         State
             At rest, unless a draw is so low that a slider exceeds its threshold.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain
-        >>> State.relaxed(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")).tensions
-        array([0., 0.])
         """
         return cls.prepared(chain, seed=seed)
 
@@ -207,7 +200,6 @@ class State(Shown):
 
         Examples
         --------
-        >>> from exactcreep import Chain
         >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
         >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").tensions
         array([Fraction(1, 10), Fraction(-1, 10)], dtype=object)
@@ -253,7 +245,6 @@ class State(Shown):
 
         Examples
         --------
-        >>> from exactcreep import Chain
         >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
         >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
         array([0.000273, 0.000239])
@@ -277,13 +268,6 @@ class State(Shown):
         -------
         ndarray, shape (n,)
             In float64.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> State.relaxed(chain).forces(chain).round(6)
-        array([0.242536, 0.242536, 0.242536])
         """
         around = np.zeros(self.n + 1)
         around[1:-1] = self.tensions

@@ -277,13 +277,6 @@ class TemperatureRecord(Listed):
         ------
         InputError
             If the file is no table, or its times cannot be read.
-
-        Examples
-        --------
-        >>> from pathlib import Path
-        >>> _ = Path("days.csv").write_text("time,temperature\\n0,10\\n1,\\n2,12\\n")
-        >>> TemperatureRecord.readings("days.csv").faults()
-        {'missing': array([1])}
         """
         about = {"kappa": 1, "T0": 0, **options, "theta": [0], "times": [0], "sha256": ""}
         return cls(file, **about)._read()[0]

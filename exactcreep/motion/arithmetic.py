@@ -39,15 +39,9 @@ class Arithmetic(ABC):
 
     Vectors are NumPy arrays (float64, or of objects); matrices are whatever `product` takes.
 
-    Attributes
-    ----------
-    encloses : bool
-        Whether a number is a proved enclosure.
-    bits : int
-        Working precision.
-    roundoff : float
-        Largest relative rounding error of one operation that is not part of the number itself:
-        ``2**-bits``, or 0 for balls, which carry theirs.
+    `encloses`: whether a number is a proved enclosure; `bits`: working precision; `roundoff`:
+    largest relative rounding error of one operation that is not part of the number itself:
+    ``2**-bits``, or 0 for balls, which carry theirs.
     """
 
     name: ClassVar[str]
@@ -114,10 +108,7 @@ class Arithmetic(ABC):
 
         0 means that `x` is zero or, outside balls, that its sign is not decided.
 
-        Raises
-        ------
-        Undecided
-            In balls, if the sign is not decided and `x` is not exactly zero.
+        Raises `Undecided` in balls, if the sign is not decided and `x` is not exactly zero.
         """
         return int(x > slack) - int(x < -slack)
 

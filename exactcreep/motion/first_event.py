@@ -106,21 +106,12 @@ class EventFunction:
 class Search:
     """The search for the first event of a flow and its runs.
 
-    Parameters
-    ----------
-    thresholds : ndarray, shape (n,)
-        ``mu_s cos(alpha)`` as it acts.
-    excess : mapping of int to number
-        Threshold minus dynamical friction of the sliders that have just crossed their threshold:
-        their acceleration, without the rounding of the forces.
-    touching : set of (slider, side)
-        Resting sliders that are known to be exactly at threshold.
-    assume : bool
-        Whether balls, too, settle what they cannot decide by the rules, and count it.
-    half : bool
-        Whether the lower half of the chain mirrors the upper one, and need not be watched.
-    limits : Limits
-        Whose time ends the search.
+    `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `excess`: threshold minus
+    dynamical friction of the sliders that have just crossed their threshold: their acceleration,
+    without the rounding of the forces; `touching`: resting sliders that are known to be exactly at
+    threshold; `assume`: whether balls, too, settle what they cannot decide by the rules, and count
+    it; `half`: whether the lower half of the chain mirrors the upper one, and need not be watched;
+    `limits`: whose time ends the search.
     """
 
     def __init__(

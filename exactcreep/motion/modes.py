@@ -37,14 +37,9 @@ class Ends(NamedTuple):
 class Modes:
     """Frequencies and orthonormal eigenvectors of a run.
 
-    Attributes
-    ----------
-    frequencies : ndarray, shape (p,)
-        ``2 sin(theta_q / 2)``; a zero mode comes first.
-    vectors : ndarray, shape (p, p)
-        ``vectors[n, q]``: slider n of mode q.
-    forward, backward : matrix
-        The transpose and the matrix itself, for `Arithmetic.product`.
+    `frequencies` (ndarray, shape (p,)): ``2 sin(theta_q / 2)``; a zero mode comes first; `vectors`
+    (ndarray, shape (p, p)): ``vectors[n, q]``: slider n of mode q; `forward`, `backward`: the
+    transpose and the matrix itself, for `Arithmetic.product`.
     """
 
     frequencies: NDArray[Any]

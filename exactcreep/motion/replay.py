@@ -200,16 +200,8 @@ class Replay:
 class Phase:
     """The time between two instants of a `Replay`, and the events at its end.
 
-    Attributes
-    ----------
-    events : tuple of Event
-        At its end, in order: a stop comes before the starts of the same instant.
-    runs : list of Run
-        What moves.
-    time, span : number
-        When it ends, and how long it lasts.
-    lasts : bool
-        Whether it takes any time.
+    `events`: at its end, in order: a stop comes before the starts of the same instant; `runs`: what
+    moves; `time`, `span`: when it ends, and how long it lasts; `lasts`: whether it takes any time.
     """
 
     def __init__(self, replay: Replay, events: Sequence[Event]) -> None:

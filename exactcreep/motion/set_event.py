@@ -44,29 +44,14 @@ def first_event_of_set(
 ) -> tuple[int, int, float, float]:
     """Return slider, side, time and largest error of the event that is proved to be first.
 
-    Parameters
-    ----------
-    springs, signs : ndarray of int, shape (n,)
-        How many springs each slider has, and in which direction it moves.
-    fresh : ndarray of bool, shape (n,)
-        Which moving sliders have just started: their velocity is zero, exactly.
-    numbers : ndarray, shape (3, n)
-        Velocities and accelerations, both zero at rest, and forces.
-    thresholds : ndarray, shape (n,)
-        Of resting sliders.
-    unsure : float
-        How far any of these numbers is from the same number of any state of the set.
-    last : int
-        The sliders from here on mirror others, and are not watched.
-
-    Returns
-    -------
-    tuple of (int, int, float, float)
-        The side is 0 for a stop, else the direction of a start. The slider is -1 where float64
-        does not prove which event is first.
-
-    Guarantee: in every state of the set the event is the first, its root the only one of its
-    function up to the end of the bracket, and simple.
+    `springs`, `signs` (ndarray of int, shape (n,)): how many springs each slider has, and in which
+    direction it moves; `fresh` (ndarray of bool, shape (n,)): which moving sliders have just
+    started: their velocity is zero, exactly; `numbers` (ndarray, shape (3, n)): velocities and
+    accelerations, both zero at rest, and forces; `thresholds` (ndarray, shape (n,)): of resting
+    sliders; `unsure`: how far any of these numbers is from the same number of any state of the set;
+    `last`: the sliders from here on mirror others, and are not watched. Returns tuple of (int, int,
+    float, float): the side is 0 for a stop, else the direction of a start. The slider is -1 where
+    float64 does not prove which event is first.
     """
     n = len(signs)
     v, a, pull = numbers[0].copy().reshape(n, 1), numbers[1].copy().reshape(n, 1), numbers[2].copy()
@@ -198,19 +183,13 @@ def enclosed_event(
 
     In balls; None if the slope is not separated from zero. Derivatives v^(k) have a norm of at most
     ``2^k (|v| + |a| / 2)`` with the v and a of the same time, and at a time d away these two are at
-    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds
-    the remainder of the Taylor series.
+    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds the remainder of the
+    Taylor series.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-    acting : tuple of (int, int)
-        Who acts: the slider (from 0), and 0 for a stop or the direction in which it starts.
-    room : ball
-        What a slider that starts lacks to its threshold at first.
-    time, radius : float
-        The event's function has exactly one root between ``time - radius`` and ``time + radius``;
-        if there is none, this is an `AssertionError`.
+    `acting`: who acts: the slider (from 0), and 0 for a stop or the direction in which it starts;
+    `room`: what a slider that starts lacks to its threshold at first; `time`, `radius`: the event's
+    function has exactly one root between ``time - radius`` and ``time + radius``; if there is none,
+    this is an `AssertionError`.
     """
     if not radius < NEAREST:
         return None

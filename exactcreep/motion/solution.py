@@ -23,7 +23,6 @@ class Motion(NamedTuple):
 
     Examples
     --------
-    >>> from exactcreep import Chain, State, rearrange
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
     >>> slip.sol(slip.duration / 2).velocities.round(4)
@@ -69,7 +68,6 @@ class Solution:
 
     Examples
     --------
-    >>> from exactcreep import Chain, State, rearrange
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
     >>> sol([sol.t_min, sol.t_max]).positions.round(4)
@@ -126,14 +124,6 @@ class Solution:
         ------
         ValueError
             If nothing moves, or `t` lies before the first event or after the last.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, State, rearrange
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
-        >>> sol.piece_at(1.0).t_min
-        0.0
         """
         if not self.pieces:
             raise ValueError("nothing moves in this rearrangement: it has no pieces")

@@ -68,17 +68,11 @@ class StateSet:
     Made of how far states may lie from the middle: in forces, in the speeds of those in motion, in
     l0 theta.
 
-    Attributes
-    ----------
-    forces, speeds, moved : ndarray of float64, shape (n, k)
-        Rows of the sliders; `moved` since the rows were last made orthogonal.
-    theta : ndarray of float64, shape (k,)
-        The row of l0 theta.
-    errors : ndarray of float64, shape (3, n)
-        How far the rows of forces, speeds and moved may be off, summed over the box.
-    theta_error : float
-    reach : ndarray of float64, shape (n,)
-        How far displacements may lie from the middle's, but for `moved`.
+    `forces`, `speeds`, `moved` (ndarray of float64, shape (n, k)): rows of the sliders; `moved`
+    since the rows were last made orthogonal; `theta` (ndarray of float64, shape (k,)): the row of
+    l0 theta; `errors` (ndarray of float64, shape (3, n)): how far the rows of forces, speeds and
+    moved may be off, summed over the box; `reach` (ndarray of float64, shape (n,)): how far
+    displacements may lie from the middle's, but for `moved`.
     """
 
     def __init__(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
@@ -309,21 +303,10 @@ def _fastest(haste: float, late: float) -> float:
 def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> tuple[float, float]:
     """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
-    Parameters
-    ----------
-    crossing : Crossing
-    rate : float
-        Its slope.
-    rows : tuple of forces, speeds, moved, errors
-        Rows of a `StateSet`, in units of `unit`; changed in place.
-    own : bool
-        True: rows of the set itself, which say how late its states are. False: how they part.
-
-    Returns
-    -------
-    tuple of (float, float)
-        How far the times lie from the middle's, in units of the rows (nan: the slope is not
-        separated from zero, and nothing was done), and `late`, as the rows have it.
+    `rate`: its slope; `rows`: rows of a `StateSet`, in units of `unit`; changed in place; `own`:
+    True: rows of the set itself, which say how late its states are. False: how they part. Returns
+    tuple of (float, float): how far the times lie from the middle's, in units of the rows (nan: the
+    slope is not separated from zero, and nothing was done), and `late`, as the rows have it.
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows

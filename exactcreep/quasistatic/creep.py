@@ -46,7 +46,6 @@ class PhysicsWarning(UserWarning):
     Examples
     --------
     >>> import warnings
-    >>> from exactcreep import Chain, Path, creep
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(Chain(2, 10, "0.5", "0.6", tan_alpha="0.25"), Path([2]))
     >>> caught[0].category.__name__, dict(run.warnings)
@@ -60,7 +59,6 @@ class AccuracyWarning(UserWarning):
     Examples
     --------
     >>> import warnings
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(chain, Cycles("0.002", 20), accuracy=1e-3)
@@ -79,7 +77,6 @@ class Interrupted(KeyboardInterrupt):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> run = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
     >>> Interrupted([run]).partial.half_cycles
     100
@@ -201,7 +198,6 @@ def creep(
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
     >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
@@ -249,7 +245,6 @@ def resume(
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
     >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
     >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state

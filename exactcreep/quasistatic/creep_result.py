@@ -107,7 +107,6 @@ class Creep(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
     >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count

@@ -67,7 +67,6 @@ class Experiment:
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, Experiment, load_scene
     >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
     >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
     (2, 20, 'exact')

@@ -85,7 +85,6 @@ class Rearrangement(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, State, rearrange
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
     >>> slip.itinerary, slip.outcome.value, slip.evidence.value
@@ -131,17 +130,6 @@ class Rearrangement(Result):
         -------
         Rearrangement
             Of the class that is asked.
-
-        Examples
-        --------
-        >>> from exactcreep import Chain, Rearrangement, State
-        >>> from exactcreep.watch.limits import Stop
-        >>> from exactcreep.solvers.exact.solver import ExactSimulation
-        >>> from exactcreep.solvers.interface import Ending
-        >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-        >>> moved = ExactSimulation(chain, State.relaxed(chain), 0)
-        >>> Rearrangement.of(moved, "exact", Ending(Stop.DONE), events=()).outcome.value
-        'at_rest'
         """
         tally = moved.tally
         return cls(

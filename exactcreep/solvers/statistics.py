@@ -50,21 +50,16 @@ def standard_error(
     to be correlated over times that are not short beside the whole.
 
     Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): averages over blocks.
-    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them
-    (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than
-    that of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow;
-    and where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after
-    A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance,
-    whose sums over blocks do not scatter more than single steps, needs neither.
+    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them (B.
+    Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than that
+    of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow; and
+    where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after A.
+    Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance, whose
+    sums over blocks do not scatter more than single steps, needs neither.
 
-    Parameters
-    ----------
-    positions, clock : ndarray of float64, shape (steps + 1,)
-        x_G, and when it was there.
-    silent : float
-        What is returned where nothing moved.
-    least : bool
-        Return the estimate also where the true error may be larger.
+    `positions`, `clock` (ndarray of float64, shape (steps + 1,)): x_G, and when it was there;
+    `silent`: what is returned where nothing moved; `least`: return the estimate also where the true
+    error may be larger.
     """
     gains, spans = np.diff(positions), np.diff(clock)
     steps = gains.size

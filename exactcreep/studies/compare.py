@@ -134,7 +134,6 @@ def compare(
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, Experiment, Method
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> given = Experiment(chain, Cycles("0.001", 5))
     >>> data = compare(given, [Method("exact"), Method("verlet", dt="0.1")], events=20)

@@ -84,7 +84,6 @@ class Plan(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, plan
     >>> plan(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)).solver
     'law'
     """
@@ -170,7 +169,6 @@ def plan(
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles
     >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> plan(chain, Cycles("0.001", 50)).solver
     'exact'

@@ -50,14 +50,12 @@ class Pool:
 
         ``function(task)`` is computed, with the signals if there are any; a task is taken when
         there is room for it. Something comes back at least four times a second. Of tasks that end
-        together those that failed come last, so that what has finished is saved before one of
-        them ends the study. After a signal that waits for the end of a block no task is taken any
-        more; those in threads come back soon, others are left.
+        together those that failed come last, so that what has finished is saved before one of them
+        ends the study. After a signal that waits for the end of a block no task is taken any more;
+        those in threads come back soon, others are left.
 
-        Raises
-        ------
-        InputError
-            If the executor takes no tasks any more; what had finished was yielded before.
+        Raises `InputError` if the executor takes no tasks any more; what had finished was yielded
+        before.
         """
         running: dict[Future[Any], int] = {}
         remaining = iter(tasks)

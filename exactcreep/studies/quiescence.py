@@ -56,7 +56,6 @@ class Quiescence(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep, quiescent
     >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> rests = quiescent([creep(chain, Cycles("0.0008", 100), seed=k) for k in range(4)])
     >>> print(f"{rests.fraction:.2f} +- {rests.fraction_error:.2f}")
@@ -130,7 +129,6 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep, quiescent
     >>> chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     >>> rests = quiescent(creep(chain, Cycles("0.0008", 300), seed=6, record=("x_G",)))
     >>> rests.cycles, rests.jumps, round(rests.fraction, 2)

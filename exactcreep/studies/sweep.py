@@ -108,7 +108,6 @@ def sweep(
 
     Examples
     --------
-    >>> from exactcreep import load_scene
     >>> scene = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 10})
     >>> varied = {"vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1, 2, 3]}
     >>> dict(sweep(scene.with_settings(varied)).sizes)

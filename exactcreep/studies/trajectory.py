@@ -52,7 +52,6 @@ class Method:
 
     Examples
     --------
-    >>> from exactcreep import Method
     >>> Method("verlet", dt="0.01", locate=True).label
     'verlet, dt = 0.01, located'
     """

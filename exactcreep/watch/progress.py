@@ -34,7 +34,6 @@ class Progress:
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles, creep
     >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
     >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events

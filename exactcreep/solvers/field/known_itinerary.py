@@ -42,10 +42,7 @@ class KnownItinerary(ChainIntegrator):
     def follow(self, way: int, events: Sequence[Event]) -> None:
         """Go through the rearrangement that these events describe, on a ramp in direction `way`.
 
-        Raises
-        ------
-        StrayRoot
-            If there is no such motion.
+        Raises `StrayRoot` if there is no such motion.
         """
         together = groupby(events, key=lambda event: exact_value(event.time))
         self._instants = iter([list(group) for _, group in together])

@@ -58,12 +58,7 @@ class Kind(Enum):
 class RestOfSet(Rest):
     """The middle of a set of states at rest, and the set.
 
-    Attributes
-    ----------
-    set : StateSet or None
-        None: the balls hold every state.
-    since : int
-        Events since it was put together.
+    `set`: None: the balls hold every state; `since`: events since it was put together.
     """
 
     set: StateSet | None = None
@@ -73,19 +68,9 @@ class RestOfSet(Rest):
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls of the middle of a set, with the set beside it; see the module.
 
-    Parameters
-    ----------
-    start, arithmetic, assume
-        See `ChainIntegrator`.
-    keep : bool
-        Whether the motion of the last rearrangement is kept, in `start` and `pieces`.
-
-    Attributes
-    ----------
-    tangent : StateSet or None
-        Rows that are taken along with it: how states part, each column one of a derivative.
-    kinds : Counter of Kind
-        Of all events.
+    `start`, `arithmetic`, `assume`: see `ChainIntegrator`; `keep`: whether the motion of the last
+    rearrangement is kept, in `start` and `pieces`. `tangent`: rows that are taken along with it:
+    how states part, each column one of a derivative; `kinds`: of all events.
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY

@@ -49,12 +49,8 @@ class TangentMechanics(SetIntegrator):
     def begin(self, spread: NDArray[np.float64], load: float) -> None:
         """Begin with all states near the present one.
 
-        Parameters
-        ----------
-        spread : ndarray, shape (n - 2, n - 2)
-            The shapes are the middle plus this matrix times ``[-1, 1]**(n - 2)``.
-        load : float
-            The loads lie within that distance of the present one.
+        `spread` (ndarray, shape (n - 2, n - 2)): the shapes are the middle plus this matrix times
+        ``[-1, 1]**(n - 2)``; `load`: the loads lie within that distance of the present one.
         """
         n, inner = self.chain.n, len(spread)
         rest = self.rest
@@ -137,13 +133,7 @@ def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:
 class TangentSimulation(FieldSimulation):
     """A simulation of a set of states; `follow` raises `Undecided` if they part.
 
-    Parameters
-    ----------
-    chain : Chain
-    state : State
-        At rest at the end of a cycle, in balls.
-    drive : Cycles
-    arithmetic : Arithmetic
+    `state`: at rest at the end of a cycle, in balls.
     """
 
     kind = TangentMechanics

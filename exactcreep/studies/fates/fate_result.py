@@ -61,7 +61,6 @@ class Fate(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, fate
     >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").outcome.value
     'creeping'
     """

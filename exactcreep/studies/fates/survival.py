@@ -121,7 +121,6 @@ class Survival(Result):
 
     Examples
     --------
-    >>> from exactcreep import Chain, survival
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> survival(chain, "0.0004", starts=8, cycles=50).lifetimes
     array([2, 2, 2, 2, 2, 2, 2, 2])
@@ -402,7 +401,6 @@ def survival(
 
     Examples
     --------
-    >>> from exactcreep import Chain
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> survival(chain, "0.0005", starts=8, cycles=50).moving.share
     1.0

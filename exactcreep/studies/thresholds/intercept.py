@@ -67,7 +67,6 @@ class Intercept(BesideLaws):
 
     Examples
     --------
-    >>> from exactcreep import Chain, intercept
     >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> intercept(chain, cycles=200).evidence.value
     'undecided'
@@ -182,7 +181,6 @@ def intercept(
 
     Examples
     --------
-    >>> from exactcreep import Chain
     >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> line = intercept(chain, cycles=200)
     >>> round(line.intercept / line.law_seuil, 1)

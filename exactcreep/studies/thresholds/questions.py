@@ -51,7 +51,6 @@ class GivenUp(RuntimeError):
 
     Examples
     --------
-    >>> from exactcreep import Chain, GivenUp, threshold
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
     >>> try:
     ...     edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))

@@ -99,10 +99,7 @@ class Unfinished(OutOfTime):
 def first_edge(question: Question, span: Span, digits: int) -> Edge:
     """Return the edge in the bracket of a span, or the first of its scans, to so many digits.
 
-    Raises
-    ------
-    Unfinished
-        If the time is over.
+    Raises `Unfinished` if the time is over.
     """
     reached: list[Edge] = []
     try:
@@ -116,10 +113,7 @@ def first_edge(question: Question, span: Span, digits: int) -> Edge:
 def all_edges(question: Question, span: Span, digits: int) -> tuple[Edge, ...]:
     """Return every edge of the scans of a span: the first to so many digits, others in float64.
 
-    Raises
-    ------
-    Unfinished
-        If the time is over.
+    Raises `Unfinished` if the time is over.
     """
     scanned: list[Scanned] = []
     reached: list[Edge] = []

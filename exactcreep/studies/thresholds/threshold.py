@@ -80,7 +80,6 @@ class Threshold(BesideLaws):
 
     Examples
     --------
-    >>> from exactcreep import Chain, threshold
     >>> threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12).evidence.value
     'proved'
     """
@@ -245,7 +244,6 @@ def threshold(
     --------
     Two relaxed sliders creep from (mu_s c - s)/l0 on:
 
-    >>> from exactcreep import Chain
     >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
     >>> found.lower, found.criterion, found.evidence.value
     ('0.00016923076923076', 'lasting', 'proved')
