@@ -137,3 +137,16 @@ def test_a_profile_of_heating_is_refused_where_only_sliding_follows_the_pipe() -
     assert pipe.chain.expansion[0] > pipe.chain.expansion[-1]
     with pytest.raises(InputError, match="expansion"):
         pipe.walk(60)
+
+
+def test_a_profile_of_heating_has_the_slope_of_the_heating_between_the_anchors() -> None:
+    """With `exact`, which needs a peak of friction; a small one."""
+    pipe = pipeline(
+        **ROUGH, profile=[(0, "1.3"), (2000, "0.7")], static_friction="1.05", contacts=12
+    )
+    low, high = (pipe.walk(h, cycles=4, solver="exact").millimetres[-1] for h in (150, 250))
+    hot, cold = pipe.anchors
+    mean = 1.3 - 0.6 * (hot + cold) / 2 / 2000  # of the profile between them
+    slope = 1000 * float(pipe.kappa) * (cold - hot) * mean
+    assert (high - low) / 100 == pytest.approx(slope, rel=0.01)
+    assert mean > 1.05

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from fractions import Fraction as F
 from random import Random
@@ -157,3 +158,12 @@ def test_beyond_the_chains_that_were_measured_no_deviation_is_stated() -> None:
         {"mu_d": [0.4, 0.5], "mu_s": [0.5, 0.6]},
     ):  # fmt: skip
         assert np.isnan(laws.differing_deviation(**about | chain | changed))
+
+
+@pytest.mark.slow
+def test_the_chains_that_were_measured_are_run_again() -> None:
+    kept = differing_chains.rows()
+    for number in (1, 8, 53):
+        again = differing_chains.measured(number)
+        off = math.hypot(again["error"], kept[number]["error"]) + 1e-6 * abs(again["velocity"])
+        assert abs(again["velocity"] - kept[number]["velocity"]) <= 4 * off
