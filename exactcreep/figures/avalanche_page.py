@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, moments_of
-from exactcreep.figures.run import tension_bounds
+from exactcreep.figures.run import friction_of, tension_bounds
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.quasistatic.creep import PHYSICS, run_alone
 from exactcreep.quasistatic.creep_result import Creep
@@ -95,7 +95,7 @@ def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
         "half_cycle": avalanche.half_cycle,
         "theta": as_float(motion.theta),
         "tan_alpha": float(chain.tan_alpha),
-        "friction": chain.friction,
+        "friction": _packed(friction_of(chain)),
         "events": len(motion.events),
         "ended": motion.reason and f"; {motion.reason}",
         "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),

@@ -34,7 +34,8 @@ class Ending(NamedTuple):
 class Energy(NamedTuple):
     """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``, numbers or arrays.
 
-    `gravity`, the potential energy in its field, and `dissipated` count from the start.
+    `gravity`, the potential energy in its field and that of the end forces, and `dissipated` count
+    from the start.
     """
 
     kinetic: Any
@@ -221,8 +222,8 @@ class Rearrangement(Result):
         Returns
         -------
         Energy
-            Kinetic, elastic, in the field of gravity and dissipated; numbers, or arrays of
-            shape (m,).
+            Kinetic, elastic, in the field of gravity and of the end forces, and dissipated;
+            numbers, or arrays of shape (m,).
 
         Raises
         ------
@@ -233,7 +234,7 @@ class Rearrangement(Result):
         moved = motion.positions.astype(float).T - self.initial.displacements.astype(float)
         kinetic = (motion.velocities.astype(float).T ** 2).sum(axis=-1) / 2
         elastic = ((begin + np.diff(moved, axis=-1)) ** 2).sum(axis=-1) / 2
-        gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
+        gravity = -moved @ State.relaxed(self.chain).forces(self.chain)
         return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
 
     def __eq__(self, other: object) -> bool:

@@ -116,3 +116,13 @@ def test_friction_takes_what_gravity_end_forces_and_springs_give() -> None:
         )
         slips += run.slip_count
     assert slips > 1000
+
+
+def test_the_energy_of_a_rearrangement_is_dissipated_by_the_friction_of_each_slider() -> None:
+    for chain, state, way, seed, _ in known():
+        moved = rearrange(chain, state, direction=way, seed=seed)
+        with moved.arithmetic.active():
+            replay = moved.replay()
+            assert max(replay.residuals()) < 1e-12
+            lost = replay.energies().friction
+        assert moved.energy(moved.duration).dissipated == pytest.approx(lost, abs=1e-12)
