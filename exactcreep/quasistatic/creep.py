@@ -112,7 +112,7 @@ def creep(
     force: bool = False,
     **options: Any,
 ) -> Creep:
-    """Drive a chain through its targets quasi-statically and return what it did.
+    """Follow a chain along its drive and return its displacement, velocity and outcome.
 
     Guarantee: recording, showing and saving change no bit of the result.
 
@@ -121,38 +121,38 @@ def creep(
     chain : Chain
         The chain to drive.
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
-        Through which dilations.
+        The dilations that the temperature imposes, one target after the other.
     seed : int
         Of the disorder.
     solver : str
         A name of `exactcreep.solvers.registry.SOLVERS`.
     start : State, optional
-        Default: the relaxed chain. A start that is not at rest is first rearranged.
+        State at the beginning. Default: the relaxed chain. A start that is not at rest is first
+        rearranged.
     record : sequence of str
         Among ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables
         ``events``, ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns.
         With ``()`` the run needs no more memory than the chain does.
     burn_in : int, optional
-        Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
-        TemperatureRecord, a tenth, at least 2, of other drives.
+        Targets left out of the mean velocity; made even for Cycles. Default: none for a Path or a
+        TemperatureRecord; for other drives a tenth of the targets, at least 2.
     twin : bool
-        Whether perturbed copies of the chain (of the solver `exact`), a few roundings off, are
-        followed until one has parted, and not for 16,384 events only: `trusted_half_cycles`.
+        Whether `exact` follows slightly perturbed copies until one differs, instead of for 16,384
+        events only; see `trusted_half_cycles`.
     accuracy : number, optional
-        The run ends as soon as the mean velocity is known to this relative error, at 95 %; the
-        drive's `cycles` or `steps` are then the most. It is looked at after 128 targets, and then
-        after 1.5 times as many each time; ``report["relative_error"]`` says what was reached.
+        The run ends when the mean velocity has this relative error, at 95 %, or with the drive. It
+        is tested after 128 targets, then after 1.5 times as many each time;
+        ``report["relative_error"]`` is the error reached.
     progress : bool or callable, optional
-        A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
-        and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
+        A callable receives a `Progress` about ten times a second. Default: a bar on terminals and
+        in notebooks after a second; True: elsewhere too, in lines.
     max_events, max_seconds : number, optional
-        Give up, with the partial result and the outcome `LIMIT`, after so many events, or so much
-        wall time (noticed within about a tenth of a second).
+        Stop after so many events or so many seconds of wall time, with the partial result and the
+        outcome `LIMIT`.
     checkpoint : path, optional
-        A file from which `resume` goes on, bit for bit; of the solvers `exact`, `sliding` and
-        `verlet`.
+        A file from which `resume` goes on with the same bits (`exact`, `sliding`, `verlet`).
     every : number
-        Seconds between two writings of it.
+        Seconds between two writings of the checkpoint.
     force : bool
         Whether an existing checkpoint file may be overwritten.
     **options
@@ -163,31 +163,28 @@ def creep(
     Creep
         Its `outcome` is
 
-        - ``RUNAWAY``: it was proved that no slider ever stops again, or that the chain never comes
-          to rest; `reason` says which;
-        - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which (without
-          `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one;
-          so is half of the memory that is free, once all runs of the process have recorded it);
-        - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
-          one again; for other drives, no event after the burn-in;
-        - ``CREEPING``: every slider has moved, all of them the same way: between two ends of cycles
-          with the same tensions (without disorder they go on like this; 1000 cycles are looked back
-          to), else over all half-cycles after the burn-in, by two standard errors at least;
-        - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The outcome is
-          `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
-          without disorder, where the tensions have not returned either.
+        - ``RUNAWAY``: proved: no slider ever stops again, or the chain never comes to rest
+          (`reason`);
+        - ``LIMIT``: a limit was reached; `reason` says which. Two limits are always set: half of
+          the free memory, and, where tan_alpha >= mu_d, a million events in a half-cycle;
+        - ``AT_REST``: no event in the last whole cycle, hence never again; for other drives than
+          Cycles, no event after the burn-in;
+        - ``CREEPING``: every slider has moved, all in the same direction, between two ends of
+          cycles with the same tensions; or, if tensions do not return, by at least two standard
+          errors over all half-cycles after the burn-in;
+        - ``CYCLING``: sliders slip, but the chain does not advance. `UNDECIDED` if the drift is
+          below two standard errors (`reason` holds its bound), or if, without disorder, the
+          tensions have not returned.
 
-        They speak of the last part of the run, after `since` cycles. What lasts for ever is as sure
-        as the course; what was seen in this run only, because the tensions have not returned, is at
-        most `COMPUTED` (`outcome_evidence`), even if every event is proved (`evidence`). Tensions
-        that return, for two periods, to within 2**-40 of the friction, but neither exactly nor
-        within their enclosures, leave the outcome `UNDECIDED`.
+        The outcome holds after `since` cycles. If the tensions have returned, it holds for ever,
+        and `outcome_evidence` equals `evidence`. If not, it was seen in this run only, and is at
+        most `COMPUTED`. If they return only to within 2**-40 of the friction, it is `UNDECIDED`.
 
-        A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
+        A displacement that rounding alone can make counts as none: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.
 
-        `velocity_error` comes from averages over blocks (`statistics.standard_error`). It is nan
-        where it still grows with the blocks; what no block of the run shows remains unseen.
+        `velocity_error` comes from averages over blocks (`statistics.standard_error`); it is nan
+        where it still grows with the blocks.
 
     Raises
     ------
@@ -224,12 +221,12 @@ def resume(
 ) -> Creep:
     """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
 
-    The file goes on being kept up to date; limits count anew, except `max_events`.
+    `resume` keeps the file up to date. Limits count anew, except `max_events`.
 
     Parameters
     ----------
     path : path
-        What `creep` or ``exactcreep run --checkpoint`` kept.
+        The checkpoint that `creep` or ``exactcreep run --checkpoint`` wrote.
     progress, max_events, max_seconds, every
         As for `creep`.
 

@@ -78,7 +78,7 @@ def rearrange(
     chain : Chain
         Its parameters.
     state : State
-        Where it starts. If it is not at rest, it is rearranged at its own theta.
+        State at the beginning. A state that is not at rest is rearranged at its own theta.
     direction : {+1, -1, 0}
         +1 dilates, -1 contracts, 0 leaves theta as it stands (no events if the state is stable).
     seed : int
@@ -89,10 +89,9 @@ def rearrange(
         ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
         rearrangements.
     max_events : int
-        Give up after so many events, at least 1; a few more if they are simultaneous.
+        Stop after so many events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
-        Give up after so much wall time, within one event (a compiled solver: within about a tenth
-        of a second).
+        Stop after so many seconds of wall time.
     **options
         The solver's own options.
 
@@ -100,9 +99,8 @@ def rearrange(
     -------
     Rearrangement
         Its `events` in order, its `itinerary`, the `state` at the end, for the next call; the
-        motion `sol(t)` between the first event and the last; `outcome` and `evidence`. If it was
-        given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else in it is
-        what was reached.
+        motion `sol(t)` between the first event and the last; `outcome` and `evidence`. After a
+        limit its `outcome` is `LIMIT`, with a `reason`, and it holds the part that was computed.
 
     Raises
     ------
@@ -112,8 +110,8 @@ def rearrange(
 
     Notes
     -----
-    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; what was not
-    decided is counted in `undecided`.
+    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; `undecided`
+    counts open comparisons.
     Source: Eqs. 5-10.
 
     Examples

@@ -88,7 +88,7 @@ def compare(
     events: int | None = None,
     progress: Hearer = None,
 ) -> xr.Dataset:
-    """Return how each method fares beside the truth, for every seed, with the same disorder.
+    """Compare solvers and time steps with the true events, for every seed, with the same disorder.
 
     Parameters
     ----------

@@ -132,9 +132,9 @@ def plan(
     seed: int = 0,
     start: State | None = None,
 ) -> Plan:
-    """Return which solver answers a question about a chain and a drive, and what that takes.
+    """Return which solver answers a question about a chain and a drive, why, and at what cost.
 
-    By rules and theorems: the clock tells the cost, and plays no part in the choice.
+    Rules and theorems choose the solver; the clock only tells the cost.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def plan(
     record : tuple of str
         Quantities to record besides the mean velocity.
     seed : int
-        Of the disorder, and of a random drive.
+        Seed of the disorder and of a random drive.
     start : State, optional
         Default: the relaxed chain.
 

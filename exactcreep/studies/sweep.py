@@ -68,7 +68,7 @@ def sweep(
     Parameters
     ----------
     scene : Scene, or the name of a built-in one, or a path
-        What its `[vary]` lists spans the grid; ``run.seed`` may be among it.
+        Its `[vary]` spans the grid; ``run.seed`` may vary, too.
     executor : concurrent.futures.Executor, optional
         Where the cells are computed: threads, processes, or a cluster (see
         `exactcreep.studies.dask_cluster`). It is not shut down.
@@ -93,12 +93,11 @@ def sweep(
     Raises
     ------
     InputError
-        If a member is out of range, `out` holds cells and ``resume`` is not given, or what another
-        scene or program has made, or another process uses it, a cell that was saved is damaged, a
-        worker has another version, the executor is lost, or cells failed. With `out` the others
-        are computed first, and ``resume`` computes the missing cells.
+        If a member is out of range; if `out` holds cells and ``resume`` is not given, holds files
+        of another scene or damaged cells, or is in use; if a worker has another version, the
+        executor is lost, or cells failed. With `out` the other cells are computed first.
     KeyboardInterrupt
-        After Ctrl-C; what has finished is saved.
+        After Ctrl-C; finished cells are saved.
 
     Notes
     -----

@@ -53,22 +53,22 @@ def fate(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Fate:
-    """Follow a chain without disorder under temperature cycles until it has settled for ever.
+    """Find out whether a chain without disorder rests, is locked or creeps for ever.
 
     Parameters
     ----------
     chain : Chain
         Without disorder: ``sigma_mu = 0``.
     amplitude : number
-        Of the cycles +A, -A.
+        Amplitude A of the cycles +A, -A.
     start : State, optional
         Default: the relaxed chain. A start that is not at rest is first rearranged.
     cycles : int
-        Give up after so many.
+        Largest number of cycles to follow.
     solver : str
-        ``certified``: what it finds is proved, for ever, or undecided. ``exact``: float64,
-        compiled; it finds that the forces return bit for bit with a period up to 1000, or to within
-        rounding for at least 100 cycles in a row.
+        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) finds
+        that the forces return with a period up to 1000: bit for bit, or to within rounding for at
+        least 100 cycles in a row.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
@@ -77,7 +77,7 @@ def fate(
     Returns
     -------
     Fate
-        What has not settled, as chaotic creep never does, comes back as a `LIMIT`.
+        Its `outcome` is `LIMIT` if the chain has not settled; chaotic creep never does.
 
     Raises
     ------

@@ -357,13 +357,13 @@ def survival(
     chain : Chain
         With slips (mu_s > mu_d, or disorder), of at most 10 000 sliders.
     amplitude : number
-        Of the cycles +A, -A.
+        Amplitude A of the cycles +A, -A.
     starts : int
         Number of starts, at least 1.
     size : number
         Tensions of the starts are uniform in (-size, size), unit m g.
     cycles : int
-        The horizon.
+        Number of cycles to follow each start.
     seed : int
         Below 2**32. Start k, from 1, is ``State.perturbed(chain, size, start_seed=key, seed=key)``
         with ``key = 2**32 seed + k``: with disorder every start has its own.
@@ -382,7 +382,7 @@ def survival(
     Returns
     -------
     Survival
-        What every start came to; `rate`, `curve` and `fractions` are its statistics.
+        The outcome of every start; `rate`, `curve` and `fractions` are its statistics.
 
     Raises
     ------

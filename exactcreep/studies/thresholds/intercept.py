@@ -143,16 +143,16 @@ def intercept(
     chain : Chain
         Of at least two sliders, with slips, on a slope below mu_d; disorder is welcome.
     cycles : int
-        Of each amplitude.
+        Number of cycles at each amplitude.
     points : int
-        Amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of start k of
-        `survival`.
+        Number of amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of
+        start k of `survival`.
     fit : pair of numbers, optional
         Range of the line in units of Eq. 22. Default: 1.2 and 2.
     size : number
         Tensions of a start are uniform in (-size, size), unit m g.
     seed : int
-        Of starts, and of the disorder.
+        Seed of the starts and of the disorder.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
@@ -162,7 +162,7 @@ def intercept(
     Returns
     -------
     Intercept
-        What was measured, the line through it, and how well that fits.
+        The measured velocities, the line through them, and how well it fits.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def intercept(
     Notes
     -----
     Guarantee: none; the line is a weighted least-squares fit of velocities measured in float64.
-    `error` is statistical, `systematic` tells what the range of the fit does, and `evidence` is
+    `error` is statistical, `systematic` is the change with the range of the fit, and `evidence` is
     `UNDECIDED` where chi2 has a probability below 1 %.
 
     Source: Eqs. 20 and 22, and the figures of v(A).

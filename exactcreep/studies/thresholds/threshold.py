@@ -187,23 +187,22 @@ def threshold(
 ) -> Threshold:
     """Return the least amplitude of temperature cycles at which a relaxed chain creeps for ever.
 
-    Windows of rest may lie above it. Or, with `after`, at which it advances in cycle `after`: exact
-    and reproducible, but no more than it says, as the chain may lock a little later. Long chains
-    creep chaotically: see `survival`; chains with disorder: see `intercept`.
+    Windows of rest may lie above it. With `after`, return the least amplitude at which it advances
+    in cycle `after`; it may lock later. For long chains, which creep chaotically, see `survival`;
+    for chains with disorder, see `intercept`.
 
     Parameters
     ----------
     chain : Chain
         Without disorder; without `after` of at most five sliders.
     after : int, optional
-        Full cycles +A, -A; in the last cycle x_G has to advance down the incline by more than 1e-6
-        g tau_dyn**2. Default: the chain creeps for ever, down or up; see `fate`.
+        Number of cycles; in the last of them x_G has to advance downhill by more than 1e-6 g
+        tau_dyn**2. Default: the chain has to creep for ever, down or up; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
-        Ends of the scan. Default: 1/2 and 2 times Eq. 22. The default scan goes on to
-        N (mu_s c - s)/l0 if nothing creeps (or the law is not positive), and begins at 0 if the
-        chain creeps at its lower end, as it may in an early cycle.
+        Ends of the scan. Default: 1/2 and 2 times Eq. 22, extended to N (mu_s c - s)/l0 if nothing
+        creeps, and to 0 if the chain creeps at the lower end.
     points : int
         Equal steps of the scan.
     bracket : pair of numbers, optional
@@ -211,8 +210,8 @@ def threshold(
     windows : bool
         Whether to list all edges of the scan: the first to all digits, the others in float64.
     solver : str
-        Which decides about the bracket: ``certified``, or ``exact`` (float64: at most 12 digits,
-        and a wider bracket where rounding does not tell so many).
+        Solver that refines the bracket: ``certified``, or ``exact`` (float64: at most 12 digits,
+        fewer where rounding allows no more).
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
