@@ -27,7 +27,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import mirrored
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
-from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.loop import follow, prepare
 from exactcreep.solvers.exact.pack import Origin, place, restore, series_of, side_by_side, snapshot
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
@@ -43,7 +43,6 @@ _BLOCKS = (1, 2, 3)
 """Of each pair: after so many springs its signs change."""
 _ROUNDING = 2.0**-52
 """Of its displacements at a target, over the largest force, for the root of the events before."""
-_MOST_WORK = 2**21  # of one call of the compiled loop, in units of about 5 ns
 _NO_LOG = layout.Log(np.empty(0, dtype=layout.LOGGED_EVENT), None)
 
 Targets = Callable[[Drive, int, int, int], tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -70,9 +69,7 @@ class ExactCopies(PerturbedCopies):
         largest = nearest_float(chain.largest_mu_s + abs(chain.tan_alpha) + pull)
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
         self._origin, self._nudge = origin, _NUDGE * largest
-        self._at_target = AtTargets.of(
-            1, ("tension", "slips"), origin.numbers, origin.expansion, *origin.load
-        )
+        self._at_target = AtTargets.of(1, ("tension", "slips"), origin.began)
         work = side_by_side(chain, origin, seed, COPIES)
         self._cell, self._whole, self._deviate, self._series, self._now = work
         self._numbers = np.empty((COPIES, *origin.numbers.shape))
@@ -135,7 +132,7 @@ class ExactCopies(PerturbedCopies):
             goes_on = follow_copies(
                 self._cell, self._whole, self._deviate, self._series, self._now,
                 _NO_LOG, self._numbers, self._at_target, *passed, distance, reached, ends, apart,
-                most_events, _MOST_WORK, self._size, self._mirrored,
+                most_events, MOST_WORK, self._size, self._mirrored,
             )  # fmt: skip
             if self._series is None and goes_on:
                 self._series = series_of(self._numbers.shape[2])
@@ -184,10 +181,8 @@ def follow_copies(
     for number in range(scalars.size):
         now = scalars[number]
         work_limit = now.counts.work + now.counts.events + max_work
-        target = AtTargets(
-            at_target.rows, at_target.doubts, numbers[number], at_target.expansion,
-            at_target.load, at_target.load_low,
-        )  # fmt: skip
+        began = (numbers[number],) + at_target.began[1:]  # noqa: RUF005, numba
+        target = AtTargets(at_target.rows, at_target.doubts, began)
         while reached[number] < ends[0] and now.counts.events < most_events:
             work = work_limit - now.counts.work - now.counts.events
             if work <= 0:

@@ -56,6 +56,8 @@ TAIL = 10
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
 ULP = 2.0**-52
+MOST_WORK = 2**21
+"""Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
 AT_REST_OFF, EVENT_OFF = 4.0 * ULP, 0.5 * ULP
 """What forces at rest are off by at the start of a rearrangement, and what each event adds.
 

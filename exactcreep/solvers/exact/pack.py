@@ -83,16 +83,18 @@ class Origin(NamedTuple):
         load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
         return cls(state, numbers, *_of_chain(chain), load)
 
+    @property
+    def began(self) -> tuple[Any, ...]:
+        """What tensions are told from: `numbers`, `expansion` and `load`."""
+        return self.numbers, self.expansion, *self.load
+
     def read(
         self, work: Workspace
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
         present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
-        _read(
-            work.cell, work.whole, work.now, self.numbers, self.expansion, *self.load,
-            self.state.draws, *present,
-        )  # fmt: skip
+        _read(work.cell, work.whole, work.now, self.began, self.state.draws, *present)
         return present
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
@@ -336,8 +338,7 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
 
 @compiled
 def _read(
-    cell, whole, scalars, origin, expansion, load, load_low, drawn,
-    tensions, displacements, coefficients, draws,
+    cell, whole, scalars, began, drawn, tensions, displacements, coefficients, draws
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
     now = scalars[0]
@@ -348,4 +349,4 @@ def _read(
         renewed = now.chain.constant == 1 and draws[k] > drawn[k]
         coefficients[k] = cell[layout.MEAN, i] if renewed else cell[layout.COEFFICIENT, i]
     for k in range(tensions.size):
-        tensions[k] = rows.tension(cell, now, origin, expansion, load, load_low, k)
+        tensions[k] = rows.tension(cell, now, began, k)

@@ -34,23 +34,20 @@ class AtTargets(NamedTuple):
 
     rows: TargetRows
     doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
-    origin: NDArray[np.float64]  # the start, see `TENSION`
-    expansion: NDArray[np.float64]  # of each spring, over l0 theta: rows of two floats
-    load: float  # l0 theta then, as two floats
-    load_low: float
+    began: tuple[Any, ...]  # see `Origin.began`
 
     @classmethod
-    def of(cls, count: int, record: tuple[str, ...], *origin: Any) -> AtTargets:
-        """Return room for what is to be recorded at `count` targets; `origin`: the last fields."""
-        rows = TargetRows.empty(record, count, origin[0].shape[1])
-        return cls(rows, np.empty(count, np.int64), *origin)
+    def of(cls, count: int, record: tuple[str, ...], began: tuple[Any, ...]) -> AtTargets:
+        """Return room for what is to be recorded at `count` targets."""
+        rows = TargetRows.empty(record, count, began[0].shape[1])
+        return cls(rows, np.empty(count, np.int64), began)
 
     def part(self, first: int) -> AtTargets:
         """Return the rows from `first` on."""
         return self._replace(rows=self.rows.part(first), doubts=self.doubts[first:])
 
 
-NOTHING = AtTargets.of(1, (), np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0)
+NOTHING = AtTargets.of(1, (), (np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0))
 """Where the loop may write what nobody asks for."""
 
 
@@ -74,12 +71,13 @@ def of_theta(cell, now, i):
 
 
 @inlined
-def tension(cell, now, origin, expansion, load, load_low, k):
+def tension(cell, now, began, k):
     """Return the tension below slider k: what displacements and theta have made of the first."""
     i = k + PAD
     right, left = cell[layout.TRAVEL, i + 1], -cell[layout.TRAVEL, i]
     right_low = cell[layout.TRAVEL_LOW, i + 1] + cell[layout.X, i + 1]
     left_low = -(cell[layout.TRAVEL_LOW, i] + cell[layout.X, i])
+    origin, expansion, load, load_low = began
     sums = origin[TENSION, k], origin[TENSION_LOW, k]
     sums = increased(sums, right, right_low)
     sums = increased(sums, left, left_low)
@@ -106,8 +104,7 @@ def at_target(cell, whole, now, targets, q):
             rows.x[q, k] = displacement(cell, k + PAD)
     if rows.tension.shape[0] > 0:
         for k in range(n - 1):
-            start = targets.origin, targets.expansion, targets.load, targets.load_low
-            rows.tension[q, k] = tension(cell, now, *start, k)
+            rows.tension[q, k] = tension(cell, now, targets.began, k)
     if rows.slips.shape[0] > 0:
         for k in range(n):
             rows.slips[q, k] = whole[layout.SLIPS, k + PAD]

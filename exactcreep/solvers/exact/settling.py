@@ -30,7 +30,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, loop
-from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
+from exactcreep.solvers.exact.layout import MOST_WORK
+from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.return_map import (
     LONGEST_PERIOD,
     PATIENCE,

@@ -25,7 +25,7 @@ from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.copies import ExactCopies
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
-from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.pack import (
     Origin,
     Workspace,
@@ -49,8 +49,6 @@ from exactcreep.solvers.interface import (
 from exactcreep.solvers.rearrangement import Ending, Rearrangement
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
-MOST_WORK = 2**21
-"""Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _LONGEST_KEPT = 80  # sliders
 _USED: dict[int, list[Workspace]] = {}
@@ -152,9 +150,7 @@ class ExactSimulation(Simulation):
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
-        return AtTargets.of(
-            count, record, self.origin.numbers, self.origin.expansion, *self.origin.load
-        )
+        return AtTargets.of(count, record, self.origin.began)
 
     def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
         """Return why the chain goes no further; `otherwise` says so if nothing is proved."""
