@@ -33,6 +33,7 @@ from exactcreep.figures.style import (
 )
 from exactcreep.laws import Prediction, law_values, prediction_of, sliding_velocity_random
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.uniform import END_FORCES, EXPANSION, unlike
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import dimensions
@@ -52,6 +53,7 @@ STAIRCASE = "staircase of relaxed starts, exact"
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
+_UNLIKE = (END_FORCES, EXPANSION)
 _FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
 _ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
 _FINE = 80  # points along a side of a map at which the law is known
@@ -67,7 +69,12 @@ class Law(NamedTuple):
 
 
 def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
-    """Return the mean of the values of a law, nan where there is none."""
+    """Return the mean of the values of a law, nan where there is none.
+
+    Where friction or ends differ it is that of the sliding limit.
+    """
+    if unlike(parameters):
+        return _sliding(predicted(parameters))
     values = law_values(law, parameters)
     return sum(values) / len(values) if values else math.nan
 
@@ -111,10 +118,13 @@ class Point:
 
     def beside(self, law: Law) -> Point:
         """Return the point with the laws; as printed one does not hold where it is negative."""
+        found = predicted(self.parameters)
+        if unlike(self.parameters):
+            return replace(self, exact=() if found is None else found.sliding)
         printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
         if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
             printed = ()
-        held, off = sticking(predicted(self.parameters))
+        held, off = sticking(found)
         return replace(self, printed=printed, exact=exact, sticking=held, sticking_deviation=off)
 
 
@@ -142,8 +152,11 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
     """
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
-    known = (*_SHARED, "solver")
+    known = (*_SHARED, *_UNLIKE, "solver")
     shared = {name: exact_or_same(dataset.attrs[name]) for name in known if name in dataset.attrs}
+    for name in ("mu_d", "mu_s", *_UNLIKE):  # lists stand in files as numbers with spaces
+        if isinstance(shared.get(name), str) or (name in _UNLIKE and name in shared):
+            shared[name] = [exact_number(number, name) for number in str(shared[name]).split()]
     points = []
     keys = [key for key in vary if key != SEED]
     for chosen in itertools.product(*(enumerate(vary[key]) for key in keys)):
@@ -451,8 +464,8 @@ def _between(values: Iterable[Any]) -> list[Any]:
 
 def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction | None:
     """Return what laws say of a point, None where there is no law; `sliding` does not stick."""
-    about = {key: given[key] for key in _SHARED if key in given}
-    if len(about) < len(_SHARED) - 1:  # a solid's contacts vary
+    about = {key: given[key] for key in (*_SHARED, *_UNLIKE) if key in given}
+    if len({*about} & {*_SHARED}) < len(_SHARED) - 1:  # a solid's contacts vary
         return None
     if given.get("solver") == Sliding.name:
         about |= {"mu_s": about["mu_d"], "sigma_mu": 0}

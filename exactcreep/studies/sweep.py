@@ -429,10 +429,20 @@ def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
     return stacked
 
 
+def _chain_of(one: Experiment) -> dict[str, Any]:
+    return {
+        name: " ".join(map(str, value)) if isinstance(value, list) else value
+        for name, value in one.chain.parameters().items()
+    }
+
+
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
-    """Return the parameters that all experiments have in common, rationals as strings."""
+    """Return the parameters that all experiments have in common, rationals as strings.
+
+    Lists of a chain are strings of numbers with spaces; those of a drive are left out.
+    """
     described = [
-        {**one.chain.parameters(), "drive": one.drive.kind, **one.drive.parameters(), "kind": None}
+        {**_chain_of(one), "drive": one.drive.kind, **one.drive.parameters(), "kind": None}
         | {"solver": one.solver, "seed": np.uint64(one.seed)}
         for one in experiments
     ]
