@@ -9,7 +9,8 @@ settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold
 with disorder `intercept` (an `Intercept`), look for the amplitude above which a chain creeps.
 `compare` and `plan` answer with a dataset over `Method` and seed, and a `Plan`; `quiescent` tells
 when the chain of a run stood still (a `Quiescence`); `physical` turns a solid in SI units into the
-chain of a `Solid`, and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
+chain of a `Solid`, and `Solid.creep` a record of temperatures into a `Descent` in millimetres;
+`pipeline` does the same for a `Pipeline` on the seabed, and `Pipeline.walk` follows its `Walk`.
 `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
