@@ -126,3 +126,26 @@ def test_the_energy_of_a_rearrangement_is_dissipated_by_the_friction_of_each_sli
             assert max(replay.residuals()) < 1e-12
             lost = replay.energies().friction
         assert moved.energy(moved.duration).dissipated == pytest.approx(lost, abs=1e-12)
+
+
+@pytest.mark.parametrize("solver", sorted(SOLVERS.keys() - {"verlet"}))  # which sees no ties
+@pytest.mark.parametrize(
+    "differs",
+    [
+        {"expansion": [1, "0.5", 1]},
+        {"end_forces": ("0.1", "-0.1")},
+        {"mu_d": ["0.5", "0.4", "0.4", "0.5"], "mu_s": ["0.6"] * 4},
+    ],
+)
+def test_sliders_of_a_mirror_symmetric_chain_start_together(
+    solver: str, differs: dict[str, Any]
+) -> None:
+    chain = Chain(**{"n": 4, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": 0} | differs)
+    proved = creep(chain, Cycles("0.0015", 2), solver="certified", record=["slips"])
+    found = creep(chain, Cycles("0.0015", 2), solver=solver, record=["slips"], **SOLVERS[solver][0])
+    assert proved.evidence is Evidence.PROVED
+    assert found.slip_count >= found.event_count  # two sliders at each start and stop
+    assert (found.recorded["slips"] == proved.recorded["slips"]).all()
+    assert found.event_count == proved.event_count
+    tensions = [[float(x) for x in run.state.tensions] for run in (found, proved)]
+    assert tensions[0] == pytest.approx(tensions[1], abs=1e-12)
