@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations import runaway, slip
+from derivations import runaway, slip, unlike
 from derivations.model import Model, T, after, before, solved
 from derivations.notation import (
     Expression,
@@ -97,6 +97,14 @@ def _rest(p: Proof, model: Model, total: Expression) -> None:
         bound - (a + b + d) / 2,
     )
     p.named["rests"] = limit.subs(dict.fromkeys((a, b, d), 0))
+    pulled = unlike.differing(model)
+    pull = pulled.end(1) - pulled.end(0) + N * pulled.scaled(pulled.weight)
+    p.show(
+        f"... with a force {unlike.S_1} on the first slider and {unlike.S_N} on the last one, and "
+        "without slacks,",
+        solved(sum(room) - pull, L),
+        (inner + first + last - N * s - unlike.S_1 - unlike.S_N) / 2,
+    )
     even = solved(share * sum(room) - total, share)
     p.proved(
         f"and it exists if L exceeds none of {first}, {last} and {bound}",
@@ -111,7 +119,7 @@ def _rest(p: Proof, model: Model, total: Expression) -> None:
         limit.subs(equal | no_slack),
         N * (mu_s * c - s) / 2,
     )
-    p.entry("at_rest", {star: least(held, most) / l0}, lines=4)
+    p.entry("at_rest", {star: least(held, most) / l0}, lines=5)
 
 
 def _melan(p: Proof, model: Model) -> None:

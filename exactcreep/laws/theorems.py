@@ -22,11 +22,16 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.uniform import require_uniform
 
 
-def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Number]) -> Number:
+def at_rest_amplitude(
+    l0: Number,
+    tan_alpha: Number,
+    coefficients: Sequence[Number],
+    end_forces: Sequence[Number] = (0, 0),
+) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
-    It is ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``,
-    the effective static coefficients of sliders 1..N.
+    It is ``min(w_1, w_N, (w_1 + ... + w_N - |G|)/2)/l0`` with ``w_n = coefficients[n - 1] c``, the
+    effective static coefficients of sliders 1..N, and G the sum of weights and end forces.
 
     Parameters
     ----------
@@ -36,6 +41,8 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
         Slope.
     coefficients : sequence of number
         Static coefficients of sliders 1..N, two or more.
+    end_forces : pair of numbers
+        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
 
     Returns
     -------
@@ -60,9 +67,12 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
     """
     require(len(coefficients) >= 2, "coefficients must belong to two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}
-    length, slope, *held = coerced({"l0": l0, "tan_alpha": tan_alpha} | named).values()
+    named |= {f"end_forces[{k}]": force for k, force in enumerate(end_forces)}
+    numbers = coerced({"l0": l0, "tan_alpha": tan_alpha} | named).values()
+    length, slope, *held, upper, lower = numbers
     require(length > 0, "l0 must be positive")
-    sum_bound = (sum(held) - len(held) * abs(slope)) / 2
+    pull = len(held) * slope + (upper + lower) / cosine(slope)
+    sum_bound = (sum(held) - abs(pull)) / 2
     too_small = f"no state is at rest at tan_alpha = {tan_alpha}: friction is too small"
     require(sum_bound >= 0, too_small)
     return min(held[0], held[-1], sum_bound) * cosine(slope) / length
