@@ -32,7 +32,8 @@ document.addEventListener("DOMContentLoaded", () => {
     for (const cells of rows) {
       cells.forEach((cell, k) => {
         const filled = cell.textContent.trim() || cell.querySelector("img, svg, math, input");
-        if (filled && head && head.cells[k]) cell.dataset.column = head.cells[k].textContent.trim();
+        const column = head && head.cells[k] && head.cells[k].textContent.trim();
+        if (filled && column) cell.dataset.column = column;
         if (!filled) cell.classList.add("empty");
       });
     }
