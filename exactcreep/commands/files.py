@@ -188,7 +188,7 @@ def _content(rows: DataFrame, to: Path) -> bytes:
     try:
         return bytes(rows.to_parquet(engine="pyarrow", compression="zstd", index=True))
     except ImportError:
-        needed = 'needs pyarrow: pip install "exactcreep[export]"'
+        needed = 'needs pyarrow: pip install ".[export]" in a clone'
         raise exactcreep.InputError("to", str(to), needed) from None
 
 
@@ -287,7 +287,7 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
     """
     number = whole(port, "port", 1, 65_535)
     if importlib.util.find_spec("marimo") is None:
-        needed = "needs marimo: pip install 'exactcreep[explore]'"
+        needed = "needs marimo: pip install '.[explore]' in a clone"
         raise exactcreep.InputError("explore", "marimo", needed)
     words = ["--headless"] if headless else []
     if number is not None:
@@ -423,7 +423,7 @@ def _cluster(scheduler: str) -> Any:
     try:
         from exactcreep.studies.dask_cluster import cluster
     except ImportError:
-        allowed = "needs dask: pip install 'exactcreep[cluster]'"
+        allowed = "needs dask: pip install '.[cluster]' in a clone"
         raise exactcreep.InputError("scheduler", scheduler, allowed) from None
     return cluster(scheduler)
 

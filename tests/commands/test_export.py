@@ -53,5 +53,5 @@ def test_an_export_that_cannot_be_is_refused(
     assert 'needs record = ["events"]' in told.sentence
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     told = command("export", "run.nc", "--to", "it.parquet")
-    assert 'needs pyarrow: pip install "exactcreep[export]"' in told.sentence
+    assert 'needs pyarrow: pip install ".[export]"' in told.sentence
     assert command("export", "run.nc", "--to", "it.csv").code == 0

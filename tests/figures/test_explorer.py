@@ -105,7 +105,7 @@ def test_without_marimo_the_command_says_what_to_install(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "marimo", None)
-    assert "pip install 'exactcreep[explore]'" in command("explore").sentence
+    assert "pip install '.[explore]'" in command("explore").sentence
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
