@@ -41,9 +41,9 @@ _MOST = 20_000  # cells: a pull that is smaller beside friction moves the pipe b
 class Pipeline(Shown):
     """A pipeline on a seabed, and its units as a chain.
 
-    It is cut into equal cells, each a slider at its middle, but for the two ends, which carry what
-    is left. The cells lie such that a slider stands at each *virtual anchor*, the place that rests
-    while the pipe is heated, or cooled. The walk of the chain is then that of the continuum.
+    It is cut into equal cells, each a slider at its middle, but for the two ends, which carry
+    the rest. A slider stands at each *virtual anchor*, the place that rests while the pipe is
+    heated, or cooled. The chain then walks as the continuum does.
 
     Attributes
     ----------
@@ -419,7 +419,7 @@ def pipeline(
     slope, count = exact_number(tan_alpha, "tan_alpha"), whole_number(contacts, "contacts", least=2)
     pulled = end_tension if isinstance(end_tension, (list, tuple)) else (0, end_tension)
     if len(pulled) != 2:
-        raise InputError("end_tension", end_tension, "must be one tension, or those of both ends")
+        raise InputError("end_tension", end_tension, "must be one tension, or one for each end")
     upper, lower = (exact_number(tension, "end_tension") for tension in pulled)
     sections, ends = _sections(friction, exact["length"]), (-upper, lower)
     weight, whole = exact["submerged_weight"], nearest_float(exact["length"])

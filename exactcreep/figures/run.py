@@ -419,7 +419,7 @@ class Portrait:
 
 
 def friction_of(chain: Chain, coefficient: str = "mu_d") -> Floats:
-    """Return ``mu_d cos(alpha)`` of each slider, or that of `mu_s`."""
+    """Return ``mu_d cos(alpha)``, or ``mu_s cos(alpha)``, of each slider."""
     return np.array(chain.each(coefficient, chain.times_cosine))
 
 

@@ -31,7 +31,7 @@ P = ParamSpec("P")
 _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
 ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 """Names under which the slope is looked for."""
-_SCOPE = "the page explanation/scope of the book says what is not in the model, and where to begin"
+_SCOPE = "the page explanation/scope of the book has the limits of the model, and where to begin"
 
 
 def in_degrees(angle: Any) -> str:

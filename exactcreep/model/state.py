@@ -134,7 +134,7 @@ class State(Shown):
         Raises
         ------
         InputError
-            If one is not.
+            If a number is not finite.
         """
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)

@@ -64,7 +64,7 @@ class Column(NamedTuple):
 class Schema:
     """The columns of a table, by the fields of a `row`, a named tuple annotated by `Column`.
 
-    `dimension` is what one row is; `prefix` that of names where tables stand side by side.
+    `dimension` names a row; `prefix` begins the names where tables stand side by side.
     """
 
     dimension: str
@@ -100,7 +100,7 @@ _tiny = partial(Column, "int8", NUMBER)
 
 
 class HalfCycle(NamedTuple):
-    """A row for each half-cycle, or target of another drive: what is known at its end."""
+    """A row for each half-cycle, or target of another drive, with the state at its end."""
 
     theta: Annotated[Any, _real(NUMBER, "dilation at the end of the half-cycle")]
     x_G: Annotated[Any, _real(LENGTH, "displacement of the centre of mass")]
@@ -110,7 +110,7 @@ class HalfCycle(NamedTuple):
 
 
 class EventRow(NamedTuple):
-    """A row for each slider of an event; those of one event differ in slider and sign alone."""
+    """A row for each slider of an event; rows of one event differ in slider and sign alone."""
 
     half_cycle: Annotated[int, _whole("number of the half-cycle, from 1")]
     rearrangement: Annotated[int, _whole("number of the rearrangement, from 0")]
@@ -178,7 +178,7 @@ RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), *LOG
 
 
 class TargetRows(NamedTuple):
-    """Arrays that a simulation fills target by target; no rows of what is not recorded."""
+    """Arrays that a simulation fills target by target; no rows of other quantities."""
 
     x_G: NDArray[Any]
     x: NDArray[Any]
