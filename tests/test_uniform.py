@@ -59,7 +59,7 @@ CALLS: dict[str, Callable[[Chain], Any]] = {
     **{f"rearrange {name}": lambda chain, name=name: rearrange(
         chain, State.relaxed(chain), direction=1, solver=name)
        for name in SOLVERS if name != "sliding"},  # which has none
-    "fate": lambda chain: fate(chain, "0.002"),
+    "fate": lambda chain: fate(chain, "0.002", cycles=20),
     "survival": lambda chain: survival(chain, "0.002", starts=2, cycles=10),
     "intercept": intercept,
     "threshold": threshold,
@@ -77,6 +77,7 @@ TAKEN: dict[str, set[str]] = {
     **{f"{call} {solver}": EVERYTHING for call in ("creep", "rearrange")
        for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
     "compare": {"friction", "end_forces"},
+    "fate": {"friction", "end_forces"},
     "creep sliding": {"friction", "end_forces"},
     "sweep": EVERYTHING,
     "prediction": EVERYTHING,

@@ -325,6 +325,12 @@ class Chain(Shown):
         return sign_of_surd(gravity - friction, pulls, 1 + self.tan_alpha**2)
 
     @property
+    def symmetric(self) -> bool:
+        """Whether the chain is the same from either end, but for the slope of the incline."""
+        lists = (getattr(self, name) for name in _ALONG)
+        return all(values == values[::-1] for values in lists if isinstance(values, tuple))
+
+    @property
     def may_run_away(self) -> bool:
         """Whether the whole chain may accelerate for ever: no friction left, compared exactly."""
         return self.surplus(1) >= 0 or self.surplus(-1) >= 0

@@ -6,7 +6,7 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float
-from exactcreep.model.uniform import require_uniform
+from exactcreep.model.uniform import END_FORCES, FRICTION, require_uniform
 
 CHAOTIC = 6
 """Sliders from which on creep is chaotic, and lasts for a while only."""
@@ -22,7 +22,8 @@ def require_sense(chain: Any, question: str, cycles: int | None = None) -> None:
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
-    require_uniform(chain.parameters(), question)
+    takes = (FRICTION, END_FORCES) if question == "fate" else ()
+    require_uniform(chain.parameters(), question, takes)
     slope, edge = abs(chain.tan_alpha), question == "threshold"
     if chain.n > MOST_SLIDERS and not edge:
         allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"

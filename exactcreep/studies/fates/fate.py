@@ -171,14 +171,14 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     for half in (1, 2):
         recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
         log += [(half, logged.itinerary) for logged in rearrangements(recorded)]
-        forces.append(np.diff(simulation.state().tensions, prepend=0.0, append=0.0))
+        forces.append(simulation.state().forces(chain))
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
     resting = [n for n in range(1, chain.n + 1) if n not in slipping]
     if not resting:
         return None
-    largest = np.abs(np.array(forces) + chain.sin_alpha).max(axis=0)
+    left = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
     # what the ends have left decides how often they slip
-    room = chain.friction + chain.excess - float(largest[[0, *(n - 1 for n in resting), -1]].max())
+    room = float(left[[0, *(n - 1 for n in resting), -1]].min())
     if approach.ahead >= room:
         return None
     reason = (

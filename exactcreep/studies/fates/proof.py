@@ -131,6 +131,8 @@ class _Proof:
         self.shapes: list[NDArray[np.float64]] = []  # forces of the inner sliders there
         self.known: dict[Any, int] = {}  # since the last avalanche: slips of each slider -> cycle
         self.slips = [0] * chain.n
+        pairs = zip(chain.each("mu_s"), chain.each("mu_d"), strict=True)
+        self.excesses: list[Fraction] = [high - low for high, low in pairs]
         # of periods that were not proved: how nearly the shape has to return, or the cycle from
         # which on it is tried in any case
         self.again: dict[int, tuple[float, int]] = {}
@@ -216,28 +218,30 @@ class _Proof:
             _, sliders, signs = one[0]
             for n, sign in zip(sliders, signs, strict=True):
                 self.slips[n - 1] += sign
-        alike = min(self.slips) if self.chain.n == 2 else 0  # both ends alike change no tension
+        moves = [k * excess for k, excess in zip(self.slips, self.excesses, strict=True)]
+        if self.chain.n == 2:  # where both sliders move alike, the tension returns
+            moves = [moves[1] - moves[0]]
         held = self.simulation.mechanics.rest.coefficients.tolist()
-        key = (tuple(k - alike for k in self.slips), tuple(held))
+        key = (tuple(moves), tuple(held))
         before = self.known.setdefault(key, cycle)
         if not any(self._cycle(cycle)):  # theta has been everywhere it will ever be
             before = cycle - 1
         if before == cycle:
             return None
         slips = joined.from_iterable(self.halves[2 * before : 2 * cycle])
-        steps = sum(sum(one[0][2]) for one in slips)
+        ways = joined.from_iterable(zip(one[0][1], one[0][2], strict=True) for one in slips)
+        excess = sum((sign * self.excesses[n - 1] for n, sign in ways), Fraction(0))
         with self.simulation.mechanics.arithmetic.active():
-            moved = enclosure(self._slip() * steps / self.chain.n if steps else 0)
+            moved = enclosure(self._slip(excess) / self.chain.n if excess else 0)
         return self._settled(before, cycle - before, moved)
 
-    def _slip(self) -> Any:
-        """Return 2 D, the way of a lone slip of an end."""
-        arithmetic = self.simulation.mechanics.arithmetic
-        return 2 * arithmetic.times_cosine(self.chain, self.chain.mu_s - self.chain.mu_d)
+    def _slip(self, excess: Fraction) -> Any:
+        """Return 2 D, the way of a lone slip of an end, of ``mu_s - mu_d``."""
+        return 2 * self.simulation.mechanics.arithmetic.times_cosine(self.chain, excess)
 
     def _contracted(self, cycle: int) -> Fate | None:
-        held = self.simulation.mechanics.rest.coefficients.tolist()
-        if self.chain.sigma_mu != 0 or len(set(held)) > 1:
+        held = self.simulation.mechanics.rest.coefficients - self.chain.floats("mu_s")
+        if self.chain.sigma_mu != 0 or len(set(held.tolist())) > 1:
             return None
         best = math.inf
         for period in range(1, min(_MOST_PERIOD, cycle // 2) + 1):
@@ -252,6 +256,11 @@ class _Proof:
             if apart > best * _BETTER:
                 continue
             last, ago = self.halves[-2 * period :], self.halves[-4 * period : -2 * period]
+            avalanches = not all(map(lone, joined.from_iterable(last)))
+            if avalanches and last == ago and not self.chain.symmetric:
+                reason = f"the forces nearly return (period {period}); the proof that they do so"
+                reason += " for ever needs a chain that is the same from either end"
+                return self._fate(Outcome.LIMIT, cycle, reason)
             word = _Word.of(last, self.chain.n) if last == ago else None
             if word is None:
                 continue
@@ -332,7 +341,7 @@ class _Proof:
             shape.reverse()
             for place, slips in zip((0, -1), word.late, strict=True):
                 if shape:
-                    shape[place] = shape[place] + slips * self._slip()
+                    shape[place] = shape[place] + slips * self._slip(self.excesses[0])
             # both halves in the frame of a chain at its lower end of theta
             return Passed(
                 flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import flint
 import numpy as np
@@ -227,3 +227,27 @@ def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int
         assert abs(course.tensions - tensions).max() < 1e-9
         middle, radius = found.advance_enclosure
         assert abs(course.advance - float(middle)) < float(radius) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("differs", "amplitude", "period"),
+    [
+        ({"n": 2, "mu_d": ["0.5", "0.44"], "mu_s": ["0.6", "0.54"]}, "0.002", 1),
+        ({"n": 2, "mu_d": ["0.5", "0.45"], "mu_s": ["0.6", "0.6"]}, "0.0006", None),
+        ({"n": 2, "end_forces": ("0.05", "-0.02")}, "0.004", 1),
+        ({"n": 3, "mu_d": ["0.5", "0.55", "0.5"], "mu_s": ["0.6", "0.7", "0.6"],
+          "end_forces": ("0.05", "0.05")}, "0.004", None),
+    ],
+)  # fmt: skip
+def test_a_proved_fate_of_an_unlike_chain_is_what_it_does(
+    differs: Mapping[str, Any], amplitude: str, period: int | None
+) -> None:
+    alike = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.15"}
+    chain = Chain(**{**alike, **differs})
+    found = fate(chain, amplitude, cycles=300)
+    assert found.evidence is Evidence.PROVED
+    assert period in (None, found.period)
+    cycles = found.settled_after + 4 * found.period
+    x_g = creep(chain, Cycles(amplitude, cycles), record=("x_G",)).recorded["x_G"][1::2]
+    moved = x_g[found.settled_after :: found.period]
+    assert np.diff(moved) == pytest.approx(found.advance, abs=1e-9)
