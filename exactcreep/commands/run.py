@@ -303,7 +303,8 @@ def _predicted(result: Creep, digits: int) -> tuple[str, str]:
     found = prediction(result.chain, result.drive)
     if found is None:
         return "", ""
-    holds = result.chain.tan_alpha <= 0 or any(value > 0 for value in found.printed)
+    slope = result.chain.tan_alpha  # below its threshold the equation points up the slope
+    holds = slope == 0 or any(value * slope > 0 for value in found.printed)
     values = found.printed if holds else ()
     return found.label, " or ".join(f"{value:.{digits}g}" for value in values)
 

@@ -4,6 +4,9 @@ A slider at rest stays while ``|F| <= mu_s c``; a slider that moves feels ``mu_d
 motion. Forces change continuously, so that a start, a stop or the end of a ramp is a comparison,
 and a rule says what follows from it, equality included.
 
+Elsewhere stand: that a coefficient below mu_d acts as mu_d (`model.contacts`), when the whole chain
+runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
+
 The rules are written over ``sign(x, slack)``. It returns -1, 0 or +1, and whether that is in doubt:
 `x` may be off by `slack`, and a number that cannot be told from zero is zero. Floats have the rules
 compiled (`FLOATS`). Rationals, balls and sets bring a sign of their own, which may raise. Every
@@ -54,9 +57,10 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
     @compiled
     def is_before(room, end, slack):
-        """Return whether a slider starts after `room` on the way to `end`: the target, or a stop.
+        """Return whether a slider with this room starts before the end of the motion.
 
-        One that reaches its threshold exactly at the end stays.
+        `end` is how far the motion goes: to the target of a ramp, or to a stop. A slider that
+        reaches its threshold exactly at the end stays.
         """
         left, close = sign(end - room, slack)
         return left > 0, close
@@ -72,11 +76,12 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
     @compiled
     def leaves(lead, moves, slack):
-        """Return whether a slider leaves rest or motion at once, when it stands at the very edge.
+        """Return whether a slider exactly at its limit acts at once: stops, or starts from rest.
 
-        `lead` is the first derivative that is not zero, positive inwards, of the speed of a slider
-        that has started, or of what one at rest lacks to its threshold. With no such derivative
-        (zero) a slip has length zero: it stops, and draws. One at rest stays.
+        `lead` is the first derivative that is not zero of its event function, positive if the
+        slider does not act: of the speed of a slider that has started, or of the distance between
+        the force on a resting slider and its threshold. If all derivatives are zero, a moving
+        slider stops (a slip of length zero, after which it draws), and a resting slider stays.
         """
         inwards, close = sign(lead, slack)
         return inwards < 0 or (moves and inwards == 0), close
@@ -85,9 +90,10 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
 
 def in_turn(freeze: Any, draw: Any, test: Any, compiled: Any = lambda rule: rule) -> Any:
-    """Return how the sliders of an event, which ascend, are taken through it: three times in turn.
+    """Return a function that takes the sliders of an event, in ascending order, through it.
 
-    All that stop are frozen; they draw; then all are tested, with the same forces.
+    It freezes all sliders that stop, lets each of them draw, and then tests all of them with the
+    same forces.
     """
 
     @compiled
