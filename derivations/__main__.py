@@ -44,7 +44,7 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     for name, text in HELP.items():
         parser.add_argument(name, action="store_true", help=text)
-    text = "one entry (its label or name) or one chapter, with what backs it"
+    text = "one entry (its number, label or name) or one chapter, with what backs it"
     parser.add_argument("--only", metavar="LABEL", help=text)
     text = "hold the ledger against a LaTeX source of the paper"
     parser.add_argument("--paper", metavar="FILE", type=Path, help=text)
@@ -120,8 +120,9 @@ def _summed(named: list[Entry], lines: Sequence[Line]) -> str:
     of_entries = _counted(entry.standing for entry in named)
     words = sum(not entry.judged for entry in named)
     of_lines = _counted(line.standing for line in lines)
+    count = f"{len(named)} statement{'s' * (len(named) != 1)}"
     return (
-        f"\n{len(named)} statements: {said}\nstanding: {of_entries}; {words} in words, with no "
+        f"\n{count}: {said}\nstanding: {of_entries}; {words} in words, with no "
         f"formula to judge\nlines: {of_lines}; {time.process_time():.0f} s"
     )
 
@@ -164,7 +165,8 @@ def main(given: Sequence[str] | None = None) -> int:
     """Run the audit; return 0 if everything holds, 1 if something does not, 2 for bad input."""
     arguments = _arguments(given)
     only, paper = arguments.only, arguments.paper
-    named = [e for e in entries() if only in (None, e.chapter, e.label, e.name)]
+    names = {only, (only or "").removeprefix("Eq.").strip()}  # 22 and "Eq. 22" are equation 22
+    named = [e for e in entries() if names & {None, e.chapter, e.label, e.name, f"{e.number}"}]
     if not named and only not in CHAPTERS:
         print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
         return 2

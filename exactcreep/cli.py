@@ -139,7 +139,8 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
     from exactcreep.model.names import did_you_mean
     from exactcreep.scene import key_of
 
-    command, option = arguments[0], f"{error.token.keyword}"
+    command, token = arguments[0], error.token.keyword or error.token.value
+    option = token.partition("=")[0]
     options = [name for each in error.argument_collection if each.parse for name in each.names]
     key = key_of(option.lstrip("-").replace("-", "_")) if "--set" in options else ""
     if not key:

@@ -207,7 +207,7 @@ def test_a_material_stands_for_what_is_not_given() -> None:
     )
     with pytest.raises(InputError, match="material = 'tin': must be one of lead, copper, zinc, st"):
         physical(**shape, material="tin")
-    with pytest.raises(InputError, match="kappa = 0: must be positive, or that of a material"):
+    with pytest.raises(InputError, match=r"kappa = 0: must be positive, .*lead"):
         physical(**shape, youngs_modulus="16e9", density=11340)
 
 

@@ -168,6 +168,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
         ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         (f"{QUICK} --n 8", "run takes a scene; set its chain.n with --set chain.n=8"),
+        ("run --n=8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
         ("xyzzy", "No such command 'xyzzy'"),
     ],

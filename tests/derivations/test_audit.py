@@ -93,6 +93,12 @@ def test_derivations_import_nothing_from_the_package() -> None:
             assert not any(name.split(".")[0] == "exactcreep" for name in names), path.name
 
 
+def test_an_equation_is_found_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+    said = [(main(["--only", name]), capsys.readouterr().out) for name in ("seuil", "22", "Eq. 22")]
+    assert {code for code, _ in said} == {0}
+    assert len({out.partition("lines:")[0] for _, out in said}) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [(["--only", "vitess"], "vitess"), (["--only", "seuil", "--paper", "none.tex"], "none.tex")],
