@@ -29,7 +29,8 @@ class Child:
 
     def __init__(self, channel: socket.socket, out: Any, err: Any) -> None:
         self._channel, self._out, self._err = channel, out, err
-        self.pid: int = json.loads(channel.recv(64))
+        self._lines = channel.makefile()  # the process, then how it ended: they may come together
+        self.pid: int = json.loads(self._lines.readline())
 
     def signal(self, number: int) -> None:
         with contextlib.suppress(ProcessLookupError):  # it has ended
@@ -38,7 +39,7 @@ class Child:
     def wait(self) -> tuple[int, str, str]:
         """Return the exit status (negative: of a signal), and what was printed."""
         self._channel.settimeout(PATIENCE)
-        code = os.waitstatus_to_exitcode(json.loads(self._channel.recv(64)))
+        code = os.waitstatus_to_exitcode(json.loads(self._lines.readline()))
         for stream in (self._out, self._err):
             stream.seek(0)
         return code, self._out.read(), self._err.read()
@@ -120,8 +121,8 @@ def _answer(channel: socket.socket) -> None:
     if (pid := os.fork()) == 0:
         channel.close()
         _become(json.loads(message), streams)
-    channel.send(json.dumps(pid).encode())
-    channel.send(json.dumps(os.waitpid(pid, 0)[1]).encode())
+    channel.send(b"%d\n" % pid)
+    channel.send(b"%d\n" % os.waitpid(pid, 0)[1])
     os._exit(0)
 
 
