@@ -422,14 +422,16 @@ def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> It
 
 
 def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
-    """Return the numbers of ``{ from, to, step }``, both ends included, as they are written."""
+    """Return the numbers of ``{ from, to, step }``, both ends included, as they are written.
+
+    A float is the decimal that Python prints for it: with its binary value a step would never fit.
+    """
     if {*span} != _SPAN:
         raise InputError(key, dict(span), "must have from, to and step, and nothing else")
     numbers = {}
     for name, value in span.items():
-        if isinstance(value, bool) or not isinstance(value, (int, Literal)):
-            raise InputError(f"{key}.{name}", value, "must be a decimal number")
-        numbers[name] = exact_number(value, f"{key}.{name}")
+        number = repr(float(value)) if isinstance(value, float) else value
+        numbers[name] = exact_number(number, f"{key}.{name}")
     first, last, step = (numbers[name] for name in ("from", "to", "step"))
     written = f"from {span['from']} to {span['to']}"
     if step == 0 or (last - first) / step < 0:
@@ -441,6 +443,8 @@ def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
     if steps >= MOST_MEMBERS:
         raise InputError(f"{key}.step", span["step"], f"must make at most {MOST_MEMBERS} members")
     parts = math.lcm(first.denominator, step.denominator)
+    if pow(10, parts.bit_length(), parts):  # they have no end as decimals
+        return [first + k * step for k in range(int(steps) + 1)]
     places = next(k for k in itertools.count() if 10**k % parts == 0)
     begin, by = int(first * 10**places), int(step * 10**places)
     return [_as_written(begin + k * by, places) for k in range(int(steps) + 1)]

@@ -19,6 +19,7 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
     InputError,
     Number,
+    Shown,
     exact_number,
     nearest_float,
     number_from_zero,
@@ -61,8 +62,8 @@ MATERIALS = {
 """Solids by name: near room temperature. If the ground expands too, subtract its kappa."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Solid:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Solid(Shown):
     """A solid that rests on an incline at equally spaced contacts, and its units as a chain.
 
     It is cut into as many equal pieces as it has contacts, each with its contact at the middle.
@@ -95,6 +96,12 @@ class Solid:
 
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")
+
+    def _units(self) -> dict[str, str]:
+        return {
+            "length": "m", "youngs_modulus": "Pa", "density": "kg/m^3", "section": "m^2",
+            "kappa": "1/K", "gravity": "m/s^2", "measured": "mm per year",
+        }  # fmt: skip
 
     @property
     def mass(self) -> Fraction:

@@ -1,5 +1,7 @@
 """Scenes: exact numbers, refused names, members, and starts."""
 
+from collections.abc import Callable
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
@@ -174,6 +176,16 @@ def test_equal_steps_are_the_decimals_that_would_be_written(
     assert Scene.from_text(TEXT).with_settings(given).vary == scene.vary
 
 
+@pytest.mark.parametrize("number", [str, float, Decimal, Fraction, Literal])
+def test_equal_steps_in_python_are_numbers_of_any_kind(number: Callable[[str], object]) -> None:
+    span = {"from": number("0.001"), "to": number("0.0013"), "step": number("0.0001")}
+    scene = Scene.from_text(TEXT).with_settings({"vary.drive.amplitude": span})
+    assert scene.vary["drive.amplitude"] == ["0.001", "0.0011", "0.0012", "0.0013"]
+    thirds = {"from": 0, "to": Fraction(1), "step": Fraction(1, 3)}
+    varied = Scene.from_text(TEXT).with_settings({"vary.drive.amplitude": thirds}).vary
+    assert varied["drive.amplitude"] == [0, Fraction(1, 3), Fraction(2, 3), 1]
+
+
 @pytest.mark.parametrize(
     ("span", "said"),
     [
@@ -181,8 +193,8 @@ def test_equal_steps_are_the_decimals_that_would_be_written(
         ("from = 0, to = 1, step = -0.5", "amplitude.step = '-0.5': must lead from 0 to 1"),
         ("from = 0, to = 1, step = 1e-7", "step = '1e-7': must make at most 1000000 members"),
         ("from = 0, to = 1", "drive.amplitude = .*: must have from, to and step"),
-        ('from = 0, to = "1/3", step = 1', "amplitude.to = '1/3': must be a decimal number"),
-        ("from = true, to = 1, step = 1", "amplitude.from = True: must be a decimal number"),
+        ('from = 0, to = "1/3", step = 1', "amplitude.step = 1: must divide the way"),
+        ("from = true, to = 1, step = 1", "amplitude.from = True: must be a number"),
     ],
 )
 def test_steps_that_are_not_equal_are_refused_by_the_key(span: str, said: str) -> None:
