@@ -267,7 +267,7 @@ class Chain(Shown):
         require_uniform(self.parameters(), "one static excess of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_s - self.mu_d)
 
-    @property
+    @cached_property
     def largest_mu_s(self) -> Fraction:
         """The largest of the mean static friction coefficients."""
         return max(high for _, _, high in self._frictions())
@@ -279,13 +279,13 @@ class Chain(Shown):
         held = max(self.times_cosine(d) + self.times_cosine(s - d) for _, d, s in frictions)
         return held + abs(self.sin_alpha) + nearest_float(max(map(abs, self.end_forces)))
 
-    @property
+    @cached_property
     def no_advance(self) -> Fraction:
         """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
         forces = (self.largest_mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
         return (forces + max(map(abs, self.end_forces))) / 2**40
 
-    @property
+    @cached_property
     def rounding(self) -> Fraction:
         """The most that rounding adds to a displacement in one slip, in float64."""
         return self.n * self.no_advance / 2**10
@@ -330,7 +330,7 @@ class Chain(Shown):
         lists = (getattr(self, name) for name in _ALONG)
         return all(values == values[::-1] for values in lists if isinstance(values, tuple))
 
-    @property
+    @cached_property
     def may_run_away(self) -> bool:
         """Whether the whole chain may accelerate for ever: no friction left, compared exactly."""
         return self.surplus(1) >= 0 or self.surplus(-1) >= 0

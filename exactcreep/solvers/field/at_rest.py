@@ -100,7 +100,9 @@ class ChainAtRest(ABC):
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.loads = loads_of(arithmetic, self.chain)
         self.frictions = frictions_of(arithmetic, self.chain)
-        self.expansion = arithmetic.vector(self.chain.each("expansion"))
+        self.expansion: Any = 1  # of each spring by theta
+        if self.chain.expansion:
+            self.expansion = arithmetic.vector(self.chain.expansion)
         self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
         self.rest = self._at_start(state)
@@ -273,7 +275,8 @@ class ChainAtRest(ABC):
             by = way * room
             exact.theta = exact.theta + by / self.chain.l0
             for n, rate in self.rates.items():
-                exact.forces[n] = exact.forces[n] + rate * by
+                change = abs(rate) * by if abs(rate) != 1 else by
+                exact.forces[n] = exact.forces[n] + (change if rate > 0 else -change)
             room = room.ball()
         by = way * room
         if target is None:
@@ -286,7 +289,8 @@ class ChainAtRest(ABC):
         if not bool(room == 0):
             rest.tensions = rest.tensions - self.expansion * by
             for n, rate in self.rates.items():
-                rest.forces[n] = rest.forces[n] + self.arithmetic.number(rate) * by
+                change = self.arithmetic.number(abs(rate)) * by if abs(rate) != 1 else by
+                rest.forces[n] = rest.forces[n] + (change if rate > 0 else -change)
             rest.pinned.clear()
         if exact is not None:
             for n in self.rates:

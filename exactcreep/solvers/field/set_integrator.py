@@ -91,6 +91,7 @@ class SetIntegrator(ChainIntegrator):
         self.kinds: Counter[Kind] = Counter()
         self.shown: State | None = None  # the present rest, as long as nothing has moved
         self.shown_theta: Any = None
+        self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
         self.ends: list[int] = []  # that have just come to their threshold
@@ -317,7 +318,7 @@ class SetIntegrator(ChainIntegrator):
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
-        signs, frictions = flow.signs[window], [float(x) for x in self.frictions[window]]
+        signs, frictions = flow.signs[window], self.drags[window]
         fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
         held = [float(x) for x in self.thresholds[window].tolist()]
         loads = zip(forces, signs.tolist(), frictions, strict=True)
