@@ -84,8 +84,6 @@ TAKEN: dict[str, set[str]] = {
     "prediction_of": EVERYTHING,
 }  # fmt: skip
 """What a function takes; another test holds its answer to an oracle."""
-OF_STATES = {"Experiment", "State", "Chain", "Contacts", "resume"}
-"""Public names that take a chain, and only keep it."""
 
 
 @pytest.mark.parametrize("kind", UNLIKE)

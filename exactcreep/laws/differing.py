@@ -20,9 +20,9 @@ from exactcreep.laws.number_types import (
     positive_part,
     rational,
     require,
-    sign_of_surd,
 )
 from exactcreep.laws.velocities import gaussian_integral
+from exactcreep.model.numbers import sign_of_surd
 
 
 class PivotSliders(NamedTuple):

@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 from mpmath import libmp
 
-from exactcreep.model.numbers import sign_of_surd as sign_of_surd
-
 Number = Any
 """int, Fraction, float, numpy array or mpmath number."""
 

@@ -268,6 +268,12 @@ class Chain(Shown):
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @cached_property
+    def mean_mu_d(self) -> Fraction:
+        """The mean of the dynamical friction coefficients of all sliders."""
+        listed = isinstance(self.mu_d, tuple)
+        return sum(self.mu_d, Fraction(0)) / self.n if listed else Fraction(self.mu_d)
+
+    @cached_property
     def largest_mu_s(self) -> Fraction:
         """The largest of the mean static friction coefficients."""
         return max(high for _, _, high in self._frictions())
@@ -320,9 +326,8 @@ class Chain(Shown):
             The sign of the driving force along `way`, ``N sin(alpha)`` plus the end forces, minus
             the sum of ``mu_d cos(alpha)``: positive if the sliding chain accelerates.
         """
-        friction = sum(self.mu_d) if isinstance(self.mu_d, tuple) else self.n * self.mu_d
-        gravity, pulls = way * self.n * self.tan_alpha, way * sum(self.end_forces)
-        return sign_of_surd(gravity - friction, pulls, 1 + self.tan_alpha**2)
+        beyond = self.n * (way * self.tan_alpha - self.mean_mu_d)
+        return sign_of_surd(beyond, way * sum(self.end_forces), 1 + self.tan_alpha**2)
 
     @property
     def symmetric(self) -> bool:

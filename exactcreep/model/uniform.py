@@ -43,8 +43,9 @@ def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[
     InputError
         If they differ in another.
     """
+    differs = unlike(parameters)
     for name in (FRICTION, END_FORCES, EXPANSION):
-        if name in unlike(parameters) and name not in takes:
+        if name in differs and name not in takes:
             listed = isinstance(parameters.get("mu_d"), list | tuple)
             field = ("mu_d" if listed else "mu_s") if name == FRICTION else name
             raise InputError(field, parameters[field], f"{_SHOULD[name]} for {what}")

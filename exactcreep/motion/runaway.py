@@ -36,6 +36,5 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
         return None
     lacking = needed - mean + 2 * slack
     pull = arithmetic.number(sign * sum(chain.end_forces) / n)
-    mean_mu_d = sum(chain.mu_d) / n if isinstance(chain.mu_d, tuple) else chain.mu_d
-    gained = arithmetic.number(sign * chain.tan_alpha - mean_mu_d) * cosine + pull
+    gained = arithmetic.number(sign * chain.tan_alpha - chain.mean_mu_d) * cosine + pull
     return arithmetic.upper(lacking / gained)

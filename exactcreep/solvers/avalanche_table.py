@@ -9,7 +9,6 @@ rest.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
+from exactcreep.motion.modes import frictions_of
 from exactcreep.motion.replay import elastic_gain
 from exactcreep.solvers.tables import LENGTH, REARRANGEMENT_TABLE, SLIP_TABLE, Column
 
@@ -61,8 +61,7 @@ def ledger(
 
     weight = arithmetic.times_cosine(chain, chain.tan_alpha)
     if "friction" in chain.unlike:
-        each = chain.each("mu_d", partial(arithmetic.times_cosine, chain))
-        dissipation = summed(arithmetic.vector(each)[slider - 1] * length)
+        dissipation = summed(frictions_of(arithmetic, chain)[slider - 1] * length)
     else:
         dissipation = np.multiply(arithmetic.times_cosine(chain, chain.mu_d), summed(length))
     end_forces = 0 * length[begins]

@@ -275,8 +275,7 @@ class ChainAtRest(ABC):
             by = way * room
             exact.theta = exact.theta + by / self.chain.l0
             for n, rate in self.rates.items():
-                change = abs(rate) * by if abs(rate) != 1 else by
-                exact.forces[n] = exact.forces[n] + (change if rate > 0 else -change)
+                exact.forces[n] = exact.forces[n] + _at_rate(by, rate)
             room = room.ball()
         by = way * room
         if target is None:
@@ -289,8 +288,7 @@ class ChainAtRest(ABC):
         if not bool(room == 0):
             rest.tensions = rest.tensions - self.expansion * by
             for n, rate in self.rates.items():
-                change = self.arithmetic.number(abs(rate)) * by if abs(rate) != 1 else by
-                rest.forces[n] = rest.forces[n] + (change if rate > 0 else -change)
+                rest.forces[n] = rest.forces[n] + _at_rate(by, rate, self.arithmetic.number)
             rest.pinned.clear()
         if exact is not None:
             for n in self.rates:
@@ -331,3 +329,9 @@ class ChainAtRest(ABC):
         rest.displacements = vector([x.ball() for x in exact.displacements])
         rest.theta = exact.theta.ball()
         rest.tensions = vector([x.ball() for x in exact.tensions])
+
+
+def _at_rate(by: Any, rate: Fraction, number: Callable[[Fraction], Any] = Fraction) -> Any:
+    """Return ``rate by``; a rate of one multiplies nothing, as most rates are."""
+    change = by if abs(rate) == 1 else number(abs(rate)) * by
+    return change if rate > 0 else -change
