@@ -1,4 +1,4 @@
-"""Distributions of avalanches: their bins, errors, and the pictures of them."""
+"""Distributions of avalanches, held against counts of the table and samples of known laws."""
 
 from __future__ import annotations
 
@@ -16,15 +16,13 @@ from exactcreep.studies.avalanches import MEASURES, Avalanches
 from tests.pictures import assert_shows_data
 
 CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+ZERO = {"undecided", "end_forces"}
+"""Measures that are zero of all avalanches of this run."""
 
 
 @pytest.fixture(scope="module")
 def run() -> Creep:
     return creep(CHAIN, Cycles("0.003", 40), seed=2, record=("x_G", "slips", "rearrangements"))
-
-
-ZERO = {"undecided", "end_forces"}
-"""Measures that are zero of all avalanches of this run."""
 
 
 @pytest.fixture(autouse=True)
@@ -41,40 +39,44 @@ def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:
 
 def test_the_avalanches_of_a_run_are_those_of_whole_cycles_after_its_burn_in(run: Creep) -> None:
     found = avalanches.avalanches_of(run, MEASURES)
-    slips = run.recorded["slips"][run.burn_in :].sum()
     assert run.burn_in % 2 == 0 < run.burn_in
-    assert found.values["size"].sum() == slips > 1000
+    assert found.values["size"].sum() == run.recorded["slips"][run.burn_in :].sum() > 1000
     assert set(found.block.tolist()) == set(range(avalanches.BLOCKS))
     assert 1 <= found.values["extent"].min() <= found.values["extent"].max() <= CHAIN.n
-    assert (found.values["undecided"] == 0).all()
     for measure in MEASURES.keys() - ZERO:
         part = avalanches.distribution(found, measure)
         assert (part.density * part.width).sum() == pytest.approx(1, rel=1e-12)
         assert part.zeros == 0
 
 
-@pytest.mark.parametrize("name", [name for name in REARRANGEMENT_TABLE.fields if name not in ZERO])
-def test_any_column_of_the_table_is_drawn_as_it_is_distributed(run: Creep, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [("slips", "log"), ("dissipation", "log"), ("displacement", "linear"),
+     ("direction", "linear"), ("first", "linear"), ("theta", "linear")],
+)  # fmt: skip
+def test_a_column_is_drawn_as_it_is_distributed(run: Creep, name: str, scale: str) -> None:
     values = run.to_pandas("rearrangements").query(f"half_cycle > {run.burn_in}")[name]
     axes = run.plot.avalanches(name)
     assert_shows_data(axes.figure)
+    assert axes.get_xscale() == scale
     x, density = axes.containers[0].lines[0].get_data()
     edges = avalanches.edges_of(name, values.min(), values.max())
     shares, _ = np.histogram(values, edges, density=True)
     assert density == pytest.approx(shares[shares > 0])
-    within = np.transpose([edges[:-1], edges[1:]])[shares > 0]
-    assert ((within[:, 0] < x) & (x < within[:, 1])).all()
+    assert ((edges[:-1][shares > 0] < x) & (x < edges[1:][shares > 0])).all()
     if name in ("direction", "first"):  # few whole numbers, each in a bin of its own
         assert x.tolist() == sorted(set(values))
-    places = ("half_cycle", "began_first", "began_last", "first", "last")
-    linear = (values < 0).any() or name in places
-    assert axes.get_xscale() == ("linear" if linear else "log")
+
+
+def test_only_what_may_be_negative_or_is_a_place_has_a_linear_scale(run: Creep) -> None:
+    table = run.to_pandas("rearrangements")
+    places = {"half_cycle", "began_first", "began_last", "first", "last", "end_forces"}
+    linear = {name for name in REARRANGEMENT_TABLE.fields if MEASURES[name].scale == "linear"}
+    assert linear == places | {name for name in table if (table[name] < 0).any()}
 
 
 def test_values_of_zero_are_counted_where_they_cannot_be_drawn(run: Creep) -> None:
     counted = run.recorded["rearrangement_undecided"].copy()
-    with pytest.raises(InputError, match="'undecided': is zero of all 4704 avalanches"):
-        run.plot.avalanches("undecided")
     counted[-3:] = 1, 2, 2
     rare = replace(run, recorded={**run.recorded, "rearrangement_undecided": counted})
     axes = rare.plot.avalanches("rearrangement_undecided")
@@ -82,18 +84,16 @@ def test_values_of_zero_are_counted_where_they_cannot_be_drawn(run: Creep) -> No
     assert axes.containers[0].lines[0].get_ydata() == pytest.approx([1 / 3, 2 / 3])
 
 
-def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
-    """Else a flat distribution would look like a comb."""
+def test_a_flat_distribution_of_whole_numbers_is_flat_and_has_the_error_of_equal_blocks() -> None:
     values = np.tile(np.arange(1, 101), 32)
     part = avalanches.distribution(drawn(values), "size", avalanches.edges_of("size", 1, 100)[:-1])
     full = part.middle < 70
-    assert part.width[0] == 1 < part.width[full][-1]
-    assert part.middle[0] == 1
+    assert part.middle[0] == part.width[0] == 1 < part.width[full][-1]
     assert np.ptp(part.density[full]) < 1e-12 * part.density[0]
-    assert np.median(part.error) == 0  # all blocks are alike
+    assert np.median(part.error) == 0
 
 
-def test_errors_are_the_scatter_of_independent_runs() -> None:
+def test_errors_are_the_scatter_of_independent_runs_and_not_smaller_for_copies() -> None:
     """Pareto's law with a density known in every bin, 200 samples of 1600 numbers."""
     edges = 10.0 ** np.arange(0, 1.3, 0.25)
     known = (edges[:-1] ** -1.5 - edges[1:] ** -1.5) / (1 - edges[-1] ** -1.5)
@@ -104,20 +104,11 @@ def test_errors_are_the_scatter_of_independent_runs() -> None:
         off.append((part.density * part.width - known) / (part.error * part.width))
     scatter = np.array(off).std(axis=0)
     assert 0.85 < scatter.min() <= scatter.max() < 1.25
+    often = avalanches.distribution(drawn(np.repeat(values, 100)), "energy", edges)
+    assert often.error == pytest.approx(part.error, rel=1e-9)
 
 
-def test_blocks_see_what_neighbours_have_in_common() -> None:
-    """Each number a hundred times in a row is worth no more than once."""
-    values, edges = np.random.default_rng(1).pareto(3.0, 160) + 1, 10.0 ** np.arange(0, 1, 0.2)
-    once, often = (
-        avalanches.distribution(drawn(known), "energy", edges).error
-        for known in (values, np.repeat(values, 100))
-    )
-    assert (once > 0).any()
-    assert often == pytest.approx(once, rel=1e-9)
-
-
-def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:
+def test_a_picture_of_what_was_not_recorded_or_is_empty_is_refused(run: Creep) -> None:
     bare = creep(CHAIN, Cycles("0.003", 1), record=())
     still = creep(CHAIN, Cycles("0.0001", 4), record=("rearrangements",))
     for call, said in (
@@ -125,6 +116,7 @@ def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:
         (bare.plot.avalanches, "rearrangements"),
         (still.plot.avalanches, "none in a whole cycle after the burn-in"),
         (lambda: run.plot.avalanches("mass"), "must be one of size, duration"),
+        (lambda: run.plot.avalanches("undecided"), "'undecided': is zero of all 4704 avalanches"),
     ):
         with pytest.raises(InputError, match=said):
             call()
