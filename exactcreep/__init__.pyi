@@ -12,6 +12,7 @@ from .model.enclosure import Enclosure as Enclosure
 from .model.numbers import InputError as InputError
 from .model.outcome import Evidence as Evidence, Outcome as Outcome
 from .model.readings import RecordWarning as RecordWarning
+from .model.remarks import PhysicsWarning as PhysicsWarning
 from .model.state import State as State
 from .model.temperature_record import TemperatureRecord as TemperatureRecord
 from .motion.solution import Motion as Motion, Solution as Solution
@@ -19,7 +20,6 @@ from .pipeline import Pipeline as Pipeline, Walk as Walk, pipeline as pipeline
 from .quasistatic.creep import (
     AccuracyWarning as AccuracyWarning,
     Interrupted as Interrupted,
-    PhysicsWarning as PhysicsWarning,
     creep as creep,
     resume as resume,
 )

@@ -40,6 +40,7 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
 """The commands by name; None: a public function, which is imported when its command is called."""
 _PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
 """What stands for signs where letters alone can be printed."""
+_warned: set[str] = set()
 _HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
 Start with exactcreep scenes, then exactcreep run two-sliders-cycles.
@@ -151,7 +152,10 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
-    complain(str(message))
+    about = str(message).partition(" = ")[0]  # of many slopes the first is remarked
+    if about not in _warned:
+        _warned.add(about)
+        complain(str(message))
 
 
 def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:

@@ -19,11 +19,12 @@ from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
 
-from exactcreep.model.chain import ANGLES, Chain, in_degrees
+from exactcreep.model.chain import ANGLES, Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.inputs import keep
 from exactcreep.model.names import did_you_mean, meant
 from exactcreep.model.numbers import InputError, Shown, exact_number
+from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind

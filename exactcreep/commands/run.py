@@ -349,7 +349,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     rows.append(("counts", f"{reached}, {result.event_count} events, {result.slip_count} slips"))
     if result.long_rearrangements:
         rows.append(("accuracy", _accuracy(result.long_rearrangements)))
-    rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
+    rows += [("outside the model", text) for text in _outside(result.warnings)]
     say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
 
 
@@ -357,6 +357,12 @@ def _behaviour(result: Creep) -> str:
     from exactcreep.model.outcome import with_direction
 
     return with_direction(result.outcome, result.direction)
+
+
+def _outside(warnings: Mapping[str, int]) -> list[str]:
+    from exactcreep.quasistatic.creep import PHYSICS
+
+    return [f"{PHYSICS[name]} ({count} times)" for name, count in warnings.items()]
 
 
 def _accuracy(count: int) -> str:
@@ -393,5 +399,5 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
         say(f"{len(sentences)} members creep, but {sentences[0]}")
     if long := sum(result.long_rearrangements for result in results):
         say(f"accuracy: {_accuracy(long)}")
-    if outside := sum((Counter(result.warnings) for result in results), Counter()):
-        say(f"outside the model: {counted(outside)}")
+    for text in _outside(sum((Counter(result.warnings) for result in results), Counter())):
+        say(f"outside the model: {text}")

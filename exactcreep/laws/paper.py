@@ -32,6 +32,7 @@ from exactcreep.laws.number_types import (
     require,
     root_of_pi,
 )
+from exactcreep.model.remarks import remark
 from exactcreep.model.uniform import require_uniform
 
 
@@ -150,6 +151,8 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
             plateau = {name: real(given[name], name) for name in ("n", "tan_alpha", "mu_d")}
             given["i"] = _pivot(**plateau)
         values = coerced(given)
+        for name, value in values.items():
+            remark(name, value)
         for name in _POSITIVE:
             require(name not in values or values[name] > 0, f"{name} must be positive")
         return function(**values)

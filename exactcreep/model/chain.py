@@ -25,6 +25,7 @@ from exactcreep.model.numbers import (
     sign_of_surd,
     whole_number,
 )
+from exactcreep.model.remarks import in_degrees, remark
 from exactcreep.model.uniform import END_FORCES, EXPANSION, require_uniform, unlike
 
 P = ParamSpec("P")
@@ -32,13 +33,6 @@ _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
 ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 """Names under which the slope is looked for."""
 _SCOPE = "the page explanation/scope of the book has the limits of the model, and where to begin"
-
-
-def in_degrees(angle: Any) -> str:
-    """Return what the slope of an angle is called, and what it is where the angle is a number."""
-    degrees = angle if isinstance(angle, (int, float)) and abs(angle) < 90 else 15
-    slope = math.tan(math.radians(degrees))
-    return f"tan_alpha is the slope, the tangent of the angle: {slope:.3g} for {degrees:g} degrees"
 
 
 def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
@@ -140,6 +134,8 @@ class Chain(Shown):
             if not math.isfinite(nearest_float(high + 16 * self.sigma_mu)):
                 allowed = "draws coefficients beyond the largest float"
                 raise InputError("sigma_mu", sigma_mu, allowed)
+        remark("tan_alpha", self.tan_alpha)
+        remark("mu_s", self.largest_mu_s)
 
     def _frictions(self) -> Iterator[tuple[str, Fraction, Fraction]]:
         """Yield index, mu_d and mu_s of each slider; once for all sliders if they are alike."""

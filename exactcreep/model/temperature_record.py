@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import os
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -31,6 +30,7 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.readings import ABSOLUTE_ZERO, Readings, RecordWarning
 from exactcreep.model.record_format import table_of
+from exactcreep.model.remarks import warn
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -309,7 +309,7 @@ class TemperatureRecord(Listed):
         for kind, places in readings.faults().items():
             raise readings.refusal(kind, places)
         for told in readings.doubts():
-            warnings.warn(told, RecordWarning, stacklevel=4)
+            warn(told, RecordWarning)
         found = [value for value in readings.exact if value is not None]
         dilation = {value: self.kappa * (value - self.T0) for value in {*found}}
         origin = readings.times[0].astype("datetime64[us]").item() if readings.dated else None

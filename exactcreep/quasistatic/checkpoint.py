@@ -17,7 +17,6 @@ import os
 import re
 import threading
 import time
-import warnings
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
+from exactcreep.model.remarks import warn
 from exactcreep.model.user_files import content_of, opened, refused
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import ObservedRun
@@ -105,7 +105,7 @@ class Checkpoint:
         if lost := len(content) - checkpoint._size:
             said = f"{checkpoint.path} ends within a record, or is damaged: its last {lost} bytes"
             said += " are passed over, and the run goes on from the record before"
-            warnings.warn(said, CheckpointWarning, stacklevel=3)
+            warn(said, CheckpointWarning)
         return checkpoint
 
     def refused(self) -> AbstractContextManager[None]:
@@ -166,7 +166,7 @@ class Checkpoint:
                 self._add({"member": index, "run": run, "rows": rows})
             except InputError as error:
                 if not self.stale:
-                    warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
+                    warn(f"{error}; the run goes on", CheckpointWarning)
                 self.stale = str(error)
                 # each try packs all that was recorded since the last one that succeeded
                 self._wait = min(max(2 * self._wait, _FIRST_WAIT), max(self.every, _LONGEST_WAIT))

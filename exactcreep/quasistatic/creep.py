@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -21,6 +20,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import as_float
 from exactcreep.model.numbers import InputError, Number
+from exactcreep.model.remarks import PhysicsWarning as PhysicsWarning
+from exactcreep.model.remarks import warn
 from exactcreep.model.state import State
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep_result import Creep
@@ -34,23 +35,10 @@ from exactcreep.watch.progress import Hearer, Progress
 
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
-    "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
+    "theta_beyond_one": "|theta| was 1 or more, where a spring of the model has no length left",
     "crossings": "sliders would have crossed: x_(n+1) <= x_n at the end of a half-cycle",
 }
 """What a `PhysicsWarning` says, by the names in `Creep.warnings`."""
-
-
-class PhysicsWarning(UserWarning):
-    """A run has left the model's physical range; the result counts how often.
-
-    Examples
-    --------
-    >>> import warnings
-    >>> with warnings.catch_warnings(record=True, action="always") as caught:
-    ...     run = creep(Chain(2, 10, "0.5", "0.6", tan_alpha="0.25"), Path([2]))
-    >>> caught[0].category.__name__, dict(run.warnings)
-    ('PhysicsWarning', {'theta_beyond_one': 1})
-    """
 
 
 class AccuracyWarning(UserWarning):
@@ -166,7 +154,8 @@ def creep(
         - ``RUNAWAY``: proved: no slider ever stops again, or the chain never comes to rest
           (`reason`);
         - ``LIMIT``: a limit was reached; `reason` says which. Two limits are always set: half of
-          the free memory, and, where tan_alpha >= mu_d, a million events in a half-cycle;
+          the free memory, and, where tan_alpha >= mu_d or |theta| reaches 1, a million events in
+          a half-cycle;
         - ``AT_REST``: no event in the last whole cycle, hence never again; for other drives than
           Cycles, no event after the burn-in;
         - ``CREEPING``: every slider has moved, all in the same direction, between two ends of
@@ -319,9 +308,10 @@ def _progress(run: ObservedRun, phase: str) -> Progress:
 def _warned(result: Creep) -> Creep:
     """Return a result, and warn where it has left the model's range or is not accurate enough."""
     for name, count in result.warnings.items():
-        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
+        if name != "theta_beyond_one":  # its experiment has warned, before the run
+            warn(f"{PHYSICS[name]} ({count} times)")
     if result.report.get("accuracy_reached") is False:
-        warnings.warn(accuracy_reached(result.report), AccuracyWarning, stacklevel=4)
+        warn(accuracy_reached(result.report), AccuracyWarning)
     return result
 
 

@@ -15,6 +15,7 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.remarks import THETA_BEYOND_ONE, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.solvers.interface import Solver
@@ -110,6 +111,8 @@ class Experiment:
             accuracy=_valid_accuracy(self.accuracy, drive),
         )
         self.chain.require_dilation(self.widest, "drive", drive)
+        if self.widest >= 1:
+            warn(THETA_BEYOND_ONE)
         self.chain.require_dilation(self.theta, "start.theta", self.theta)
 
     @property

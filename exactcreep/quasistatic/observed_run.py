@@ -21,7 +21,13 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import ReturnObserver
 from exactcreep.quasistatic.summary import attribute_of
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.interface import Stretch, longest_avalanche, require, require_like
+from exactcreep.solvers.interface import (
+    LONGEST_AVALANCHE,
+    Stretch,
+    longest_avalanche,
+    require,
+    require_like,
+)
 from exactcreep.solvers.tables import RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
@@ -137,10 +143,13 @@ class ObservedRun:
         if early is not None:
             return limits.reason(early)
         # at tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever
-        chain = self.experiment.chain
-        if limits.events is None and events >= longest_avalanche(chain):
+        experiment = self.experiment
+        wide = experiment.widest >= 1
+        longest = LONGEST_AVALANCHE if wide else longest_avalanche(experiment.chain)
+        if limits.events is None and events >= longest:
+            why = "|theta| reaches 1" if wide else "tan_alpha >= mu_d"
             return (
-                f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is"
+                f"{why}, and after {events} events in one half-cycle the chain is"
                 " neither at rest nor proved to run away; max_events lets it go on"
             )
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from exactcreep.model.chain import Chain
@@ -10,15 +11,18 @@ from exactcreep.model.uniform import END_FORCES, FRICTION, require_uniform
 
 CHAOTIC = 6
 """Sliders from which on creep is chaotic, and lasts for a while only."""
+_MOST_SLIPS = 10_000_000
 MOST_SLIDERS = 10_000
 """Of a chain that is asked about many cycles: a limit of time could not be kept with more."""
 
 
-def require_sense(chain: Any, question: str, cycles: int | None = None) -> None:
+def require_sense(
+    chain: Any, question: str, cycles: int | None = None, amplitude: Fraction = Fraction(0)
+) -> None:
     """Raise `InputError` if a question makes no sense for a chain.
 
-    The questions are ``fate``, ``survival``, ``intercept`` and ``threshold``: of creep for ever, or
-    of an advance in the last of so many `cycles`.
+    The questions are ``fate`` and ``survival`` at an amplitude, ``intercept`` and ``threshold``: of
+    creep for ever, or of an advance in the last of so many `cycles`.
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
@@ -35,6 +39,11 @@ def require_sense(chain: Any, question: str, cycles: int | None = None) -> None:
         allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
         raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
     if question in ("fate", "survival"):
+        # a slip relaxes at most about twice the static excess
+        step = 2 * (chain.largest_mu_s - chain.mean_mu_d + chain.sigma_mu)
+        if amplitude * chain.l0 > _MOST_SLIPS * step:
+            allowed = f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to"
+            raise InputError("amplitude", amplitude, f"{allowed} follow thousands of cycles")
         return
     if slope >= chain.mu_s:
         allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"

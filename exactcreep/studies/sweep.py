@@ -12,7 +12,6 @@ import hashlib
 import json
 import math
 import os
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
@@ -27,10 +26,11 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.remarks import warn
 from exactcreep.model.user_files import content_of, refused
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.checkpoint import MOST_BYTES
-from exactcreep.quasistatic.creep import PhysicsWarning, run_alone
+from exactcreep.quasistatic.creep import PHYSICS, run_alone
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf, opened_groups
 from exactcreep.quasistatic.recorder import Recorder
@@ -133,9 +133,8 @@ def sweep(
             raise
         dataset = cells.finished()
     if left := Counter(name for value in cells.values if value for name in value["warnings"]):
-        counts = ", ".join(f"{name} in {count}" for name, count in left.items())
-        warning = f"of {len(cells.values)} cells: {counts} left the model's physical range"
-        warnings.warn(warning, PhysicsWarning, stacklevel=3)
+        counts = "; ".join(f"{PHYSICS[name]}, in {count}" for name, count in left.items())
+        warn(f"{counts} of {len(cells.values)} cells")
     return dataset
 
 

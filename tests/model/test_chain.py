@@ -29,6 +29,7 @@ def test_decimal_strings_are_kept_as_rationals_and_a_chain_cannot_be_changed():
 
 @given(tangent=st.fractions(min_value=-50, max_value=50, max_denominator=10**6))
 @settings(max_examples=100, deadline=None)
+@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
 def test_sine_and_cosine_are_the_nearest_floats(tangent):
     chain = Chain(2, 1, "0.3", "0.7", tan_alpha=tangent)
     context = mpmath.mp.clone()

@@ -155,7 +155,7 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
         result = creep(paper_chain(3, "0.3"), SHORT)
     assert [warning.filename for warning in caught] == [__file__]  # where the caller stands
     assert result.warnings == {"draws_below_mu_d": result.draws_below_mu_d}
-    with pytest.warns(PhysicsWarning, match=r"\|theta\| reached 1"):
+    with pytest.warns(PhysicsWarning, match=r"\|theta\| reaches 1"):
         short = creep(paper_chain(3, "0", l0="0.001"), Cycles(1, 5))
     assert short.warnings["theta_beyond_one"] == 10
     close = paper_chain(3, "0", l0="0.5")

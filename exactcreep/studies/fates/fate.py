@@ -13,7 +13,6 @@ that fall at least like 1/k^2 and have less to go than any slider at rest needs 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -25,6 +24,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.remarks import warn
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.return_map import LONGEST_PERIOD
@@ -93,7 +93,7 @@ def fate(
     """
     drive = Cycles(amplitude, cycles)
     experiment = Experiment(chain, drive, solver=solver, start=start, record=())
-    require_sense(chain, "fate")
+    require_sense(chain, "fate", amplitude=drive.amplitude)
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
@@ -110,11 +110,11 @@ def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) ->
         return
     course = solvers.SettlingChain(chain, Cycles(drive.amplitude, cycles), start)
     if numerical_fate(course, start, limits)[1] is Stop.DONE and course.settled is None:
-        warnings.warn(
+        warn(
             f"in float64 this chain has not settled after {cycles} cycles: creep from {CHAOTIC}"
             " sliders on is chaotic, and a proof of what it does for ever may never come; survival"
             ' tells how long it creeps, solver="exact" (--solver exact) follows it in float64',
-            stacklevel=4,
+            UserWarning,
         )
 
 

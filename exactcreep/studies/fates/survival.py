@@ -272,7 +272,9 @@ class Survival(Result):
         """How soon creep ends, with its interval, and what the starts came to."""
         rate = self.rate
         ends = "it is not known how soon creep ends" + f" ({rate.reason})" * bool(rate.reason)
-        if rate.rate > 0:
+        if self.records and self._kinds["runaway"].all():
+            ends = "friction holds no start"
+        elif rate.rate > 0:
             longest = in_full(1 / rate.low) if rate.low > 0 else "any number"
             between = f"95 %: {in_full(1 / rate.high)} to {longest}"
             ends = f"creep ends once in {in_full(1 / rate.rate)} cycles ({between})"
@@ -407,7 +409,7 @@ def survival(
     """
     drive = Cycles(amplitude, cycles)
     Experiment(chain, drive, record=())
-    require_sense(chain, "survival")
+    require_sense(chain, "survival", amplitude=drive.amplitude)
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
