@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -59,30 +59,30 @@ def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest() -
     assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
     late = [replace(event, time=2 * event.time) for event in own().log[PLACE].events]
     assert not agree(with_events(PLACE, late), known()).differs  # a time is no difference
-
-
-def test_a_wrong_position_is_found_at_its_rest() -> None:
     x = own().x.copy()
     x[1, 2] += 1e-9
-    errors = agree(replace(own(), x=x), known()).errors
-    assert errors[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
-    assert np.delete(errors, 1).max() < 1e-13
+    wrong = agree(replace(own(), x=x), known()).errors
+    assert wrong[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
+    assert np.delete(wrong, 1).max() < 1e-13
 
 
-@pytest.mark.parametrize("change", ["missing", "too many", "turned", "another slider"])
-def test_an_event_that_differs_is_found_where_it_is(change: str) -> None:
+@pytest.mark.parametrize(
+    ("change", "shared"),
+    [
+        (lambda first, *others: others, 0),
+        (lambda first, *others: [first, *others, first], None),
+        (lambda first, *others: [replace(first, signs=(-first.signs[0],)), *others], 0),
+        (lambda first, *others: [replace(first, sliders=(2,)), *others], 0),
+    ],
+    ids=["missing", "too many", "turned", "another slider"],
+)
+def test_an_event_that_differs_is_found_where_it_is(
+    change: Callable[..., Sequence[Event]], shared: int | None
+) -> None:
     events = own().log[PLACE].events
     assert own().log[PLACE].half_cycle == 2
-    first, *others = events
-    changed = {
-        "missing": others,
-        "too many": [*events, first],
-        "turned": [replace(first, signs=tuple(-sign for sign in first.signs)), *others],
-        "another slider": [replace(first, sliders=(2,)), *others],
-    }
-    found = agree(with_events(PLACE, changed[change]), known())
-    shared = len(events) if change == "too many" else 0
-    assert found.agreed == before(PLACE) + shared
+    found = agree(with_events(PLACE, change(*events)), known())
+    assert found.agreed == before(PLACE) + (len(events) if shared is None else shared)
     assert found.known == known().events[found.agreed]
     assert found.own.signature != found.known.signature
     assert (found.compared, found.errors.size) == (1, 3)
@@ -91,13 +91,12 @@ def test_an_event_that_differs_is_found_where_it_is(change: str) -> None:
 def test_what_is_missing_at_the_end_is_a_difference_unless_the_trajectory_was_cut_short() -> None:
     end = len(own().log) - 1
     less = with_events(end, own().log[end].events[:-1])
-    for found, its, other in (
-        (agree(less, known()), "own", "known"),
-        (agree(known(), less), "known", "own"),
-    ):
+    ends = []
+    for found in (agree(less, known()), agree(known(), less)):
         assert found.agreed == len(known().events) - 1
-        assert getattr(found, its) is None
-        assert getattr(found, other) == known().events[-1]
+        ends.append((found.own, found.known))
+    last = known().events[-1]
+    assert ends == [(None, last), (last, None)]
     log = [*own().log[:PLACE], own().log[PLACE]._replace(events=own().log[PLACE].events[:1])]
     short = replace(own(), log=log, x=own().x[:1], ended=False)
     for silent in (agree(short, known()), agree(known(), short)):
@@ -202,18 +201,14 @@ def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str
     assert refused.value.field == field
 
 
-def test_the_command_prints_draws_and_writes_the_dataset(
-    command: Command, drawn: list[Figure]
-) -> None:
+def test_the_command_draws_the_errors_that_it_writes(command: Command, drawn: list[Figure]) -> None:
     words = ("compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20")
     printed = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
     assert [row["seed"] for row in printed["rows"][:2]] == [3, 1]
-    assert {"advice", "orders", "intervals", "truth"} <= printed.keys()
     kept = xr.load_dataset("a.nc", engine="h5netcdf")
-    lines = {line.get_label(): line for line in drawn[0].axes[0].lines}
+    lines = {line.get_label().removesuffix(": no error"): line for line in drawn[0].axes[0].lines}
     for name in set(kept.method.values.tolist()) - {kept.truth}:
         first = kept.loc[{"method": name}].isel(seed=0)
         shown = first.errors.values[: int(first.rests)]
-        label = name if np.nanmax(first.errors.values) > 0 else f"{name}: no error"
-        drawn_errors = np.where(shown == 0, np.nan, shown)
-        assert np.array_equal(lines[label].get_ydata(), drawn_errors, equal_nan=True)
+        shown = np.where(shown == 0, np.nan, shown)
+        assert np.array_equal(lines[name].get_ydata(), shown, equal_nan=True)

@@ -18,10 +18,6 @@ from tests.paper import PAPER, captions, paper_chain
 
 SIX, CYCLES, PAIR = paper_chain(6, tan_alpha="0.23"), Cycles("0.01", 100), captions(2)
 STEEP = captions(2, tan_alpha="0.55")
-SCENE = {
-    "chain": PAPER | {"n": 6, "sigma_mu": "0.01", "tan_alpha": "0.23"},
-    "drive": {"kind": "cycles", "amplitude": "0.01", "cycles": 100},
-}
 ONSET = Fraction(float(PAIR.mu_s - PAIR.tan_alpha) * PAIR.cos_alpha) / PAIR.l0
 BELOW = Cycles(ONSET * Fraction(99, 100), 60)
 
@@ -63,28 +59,25 @@ def test_a_law_that_needs_no_run_is_what_the_run_gives(over: Fraction) -> None:
     assert (run.event_count == 0) == (over < 1)
 
 
-ROOF = dict(load_scene("bristol-roof").tables["physical"])
-ROOF |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
-
-
 @pytest.mark.parametrize(
-    ("changed", "digits", "solver"),
+    ("changed", "solver"),
     [
-        ({}, 15, "sliding"),
-        ({"physical.contacts": 60}, 15, "exact"),  # the next pivot is worth more
-        ({"run.record": ["x"]}, 15, "exact"),
-        ({"drive.temperature_amplitude": "0.2"}, 15, "exact"),  # a few slips in a swing
-        ({"physical.tan_alpha": "0.55"}, 15, "exact"),
+        ({}, "sliding"),
+        ({"physical.contacts": 60}, "exact"),  # the next pivot is worth more
+        ({"run.record": ["x"]}, "exact"),
+        ({"drive.temperature_amplitude": "0.2"}, "exact"),  # a few slips in a swing
+        ({"physical.tan_alpha": "0.55"}, "exact"),
     ],
 )
 def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia(
-    changed: dict[str, object], digits: int, solver: str, monkeypatch: pytest.MonkeyPatch
+    changed: dict[str, object], solver: str
 ) -> None:
-    monkeypatch.setattr("exactcreep.studies.plan._expected", lambda *_: {})
+    roof = dict(load_scene("bristol-roof").tables["physical"])
+    roof |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
     daily = {"kind": "cycles", "temperature_amplitude": "3.5", "cycles": 2}
-    about = {"physical": ROOF, "drive": daily, "run": {"record": ["x_G"]}}
+    about = {"physical": roof, "drive": daily, "run": {"record": ["x_G"]}}
     scene = Scene.from_mapping(about).with_settings(changed)
-    ((_, planned),) = plan_scene(scene, digits=digits)
+    ((_, planned),) = plan_scene(scene)
     assert planned.solver == solver
     assert ("measured" in planned.reason) == (solver == "sliding")
 
@@ -93,23 +86,24 @@ def test_the_cost_comes_from_the_first_half_cycles() -> None:
     small = plan(SIX, CYCLES).summary()
     run = creep(SIX, CYCLES, record=(), max_events=20_000)
     assert small["events"] == pytest.approx(creep(SIX, CYCLES, record=()).event_count, rel=0.2)
+    assert (small["course"], small["trusted_half_cycles"]) == (run.course, run.trusted_half_cycles)
     large = plan(SIX, CYCLES, digits=20, record=("x",))
     needed = [need.name for need in large.needs if need.needed]
     assert needed == ["disorder", "inertia", "trajectories", "digits"]
-    json.dumps(large.summary(), allow_nan=False)
     assert large.events == small["events"]
-    assert (small["course"], small["trusted_half_cycles"]) == (run.course, run.trusted_half_cycles)
-    assert run.course
+    json.dumps(large.summary(), allow_nan=False)
     steep = plan(STEEP, Cycles("0.01", 9))
     assert math.isnan(steep.seconds)
     assert steep.summary()["seconds"] is None
 
 
 def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -> None:
+    drive = {"kind": "cycles", "amplitude": "0.01", "cycles": 100}
+    scene = {"chain": PAPER | {"n": 6, "sigma_mu": "0.01", "tan_alpha": "0.23"}, "drive": drive}
     vary = {"chain.sigma_mu": [0, "0.01"], "chain.n": [2, 6]}
-    plans = plan_scene(Scene.from_mapping(SCENE | {"vary": vary}))
+    plans = plan_scene(Scene.from_mapping(scene | {"vary": vary}))
     assert [one.solver for _, one in plans] == ["law", "exact", "exact", "exact"]
-    named = Scene.from_mapping(SCENE | {"run": {"solver": "verlet", "dt": "0.01"}})
+    named = Scene.from_mapping(scene | {"run": {"solver": "verlet", "dt": "0.01"}})
     ((_, one),) = plan_scene(named)
     assert (one.explicit, one.solver, one.reason) == ("verlet", "verlet", "the scene names it")
     assert one.seconds > 0
@@ -118,11 +112,11 @@ def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -
 def test_the_command_prints_a_plan_and_many_members_in_a_line(command: Command) -> None:
     words = ["plan", "two-sliders-cycles", "--set"]
     text = " ".join(command(*words, "chain.sigma_mu=0.01").out.split())
-    assert "exact: every event counts" in text
-    assert "cost: about" in text
+    assert re.search(r"exact: every event counts.* cost: about", text)
     assert re.search(r"velocity per half-cycle: \S+ \(sliding limit", text)
-    held = command("plan", "six-sliders-cycles").out
-    assert re.search(r"velocity per half-cycle: 27\.8\d+ ± 0\.\d+ \(sliders that stick", held)
+    assert re.search(
+        r"27\.8\d+ ± 0\.\d+ \(sliders that stick", command("plan", "six-sliders-cycles").out
+    )
     answered = command("plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0").out
     assert "\nlaw: " in answered
     assert "cost" not in answered

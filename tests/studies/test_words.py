@@ -1,18 +1,31 @@
-"""What creep, fate and survival say of one chain is the same, in the same words."""
+"""What runs, fates, survivals, sweeps and thresholds say of one chain is the same."""
+
+from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
 from exactcreep import (
+    Creep,
     Cycles,
     Evidence,
     GaussianSteps,
     Outcome,
+    State,
     creep,
     fate,
+    survival,
+    sweep,
+    threshold,
 )
+from exactcreep.model.outcome import direction_of
 from tests.paper import captions
+
+SHALLOW = captions(4, mu_s="0.612", tan_alpha="0.0058")
+UPHILL = "0.002701"
+"""An amplitude at which the shallow chain creeps against its slope."""
 
 
 @pytest.mark.parametrize("solver", ["exact", "certified", "reference", "mpmath", "verlet"])
@@ -42,3 +55,73 @@ def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
     level = creep(captions(6, "0.01", tan_alpha="0"), GaussianSteps("0.01", 400), seed=3)
     assert (level.outcome, level.outcome_evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+
+
+def test_a_direction_is_that_of_the_slope_and_on_the_level_that_of_the_axis() -> None:
+    assert [direction_of(0.1, tan) for tan in (0.3, 0, -0.3)] == ["downhill", "+x", "uphill"]
+    assert [direction_of(-0.1, tan) for tan in (0.3, 0, -0.3)] == ["uphill", "-x", "downhill"]
+    assert [direction_of(nothing, 0.3) for nothing in (0, 0.0, float("nan"))] == ["none"] * 3
+
+
+def test_all_parts_say_that_a_chain_creeps_uphill(tmp_path: Path) -> None:
+    advance = pytest.approx(-0.8193322457795766, rel=1e-12)
+    found = creep(SHALLOW, Cycles(UPHILL, 200))
+    assert 2 * found.velocity == advance
+    found.save(tmp_path / "up.nc")
+    assert found.direction == Creep.load(tmp_path / "up.nc").direction == "uphill"
+    image = creep(SHALLOW.mirrored(), Cycles(UPHILL, 200))
+    assert (image.velocity, image.direction) == (-found.velocity, "uphill")
+    for solver in ("certified", "exact"):
+        known = fate(SHALLOW, UPHILL, solver=solver)
+        assert (known.advance, known.direction) == (advance, "uphill")
+        assert known.last_advance == known.settled_after
+    text = "[chain]\nn = 4\nl0 = 1000\nmu_d = 0.5\nmu_s = 0.612\nsigma_mu = 0\n"
+    text += f'[drive]\nkind = "cycles"\namplitude = {UPHILL}\ncycles = 100\n'
+    (tmp_path / "two.toml").write_text(text + "[vary]\nchain.tan_alpha = [0.0058, 0.25]\n")
+    grid = sweep(tmp_path / "two.toml")
+    assert grid["direction"].values.tolist() == ["uphill", "downhill"]
+    lives = survival(SHALLOW, UPHILL, starts=12, cycles=300)
+    ways = lives.directions
+    assert sum(one.starts for one in ways.values()) == lives.creeping.starts
+    uphill = [record.outcome for record in lives.records if record.direction == "uphill"]
+    assert uphill == ["creeping"] * ways["uphill"].starts != []
+    assert len(uphill) == lives.summary()["directions"]["uphill"]["starts"]
+    chain = captions(4, tan_alpha="0.015")
+    up = threshold(chain, bracket=("0.00132", "0.00144"), digits=3, solver="exact")
+    assert fate(chain, up.upper, solver="exact").direction == up.direction == "uphill"
+
+
+@pytest.mark.parametrize(
+    ("n", "tan_alpha", "amplitude", "cycles", "direction"),
+    [
+        (3, "0.25", "0.001", 50, "downhill"),
+        (3, "0.25", "0.001", 1, "downhill"),  # too short for a velocity
+        (3, "0.25", "0.0001", 50, "none"),
+        (5, "0.25", "0.0008", 200, "none"),  # locked
+        (3, "-0.7", "0.001", 3, "downhill"),  # a runaway
+        (4, "0", "0.004", 50, "none"),  # slips for ever in avalanches, as its mirror image does
+    ],
+)
+def test_creep_downhill_rest_and_locked_chains_say_so(
+    n: int, tan_alpha: str, amplitude: str, cycles: int, direction: str
+) -> None:
+    found = creep(captions(n, tan_alpha=tan_alpha), Cycles(amplitude, cycles))
+    assert found.direction == direction
+
+
+def test_on_the_level_a_skewed_start_creeps_along_the_axis() -> None:
+    chain = captions(4, tan_alpha=0)
+    skewed = State.prepared(chain, ["0.1", "-0.05", "0.02"])
+    level = fate(chain, "0.0015", start=skewed, solver="exact")
+    assert level.advance == pytest.approx(-6.362498559751911e-05, rel=1e-9)
+    assert level.direction == "-x"
+
+
+def test_a_relaxation_uphill_from_the_start_is_no_creep_that_begins_uphill() -> None:
+    chain = captions(8)
+    edge = threshold(chain, after=20, bracket=("0.0010751", "0.0010753"), digits=5, solver="exact")
+    sides = (edge.lower, edge.upper)
+    below, above = (creep(chain, Cycles(side, 20)).recorded["x_G"] for side in sides)
+    assert below[-1] < below[-3] - 1e-6
+    assert above[-1] > above[-3] + 1e-6
+    assert edge.direction == "downhill"
