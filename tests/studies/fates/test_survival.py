@@ -5,13 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy import stats
 
 from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
 from exactcreep.studies.fates import survival as study
 from exactcreep.studies.fates.survival import StartRecord, Survival
-from tests.conftest import Command
 from tests.paper import captions
 
 SIX = captions(6)
@@ -138,15 +136,3 @@ def test_starts_that_the_time_leaves_no_room_for_are_not_begun_and_count_nowhere
     assert found.summary()["followed"] == 1
     assert found.summary()["starts"] == 10**9
     assert found.reason == "max_seconds = 0 was reached"
-
-
-def test_the_command_prints_and_writes_what_the_function_returns(command: Command) -> None:
-    words = ["survival", "--n", "6", "--amplitude", "0.000969", "--starts", "8", "--cycles", "600"]
-    told = command(*words, "--out", "lives.nc", "--json").json
-    found = survival(SIX, "0.000969", starts=8, cycles=600)
-    assert told["lifetimes"] == found.lifetimes.tolist()
-    assert told["rate"]["reason"] == found.rate.reason
-    assert told["fractions"]["locked"]["starts"] == found.lifetimes.size
-    written = xr.load_dataset("lives.nc")
-    assert np.array_equal(written["last_advance"], found.dataset["last_advance"])
-    assert f"deaths {found.lifetimes.size} " in " ".join(command(*words).out.split())

@@ -1,8 +1,7 @@
-"""The dynamical threshold after so many cycles: its edges, the laws beside it, and its end."""
+"""Thresholds after so many cycles: their edges, held against laws, each other and mirror images."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from fractions import Fraction
 from typing import Any
@@ -12,15 +11,13 @@ import pytest
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.studies.thresholds import beside_laws
 from exactcreep.studies.thresholds.search import Edge
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
-from exactcreep.watch.limits import Limits
+from tests.conftest import OutOfTime
 from tests.paper import captions
 
 PAIR = captions(2, tan_alpha="5/12")  # cos = 12/13, sin = 5/13
 ONSET = Fraction(11, 65) / 1000  # (mu_s c - s)/l0 = (36/65 - 25/65)/l0
-WIDE = {"low": "1e-6", "high": "1e-3"}
 
 
 def after(chain: Chain, cycles: int = 20, **given: Any) -> Threshold:
@@ -36,19 +33,58 @@ def three() -> Threshold:
     return after(captions(3), windows=True)
 
 
-# --- two sliders, whose threshold is known ----------------------------------------------------
+# --- edges that are known beforehand ----------------------------------------------------------
 
 
-def test_two_sliders_creep_above_their_first_slip(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(beside_laws, "laws_beside", None)  # the search does not use the laws
-    for drawn in ({}, WIDE):
-        found = after(PAIR, **drawn)
-        assert bounds(found)[0] <= ONSET <= bounds(found)[1]
-        assert f"lower='{found.lower}'" in repr(found)
-        assert found.outcome_at_lower is Outcome.AT_REST
+@pytest.mark.parametrize(
+    ("chain", "square", "digits", "given"),
+    [
+        (PAIR, ONSET**2, 9, {"solver": "exact"}),
+        (PAIR, ONSET**2, 9, {"solver": "exact", "low": "1e-6", "high": "1e-3"}),
+        # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000
+        (captions(2), Fraction(35 * 4, 100 * 1000) ** 2 / 17, 1000, {}),
+        # mu_s c - s = 0.64 - 0.6: at a decimal the slider stays, and that is known in Q(c)
+        (Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4"), Fraction("0.00004") ** 2, 30, {}),
+    ],
+)
+def test_two_sliders_creep_above_their_first_slip_alone(
+    chain: Chain, square: Fraction, digits: int, given: dict[str, str]
+) -> None:
+    found = threshold(chain, after=20, digits=digits, **given)
+    lower, upper = bounds(found)
+    assert lower**2 <= square < upper**2
+    assert upper - lower <= lower / 10**digits * (1 if not given else 10)
+    assert found.outcome_at_lower is Outcome.AT_REST
+    assert f"lower='{found.lower}'" in repr(found)
+    if not given:
+        assert found.evidence is found.outcome_evidence is Evidence.PROVED
+    if digits == 1000:
+        assert found.report["deciding_runs"] <= 4  # the root is found, not bisected for
 
 
-# --- more sliders -----------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("n", "digits", "below"),
+    [
+        (3, 40, Outcome.AT_REST),
+        (4, 60, Outcome.CYCLING),  # its ends slip for ever
+        pytest.param(6, 40, None, marks=pytest.mark.slow),
+        pytest.param(8, 40, None, marks=pytest.mark.slow),
+    ],
+)
+def test_two_arithmetics_agree_on_an_edge_that_balls_prove(
+    n: int, digits: int, below: Outcome | None
+) -> None:
+    floats = after(captions(n), digits=12)
+    found = threshold(captions(n), after=20, digits=digits)
+    (low, high), (lower, upper) = bounds(floats), bounds(found)
+    assert low <= lower < upper <= high
+    assert math.log10(low / (high - low)) > 8
+    assert upper - lower <= lower / 10**digits
+    assert found.evidence is Evidence.PROVED
+    if below:
+        assert found.outcome_at_lower is floats.outcome_at_lower is below
+        assert found.outcome_evidence is Evidence.PROVED
+        assert found.report["deciding_runs"] <= 4
 
 
 def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(three: Threshold) -> None:
@@ -56,10 +92,7 @@ def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(three: Thres
     assert [edge.begins for edge in windows] == [True, False, True]
     # read off a scan in steps of 1e-4 of Eq. 22
     assert [round(float(edge.middle / seuil), 4) for edge in windows] == [1.2586, 1.2825, 1.3115]
-    assert (windows[0].lower, windows[0].upper) == (three.lower, three.upper)
-
-
-def test_a_bracket_skips_the_scan_and_finds_the_same_edge(three: Threshold) -> None:
+    assert bounds(windows[0]) == bounds(three)
     assert bounds(after(captions(3), bracket=("0.0004570", "0.0004584"))) == bounds(three)
 
 
@@ -73,21 +106,12 @@ def test_the_deciding_event_is_a_start_on_one_side_only_and_that_of_the_mirror_i
     assert [4 - n for n in sides.at_upper.event.sliders] == list(other.at_upper.event.sliders)
 
 
-def test_below_the_edge_of_four_sliders_the_ends_slip_for_ever() -> None:
-    found = after(captions(4))
-    assert found.outcome_at_lower is Outcome.CYCLING
-    root = after(captions(4), digits=60, solver="certified")
-    assert root.report["deciding_runs"] <= 4  # it is a root, and not bisected for
-    assert bounds(found)[0] <= Fraction(root.lower or 0) <= bounds(found)[1]
-
-
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions(
     three: Threshold,
 ) -> None:
     # between the second edge and the third two itineraries change within 5e-12 of each other
     _, _, third = three.windows
-    around = ("0.0004771", "0.0004772")
-    found = threshold(captions(3), bracket=around, digits=40, after=20)
+    found = threshold(captions(3), bracket=("0.0004771", "0.0004772"), digits=40, after=20)
     low, high = bounds(found)
     assert found.evidence is Evidence.PROVED
     assert high - low < high / 10**40
@@ -98,20 +122,17 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
 # --- searches that are not completed ----------------------------------------------------------
 
 
-def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(most: float) -> Threshold:
-        """Return what is known after so many questions, the same moment on any machine."""
-        asked = itertools.count()
-        limits = Limits(interrupted=lambda: next(asked) >= most)
-        monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
+def test_a_search_out_of_time_keeps_the_bracket_it_has(out_of_time: OutOfTime) -> None:
+    def stopped(most: int) -> Threshold:
+        """Return what is known after so many looks at the clock."""
+        out_of_time(most)
         return threshold(captions(3), digits=20, points=100, after=20, max_seconds=1)
 
-    whole = interrupted(math.inf)
+    whole = stopped(10**9)
     assert whole.reason == ""
     lower, upper = bounds(whole)
-    known = [interrupted(most) for most in (0, *range(40, 180, 20), 400)]
-    known = [found for found in known if found.reason]
-    assert {found.reason for found in known} == {"interrupted"}
+    known = [found for most in (2, *range(40, 400, 30)) if (found := stopped(most)).reason]
+    assert {found.reason for found in known} == {"max_seconds = 1 was reached"}
     bare = [found for found in known if found.lower is None]
     assert bare == known[: len(bare)] != []
     brackets = [bounds(found) for found in known[len(bare) :]]
