@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import io
+import math
 import os
 import sys
 import warnings
@@ -137,18 +138,26 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
 
     It names the nearest option, or --set for a key of a scene.
     """
+    from exactcreep.model.chain import ANGLES
     from exactcreep.model.names import did_you_mean
+    from exactcreep.model.remarks import in_degrees
     from exactcreep.scene import key_of
 
     command, token = arguments[0], error.token.keyword or error.token.value
     option = token.partition("=")[0]
     options = [name for each in error.argument_collection if each.parse for name in each.names]
-    key = key_of(option.lstrip("-").replace("-", "_")) if "--set" in options else ""
-    if not key:
-        return f"{command} has no option {option}{did_you_mean(option, options)}"
     words = [part for word in arguments for part in word.split("=")]
-    value = [*words[1 + words.index(option) :], "..."][0]
-    return f"{command} takes a scene; set its {key} with --set {key}={value}"
+    value, why = [*words[1 + words.index(option) :], "..."][0], ""
+    name = option.lstrip("-").replace("-", "_")
+    if name in ANGLES:
+        degrees = float(value) if value.replace(".", "", 1).isdigit() else 15.0
+        name, value = "tan_alpha", f"{math.tan(math.radians(degrees)):.3g}"
+        why = f": {in_degrees(degrees)}"
+    key = key_of(name) if "--set" in options else ""
+    if key:
+        return f"{command} takes a scene; set its {key} with --set {key}={value}{why}"
+    near = f" (did you mean --tan-alpha?){why}" if why and "--tan-alpha" in options else ""
+    return f"{command} has no option {option}{near or did_you_mean(option, options)}"
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:

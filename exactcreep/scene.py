@@ -358,6 +358,8 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     if not path.exists():
         allowed = f"must be a file or one of {', '.join(builtin)}{did_you_mean(name, builtin)}"
         raise InputError("scene", name, allowed)
+    if path.suffix == ".nc":
+        raise InputError("scene", name, f"is a result: exactcreep show {name} draws it")
     text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)
     keep(path)
     return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)

@@ -390,13 +390,13 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     say_table(names, rows, right=("paper", "slips"), folded=keys)
     missing = len(settings) - len(results)
     say(
-        f"{len(results)} members: {counted(row[2] for row in cells)}"
+        f"{len(results)} member{'s' * (len(results) > 1)}: {counted(row[2] for row in cells)}"
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(result.seconds for result in results):.3g} s"
     )
     say(f"trajectories: {known_of(results) or counted(run.evidence.value for run in results)}")
     if sentences := [result.metastable for result in results if result.metastable]:
-        say(f"{len(sentences)} members creep, but {sentences[0]}")
+        say(f"of {len(results)} members {len(sentences)} creep, but {sentences[0]}")
     if long := sum(result.long_rearrangements for result in results):
         say(f"accuracy: {_accuracy(long)}")
     for text in _outside(sum((Counter(result.warnings) for result in results), Counter())):

@@ -36,7 +36,7 @@ def refused(field: str, shown: str, why: str = "cannot be read") -> Iterator[Non
         yield
     except Exception as error:
         said = _WORDS.get(type(error), "{}").format(error)
-        if isinstance(error, InputError) and error.value == shown:
+        if isinstance(error, InputError) and str(error.value) == str(shown):
             if error.field == field:
                 raise
             said = error.allowed
@@ -56,6 +56,8 @@ def opened(path: str | os.PathLike[str], field: str, most: int) -> Iterator[Bina
         if not place.is_file():
             raise InputError(field, shown, "must be a regular file")
         file = place.open("rb")
+    except InputError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: no name of a file
         reason = getattr(error, "strerror", None) or error
         raise InputError(field, shown, f"cannot be read: {reason}") from None

@@ -8,13 +8,14 @@ changes no bit of the result.
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
@@ -33,6 +34,8 @@ from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import NO_LIMITS, Limits
 from exactcreep.watch.progress import Hearer, Progress
 
+P = ParamSpec("P")
+T = TypeVar("T")
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
     "theta_beyond_one": "|theta| was 1 or more, where a spring of the model has no length left",
@@ -56,12 +59,12 @@ class AccuracyWarning(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `results` holds what was computed, the last one partial.
+    """Ctrl-C during a computation; `results` holds what was computed, the last one partial.
 
     Parameters
     ----------
-    results : sequence of Creep
-        What was computed, the last one partial.
+    results : sequence
+        What was computed, the last one partial: of `creep` a `Creep`, of `fate` a `Fate`.
 
     Examples
     --------
@@ -70,14 +73,32 @@ class Interrupted(KeyboardInterrupt):
     100
     """
 
-    def __init__(self, results: Sequence[Creep]) -> None:
+    def __init__(self, results: Sequence[Any]) -> None:
         super().__init__("interrupted")
         self.results = list(results)
 
     @property
-    def partial(self) -> Creep:
+    def partial(self) -> Any:
         """The result that was being computed."""
         return self.results[-1]
+
+
+def interruptible(computation: Callable[P, T]) -> Callable[P, T]:
+    """Return a computation that hears Ctrl-C, and then raises `Interrupted` with what it has.
+
+    Within a block that defers Ctrl-C itself, as a command is, what it has is returned.
+    """
+
+    @functools.wraps(computation)
+    def heard(*args: P.args, **words: P.kwargs) -> T:
+        alone = not interrupts.deferring()
+        with interrupts.deferred() as interrupted:
+            result = computation(*args, **words)
+            if alone and interrupted():
+                raise Interrupted([result])
+        return result
+
+    return heard
 
 
 @shows_progress

@@ -172,7 +172,7 @@ def compare(
         except KeyboardInterrupt:
             if not rows:
                 raise
-            raise Interrupted([dataset()]) from None  # type: ignore[list-item]
+            raise Interrupted([dataset()]) from None
     return dataset()
 
 

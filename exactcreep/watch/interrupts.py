@@ -57,6 +57,11 @@ def waiting() -> bool:
     return bool(_waiting)
 
 
+def deferring() -> bool:
+    """Return whether a block defers signals."""
+    return bool(_deferring)
+
+
 def status() -> int | None:
     """Return the exit status of the last signal that the command line has heard; None if none."""
     return STATUS + _heard[-1] if _heard else None

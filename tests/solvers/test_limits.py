@@ -6,6 +6,7 @@ import math
 import os
 import signal
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -16,9 +17,13 @@ from exactcreep import (
     Interrupted,
     Outcome,
     Path,
+    Progress,
     State,
     creep,
+    fate,
     rearrange,
+    survival,
+    threshold,
 )
 from exactcreep.motion.runaway import NEVER_STOPS
 from tests.paper import captions, paper_chain
@@ -140,3 +145,27 @@ def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(solver, n, most
         creep(paper_chain(n), Path(["0.9"]), solver=solver, progress=press, **options)
     assert caught.value.partial.reason == "interrupted"
     assert 0 <= caught.value.partial.event_count - pressed[0] <= most
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda **given: fate(paper_chain(6, "0"), "0.002", cycles=10**8, solver="exact", **given),
+        lambda **given: survival(paper_chain(6, "0"), "0.002", cycles=10**8, starts=2, **given),
+        lambda **given: threshold(paper_chain(3, "0"), digits=30, points=10**6, **given),
+    ],
+    ids=["fate", "survival", "threshold"],
+)
+def test_a_question_that_is_interrupted_keeps_what_it_had(ask: Any) -> None:
+    pressed: list[Progress] = []
+
+    def press(progress: Progress) -> None:
+        pressed.append(progress)
+        if len(pressed) == 2:  # before the first report nothing has begun
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted) as caught:
+        ask(progress=press)
+    assert caught.value.partial.reason == "interrupted"

@@ -26,6 +26,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.remarks import warn
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.return_map import LONGEST_PERIOD
 from exactcreep.studies import fates
@@ -43,6 +44,7 @@ _SILENT = reporter(None)
 
 
 @shows_progress
+@interruptible
 def fate(
     chain: Chain,
     amplitude: Number,

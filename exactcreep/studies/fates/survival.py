@@ -29,6 +29,7 @@ from exactcreep.model.numbers import Number, exact_number, in_full, plain_data, 
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate
@@ -338,6 +339,7 @@ def start_of(chain: Chain, size: Any, seed: int, number: int) -> tuple[State, in
 
 
 @shows_progress
+@interruptible
 def survival(
     chain: Chain,
     amplitude: Number,

@@ -23,7 +23,7 @@ from exactcreep.model.numbers import (
     with_error,
 )
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.quasistatic.creep import Interrupted, creep
+from exactcreep.quasistatic.creep import Interrupted, creep, interruptible
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.sense import require_sense
 from exactcreep.studies.thresholds.amplitudes import two_numbers
@@ -122,6 +122,7 @@ class Intercept(BesideLaws):
 
 
 @shows_progress
+@interruptible
 def intercept(
     chain: Chain,
     *,

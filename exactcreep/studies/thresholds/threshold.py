@@ -12,6 +12,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import interruptible
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import require_sense
 from exactcreep.studies.thresholds.amplitudes import Span
@@ -171,6 +172,7 @@ class Threshold(BesideLaws):
 
 
 @shows_progress
+@interruptible
 def threshold(
     chain: Chain,
     *,
