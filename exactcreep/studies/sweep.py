@@ -25,6 +25,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from exactcreep import __version__
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.remarks import warn
 from exactcreep.model.user_files import content_of, refused
@@ -55,7 +57,7 @@ Cell = dict[str, Any]
 
 @shows_progress
 def sweep(
-    scene: Scene | str | os.PathLike[str],
+    scene: Scene | str | os.PathLike[str] | Sequence[Experiment | tuple[Chain, Drive]],
     *,
     executor: Executor | None = None,
     workers: int | None = None,
@@ -67,8 +69,9 @@ def sweep(
 
     Parameters
     ----------
-    scene : Scene, or the name of a built-in one, or a path
-        Its `[vary]` spans the grid; ``run.seed`` may vary, too.
+    scene : Scene, or the name of a built-in one, or a path, or a list
+        Its `[vary]` spans the grid; ``run.seed`` may vary, too. Or a list of experiments, or of
+        pairs of a chain and a drive: they are numbered along the one dimension ``experiment``.
     executor : concurrent.futures.Executor, optional
         Where the cells are computed: threads, processes, or a cluster (see
         `exactcreep.studies.dask_cluster`). It is not shut down.
@@ -112,6 +115,14 @@ def sweep(
     >>> dict(sweep(scene.with_settings(varied)).sizes)
     {'tan_alpha': 2, 'seed': 3}
 
+    Chains and drives without a scene:
+
+    >>> pairs = [(Chain(n, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
+    ...          for n in (2, 3)]
+    >>> grid = sweep(pairs)
+    >>> grid.n.values, grid.velocity.round(4).values
+    (array([2, 3]), array([0.7761, 1.2578]))
+
     Several starts, and the standard error of their mean; `plot_sweep` draws a grid:
 
     >>> starts = [{"size": "1e-6", "seed": seed} for seed in range(1, 5)]
@@ -121,7 +132,10 @@ def sweep(
     >>> print(f"{float(velocity.mean('start')):.4f} +- {float(error):.4f}")
     0.8348 +- 0.0084
     """
-    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    if isinstance(scene, (list, tuple)):
+        scene = _Listed(scene)
+    elif not isinstance(scene, Scene):
+        scene = load_scene(scene)  # type: ignore[arg-type]
     cells = _Cells(scene)
     with cell_folder(out, scene, resume=resume) as folder:
         cells.keep_in(folder)
@@ -136,6 +150,28 @@ def sweep(
         counts = "; ".join(f"{PHYSICS[name]}, in {count}" for name, count in left.items())
         warn(f"{counts} of {len(cells.values)} cells")
     return dataset
+
+
+class _Listed(Scene):
+    """Experiments of a list, as a scene that varies their number."""
+
+    def __init__(self, listed: Sequence[Any]) -> None:
+        experiments = []
+        for k, one in enumerate(listed):
+            if not isinstance(one, Experiment) and not (isinstance(one, tuple) and len(one) == 2):
+                allowed = "must be an Experiment, or a pair of a chain and a drive"
+                raise InputError(f"scene[{k}]", one, allowed)
+            made = one if isinstance(one, Experiment) else Experiment(*one, record=())
+            experiments.append(made)
+        if not experiments:
+            raise InputError("scene", listed, "must hold at least one experiment")
+        vary = {"experiment": list(range(len(experiments)))}
+        super().__init__("experiments", "", {"run": {}}, vary, Path())
+        vars(self)["listed"] = experiments
+
+    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
+        listed: list[Experiment] = vars(self)["listed"]
+        return listed[int((settings or {}).get("experiment", 0))]
 
 
 class CellsFailed(InputError):
@@ -414,7 +450,26 @@ def _assembled(
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}
+    if isinstance(scene, _Listed):
+        coordinates |= _differing(experiments)
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
+
+
+def _differing(experiments: list[Experiment]) -> dict[str, Any]:
+    """Return the numbers in which listed experiments differ, along their dimension."""
+    numbers = [
+        {
+            name: value
+            for name, value in (one.chain.parameters() | one.drive.parameters()).items()
+            if isinstance(value, (int, Fraction)) and not isinstance(value, bool)
+        }
+        for one in experiments
+    ]
+    return {
+        name: ("experiment", _coordinate([each[name] for each in numbers]))
+        for name in numbers[0]
+        if all(name in each for each in numbers) and len({each[name] for each in numbers}) > 1
+    }
 
 
 def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:

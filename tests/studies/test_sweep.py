@@ -21,12 +21,13 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_equal
 
-from exactcreep import PhysicsWarning, creep
+from exactcreep import Cycles, PhysicsWarning, creep
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies.sweep import finished_cell, sweep
 from exactcreep.watch.progress import Progress
+from tests.paper import paper_chain
 from tests.processes import finished
 
 TEXT = """
@@ -110,6 +111,18 @@ def test_what_a_scene_records_is_stacked_along_the_grid() -> None:
     two, none = np.split(grid["recorded_slips"].sel(n=2), [2], axis=-1)
     assert (none == -1).all()  # there is no third slider
     assert np.array_equal(two.sum(["half_cycle", "slider"]), grid["slips"].sel(n=2))
+
+
+def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own_beside_what_they_differ_in() -> None:
+    pairs = [(paper_chain(n), Cycles(a, 10)) for n in (2, 3) for a in ("0.005", "0.01")]
+    grid = sweep(pairs)
+    alone = [creep(*pair).velocity for pair in pairs]
+    assert grid.velocity.dims == ("experiment",)
+    assert grid.velocity.values.tolist() == alone
+    assert grid.n.values.tolist() == [2, 2, 3, 3]
+    assert grid.amplitude.values.tolist() == [0.005, 0.01, 0.005, 0.01]
+    with pytest.raises(InputError, match=r"scene\[1\] = 3: must be an Experiment, or a pair"):
+        sweep([pairs[0], 3])
 
 
 def test_cells_that_leave_the_physical_range_are_counted_in_one_warning() -> None:
