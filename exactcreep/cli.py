@@ -90,8 +90,12 @@ def status(words: Sequence[str]) -> int:
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         from exactcreep.model.names import did_you_mean
+        from exactcreep.scene import builtin_scenes
 
-        complain(f"No such command {arguments[0]!r}{did_you_mean(arguments[0], COMMANDS)}")
+        scenes = [f"run {name}" for name in builtin_scenes()]
+        near = did_you_mean(arguments[0], [*COMMANDS, "--help"])
+        near = near or did_you_mean(f"run {arguments[0]}", scenes)
+        complain(f"No such command {arguments[0]!r}{near}")
         return 2
     code = 0 if arguments else 2
     try:

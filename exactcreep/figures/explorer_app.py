@@ -11,6 +11,7 @@ app = marimo.App(width="full", app_title="exactcreep: a creeping chain")
 
 with app.setup:
     import math
+    import time
     from typing import Any
 
     import marimo as mo
@@ -106,11 +107,15 @@ def _(drive: Any, shown: dict[str, Any], size: Any, sliders: Any) -> Any:
 @app.cell
 def _(experiment: Any) -> None:
     def grow() -> None:
-        thread = mo.current_thread()
+        thread, drawn = mo.current_thread(), time.monotonic()
+        points = []
         for points in explorer.velocity_points(experiment):
             if thread.should_exit:
                 return
-            mo.output.replace(mo.Html(explorer.velocity_picture(points, experiment)))
+            if time.monotonic() > drawn + 1:  # a picture takes longer than most points
+                mo.output.replace(mo.Html(explorer.velocity_picture(points, experiment)))
+                drawn = time.monotonic()
+        mo.output.replace(mo.Html(explorer.velocity_picture(points, experiment)))
 
     mo.Thread(target=grow).start()
     return

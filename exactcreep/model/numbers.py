@@ -69,7 +69,8 @@ class InputError(ValueError):
             text = f"a {type(value).__name__} too large to be shown"
         if len(text) > 80:
             text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
-        super().__init__(f"{field} = {text}: {allowed}")
+        missing = value is None and allowed.startswith("is missing")
+        super().__init__(f"{field} {allowed}" if missing else f"{field} = {text}: {allowed}")
         self.field = field
         self.value = value
         self.allowed = allowed
