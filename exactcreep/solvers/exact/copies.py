@@ -189,7 +189,7 @@ def follow_copies(
                 return True
             q = reached[number]
             reason, passed = follow(
-                cell[number], whole[number], deviate[number], series,
+                cell[number], whole[number], deviate[number], None, series,
                 scalars[number : number + 1], log, theta[q : q + 1], theta_low[q : q + 1], target,
                 most_events - now.counts.events, work, False,
             )  # fmt: skip

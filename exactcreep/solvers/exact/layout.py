@@ -1,10 +1,10 @@
 """Memory layout of the compiled exact solver: the rows of its arrays, and its scalars.
 
 The loop works on arrays that Python owns: `cell` and `whole` (one column for each slider),
-`deviate` (one row for each slider: the batch that holds its next draw), `series` (`SERIES` rows of
-eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
-together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
-what is recorded.
+`deviate` (one row for each slider: the batch that holds its next draw), `clock` (`CLOCKS` rows of
+eight lanes for each strip of eight sliders, see `local_clocks`; None in short chains), `series`
+(`SERIES` rows for each strip of the window that moves; None until two sliders move together: most
+of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds what is recorded.
 
 What stands in the column of a slider:
 
@@ -49,9 +49,17 @@ ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
 HORIZON = 1.0
 """Longest step of a cluster, in units of tau_dyn."""
-PAD = 2
+EPOCH = 0.5625
+"""Long clusters are expanded as a whole that often, in units of tau_dyn."""
+KNOWN = 20
+"""Taylor coefficients kept for an epoch; a multiple of four."""
+LONGEST_SHORT = 80
+"""Chains up to so many sliders are always expanded as a whole."""
+LEAST_LONG = 48
+"""In longer ones a cluster is long from so many sliders between its first and last on. Measured."""
+PAD = 18
 """Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
-TAIL = 10
+TAIL = 24
 """Columns after the last slider: a window may reach so far beyond it."""
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
@@ -101,6 +109,22 @@ SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
 """Rows after those of all strips: the factors between a series' terms at the end of a step."""
 
+# rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN - 1 of the margins, then
+(
+    BASE,  # time of the epoch at which the series begins
+    KEY,  # until then the margin is certified to stay in its range
+    ROOT,  # when it was found to leave its range
+    GUESS,  # when it might
+    NOW_X,  # X and SPEED around the last event, at its time
+    NOW_SPEED,
+    BLUR,  # how far from ROOT it may leave its range
+) = range(KNOWN, KNOWN + 7)
+CLOCKS = KNOWN + 7
+"""An odd number: strips do not fight for the same cache lines.
+
+After all strips follow rows with the first key of each strip.
+"""
+
 CHAIN = np.dtype(
     [
         ("friction", np.float64),  # the largest mu_d cos(alpha)
@@ -135,10 +159,24 @@ COUNTERS = np.dtype(
     ]
 )
 """Counts since the start; a snapshot holds them as they are."""
+LOCAL = np.dtype(
+    [
+        ("time", np.float64),  # since the beginning of the epoch
+        ("wild", np.float64),  # bound of velocities and accelerations in the epoch
+        ("spent", np.float64),  # what the epoch has left out, in units of it
+        ("on", np.int64),  # whether sliders keep the series of their own last change
+        ("centre", np.int64),  # column around which series are to be renewed
+        ("left", np.int64),  # strips that the epoch has reached
+        ("right", np.int64),
+        ("retry", np.int64),  # steps until a long cluster is tried as such again
+    ]
+)
+"""The epoch of a long cluster, see `local_clocks`; at rest there is none."""
 NOW = np.dtype(
     [
         ("chain", CHAIN),
         ("counts", COUNTERS),
+        ("epoch", LOCAL),
         ("theta", np.float64),  # l0 theta
         ("theta_low", np.float64),
         ("total", np.float64),  # sum of all displacements
@@ -156,7 +194,7 @@ NOW = np.dtype(
         ("logged", np.int64),  # rows of the log in use
     ]
 )
-"""The loop's scalars: two records of their own, and where the chain stands."""
+"""The loop's scalars: three records of their own, and where the chain stands."""
 LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
 """A row for each rearrangement, with l0 theta for theta."""
 LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
@@ -218,3 +256,8 @@ def columns(n: int) -> int:
     """
     eights = -(-(n + PAD + TAIL) // 8)
     return 8 * (eights + 1 - eights % 2)
+
+
+def keys(n: int) -> int:
+    """Return how many rows of a clock hold the first keys of the strips of a chain."""
+    return -(-columns(n) // 64)

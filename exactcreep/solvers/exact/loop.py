@@ -30,6 +30,7 @@ from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips
 from exactcreep.solvers.exact.layout import PAD, ULP
+from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.ramps import next_start, next_uneven_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
@@ -123,6 +124,7 @@ def _begin(cell, now, log, way):
     now.time = 0.0
     now.size = 2.0 * now.chain.friction + now.chain.mean_excess
     now.inherited = layout.AT_REST_OFF * now.size
+    now.epoch.retry = 0
     rows.begin(cell, now, log.tables, way)
 
 
@@ -350,14 +352,26 @@ def _never_stops(cell, now):
 
 
 @inlined
-def _to_first_event(cell, whole, series, now):
+def _to_first_event(cell, whole, clock, series, now):
     """Advance several movers to their first event.
 
     Returns of how many sliders it is, and how far its time may be off.
     """
     now.counts.calm += 1
-    now.counts.work += STEP_WORK + STRIP_WORK * ((now.last - now.first + 10) // 8)
-    t, events, blur = step(cell, whole, series, now, now.first - 1, now.last + 1)
+    now.counts.work += STEP_WORK
+    events = np.int64(-1)
+    if clock is not None:  # known when this is compiled
+        # whether the movers stand far enough apart for clocks of their own
+        long = now.last - now.first >= layout.LEAST_LONG and now.chain.downhill == 0
+        if now.epoch.on == 1 or (long and now.epoch.retry == 0):
+            t, events, blur = advance(cell, whole, clock, series, now)
+            if events < 0:
+                now.time += t
+                now.epoch.retry = 1
+    if events < 0:
+        now.counts.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
+        now.epoch.retry -= now.epoch.retry > 0
+        t, events, blur = step(cell, whole, series, now, now.first - 1, now.last + 1)
     now.time += t
     return events, blur
 
@@ -428,13 +442,17 @@ def _resolve(cell, whole, deviate, now, log, events, blur):
 
 
 @inlined
-def _cluster(cell, whole, deviate, series, now, log):
+def _cluster(cell, whole, deviate, clock, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if now.moving == now.chain.n and _never_stops(cell, now):
         return True
-    events, blur = _to_first_event(cell, whole, series, now)
+    events, blur = _to_first_event(cell, whole, clock, series, now)
     if events > 0:
         _resolve(cell, whole, deviate, now, log, events, blur)
+        if clock is not None:
+            short = now.last - now.first < layout.LEAST_LONG // 2
+            if now.epoch.on == 1 and (short or now.stage != layout.CLUSTER):
+                at_once(cell, clock, now)
     return False
 
 
@@ -452,8 +470,8 @@ def prepare(cell, whole, deviate, scalars):
 
 @compiled
 def follow(
-    cell, whole, deviate, series, scalars, log, theta, theta_low, targets, max_events, max_work,
-    single,
+    cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
+    max_work, single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
@@ -493,7 +511,7 @@ def follow(
         elif stage == layout.CLUSTER:
             if series is None:  # known when this is compiled
                 return layout.BUDGET, reached
-            if _cluster(cell, whole, deviate, series, now, log):
+            if _cluster(cell, whole, deviate, clock, series, now, log):
                 return layout.RUNAWAY, reached
         else:
             _unstable(cell, now, log)

@@ -118,19 +118,19 @@ def two_orders(series, strips, k):
 
 
 @inlined
-def summed(series, row, orders, ladder, t):
+def summed(table, row, orders, factors, first, square, t):
     """Return in eight lanes the margins at t, and their integrals from 0, of `orders` derivatives.
 
-    Entry k from row `ladder` on is ``t**2 / (k (k + 1))``.
+    `square` times entry k from row `first` of `factors` on is ``t**2 / (k (k + 1))``.
     """
     even = odd = even_sum = odd_sum = spread(0.0)
     for k in range(orders - 2, -1, -2):
-        term = take(series, row + k + 1)
-        step = element(series, ladder, k + 2)
+        term = take(table, row + k + 1)
+        step = square * element(factors, first, k + 2)
         odd = fused(odd, step, term)
-        odd_sum = fused(odd_sum, element(series, ladder, k + 3), term)
-        term = take(series, row + k)
-        even = fused(even, element(series, ladder, k + 1), term)
+        odd_sum = fused(odd_sum, square * element(factors, first, k + 3), term)
+        term = take(table, row + k)
+        even = fused(even, square * element(factors, first, k + 1), term)
         even_sum = fused(even_sum, step, term)
     return fused(t, odd, even), t * fused(t * 0.5, odd_sum, even_sum)
 

@@ -20,7 +20,7 @@ from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import LADDER, NEVER, PAD, SERIES, Log, Tables
+from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.interface import longest_avalanche
@@ -38,6 +38,7 @@ class Workspace(NamedTuple):
     cell: NDArray[np.float64]
     whole: NDArray[np.int64]
     deviate: NDArray[np.float64]
+    clock: NDArray[np.float64] | None
     series: NDArray[np.float64] | None
     now: NDArray[Any]
     log: Log
@@ -198,7 +199,7 @@ def _begin(
 
 
 def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[Any, ...]:
-    """Return the first five arrays of a `Workspace` for several simulations before `place`.
+    """Return the arrays of several simulations before `place`: a `Workspace` without clock and log.
 
     Each holds them one after the other, but for `series`, which have no memory.
     """
@@ -219,6 +220,7 @@ def _room(n: int, logging: int) -> Workspace:
         cell=cell,
         whole=np.zeros((layout.WHOLES, m), dtype=np.int64),
         deviate=deviate,
+        clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=series_of(n) if n > _ALONE else None,
         now=np.empty(1, dtype=layout.NOW),
         log=_log(n, m, logging),
@@ -244,6 +246,14 @@ def _log(n: int, m: int, logging: int) -> Log:
 def roomier(work: Workspace) -> Workspace:
     """Return the same arrays with `series`, which have no memory."""
     return work._replace(series=series_of(int(work.now["chain"]["n"][0])))
+
+
+def _clock(n: int) -> NDArray[np.float64]:
+    strips = layout.columns(n) // 8
+    clock = _aligned((CLOCKS * strips + layout.keys(n), 8))[0]
+    clock[layout.KEY : CLOCKS * strips : CLOCKS] = NEVER
+    clock[CLOCKS * strips :] = NEVER
+    return clock
 
 
 def series_of(n: int) -> NDArray[np.float64]:

@@ -224,7 +224,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
     false: for a constant `loop.follow` would be compiled once more. Returns as that does;
     `layout.DONE` also if it has settled.
     """
-    cell, whole, deviate, series, scalars, log = work
+    cell, whole, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
     worked, happened = now.counts.work, now.counts.events
     while search.since < 0 and search.cycles < most_cycles:
@@ -233,7 +233,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
             return layout.BUDGET
         half = search.reached
         reason, reached = loop.follow(
-            cell, whole, deviate, series, scalars, log, high[half:], low[half:], targets,
+            cell, whole, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
             left, left, single,
         )  # fmt: skip
         search.reached += reached

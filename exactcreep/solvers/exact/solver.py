@@ -22,7 +22,7 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.estimated import Estimated
-from exactcreep.solvers.exact import layout, loop
+from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.copies import ExactCopies
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
@@ -50,7 +50,6 @@ from exactcreep.solvers.rearrangement import Ending, Rearrangement
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
-_LONGEST_KEPT = 80  # sliders
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _ENDLESS = (
@@ -76,9 +75,19 @@ class ExactSimulation(Simulation):
         self.work = placed(chain, self.origin, seed, _logging(record), used)
         self._under_way: list[NDArray[Any]] = []  # logged slips of a rearrangement that goes on
 
+    @property
+    def _present(self) -> Workspace:
+        """The arrays with all sliders at the present time."""
+        work = self.work
+        if work.clock is None or not work.now["epoch"]["on"][0]:
+            return work
+        present = work._replace(cell=work.cell.copy(), now=work.now.copy())
+        local_clocks.at_once(present.cell, work.clock.copy(), present.now[0])
+        return present
+
     def cell(self, row: int) -> NDArray[np.float64]:
-        """Return a row of `layout`'s cells, shape (n,)."""
-        return self.work.cell[row, self._own]
+        """Return a row of `layout`'s cells at the present time, shape (n,)."""
+        return self._present.cell[row, self._own]
 
     @property
     def _own(self) -> slice:
@@ -228,7 +237,7 @@ class ExactSimulation(Simulation):
     def state(self) -> State:
         """Return the present state."""
         theta = dilation(self.chain, self.load())
-        return State.owning(*self.origin.read(self.work), theta)
+        return State.owning(*self.origin.read(self._present), theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -279,6 +288,8 @@ class ExactSimulation(Simulation):
             other.make_room()
         mine, its = self.work, other.work
         its.cell[:], its.whole[:], its.deviate[:] = mine.cell, mine.whole, mine.deviate
+        if mine.clock is not None and its.clock is not None:
+            its.clock[:] = mine.clock
         its.now[:] = mine.now
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
@@ -364,7 +375,7 @@ class Exact(Solver):
 
     def compiles(self, n: int) -> int:
         """Return a length of chains that need the same compiled code as one of `n` sliders."""
-        return min(max(n, 2), 3)
+        return min(max(n, 2), 3) if n <= layout.LONGEST_SHORT else layout.LONGEST_SHORT + 1
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by the compiled loop, in arrays of a rearrangement that is over."""
@@ -394,7 +405,7 @@ class Exact(Solver):
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
-        if chain.n <= _LONGEST_KEPT:
+        if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
         return result
 

@@ -286,7 +286,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         running_following = zero
         if s < strips:
             row = SERIES * s
-            value, moved_on = margins.summed(series, row, orders, ladder, t)
+            value, moved_on = margins.summed(series, row, orders, series, ladder, 1.0, t)
             moves = take(series, row + layout.MOVES)
             following = moves * moved_on
             running_following = moves * value

@@ -1,0 +1,115 @@
+"""Long clusters, in which every part keeps the series of its own last change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, State
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.solver import ExactSimulation
+from exactcreep.watch.limits import Limits
+from tests.paper import event_rows, paper_chain
+
+AMPLITUDES = {300: "0.05", 301: "0.05", 1000: "0.166"}
+"""A third above Eq. 22."""
+ROWS = 400
+"""Events compared from one state: rounding grows tenfold in some hundreds."""
+
+
+def drive(n: int) -> Cycles:
+    return Cycles(AMPLITUDES[n], 10**6)
+
+
+def simulation(chain: Chain, *, whole: bool = False) -> ExactSimulation:
+    """Return a simulation from the relaxed chain; `whole`: it expands whole windows only."""
+    found = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("events",))
+    return without_clocks(found) if whole else found
+
+
+def without_clocks(found: ExactSimulation) -> ExactSimulation:
+    found.work = found.work._replace(clock=None)
+    return found
+
+
+def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
+    """Go on for so many events or a few more, and return them."""
+    first = int(found.work.now["counts"]["target"][0])
+    return event_rows(found.follow(drive(found.chain.n), first, 100, Limits(events)))
+
+
+def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulation, ...]]:
+    """Yield pairs in one state, every so many events of a run; the second expands all."""
+    run = simulation(chain, whole=True)
+    for _ in range(count):
+        rows(run, events)
+        yield run.copied(("events",)), without_clocks(run.copied(("events",)))
+
+
+@pytest.mark.parametrize(("n", "sigma_mu", "count"), [(300, "0.01", 8), (1000, "0", 5)])
+def test_far_apart_events_are_those_of_the_whole_window_for_less(
+    n: int, sigma_mu: str, count: int
+) -> None:
+    certified = [0, 0]
+    for pair in pairs(paper_chain(n, sigma_mu), count, 50_000):
+        before = pair[0].report()["windows_certified"]
+        one, other = (rows(found, ROWS) for found in pair)
+        shared = min(len(one), len(other))
+        assert shared >= ROWS
+        assert one[:shared] == other[:shared]
+        for k, found in enumerate(pair):
+            certified[k] += found.report()["windows_certified"] - before
+    assert certified[0] < 0.8 * certified[1]
+
+
+def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> None:
+    chain = paper_chain(300)
+    through = simulation(chain)
+    rows(through, 200_000)
+    first = through.copied(("events",))
+    events = rows(through, 2000)
+    pieces: list[tuple[int, ...]] = []
+    inside = 0
+    while len(pieces) < len(events):
+        second = first.copied(("events",))
+        pieces += rows(second, 101)
+        inside += int(second.work.now["epoch"]["on"][0])
+        first = second
+    assert pieces[: len(events)] == events
+    assert inside > 3
+
+
+def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -> None:
+    seen = 0
+    for pair in pairs(paper_chain(300), 9, 40_000):
+        for _ in range(20):
+            for found in pair:
+                rows(found, 1)
+            counts = [int(found.work.now["counts"]["events"][0]) for found in pair]
+            if pair[0].work.now["epoch"]["on"][0] and counts[0] == counts[1]:
+                seen += 1
+                here, there = (found.state().displacements for found in pair)
+                assert np.abs(here - there).max() < 1e-12
+                here, there = (found.cell(layout.SPEED) for found in pair)
+                assert np.abs(here - there).max() < 1e-12
+    assert seen > 20
+
+
+def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
+    """A margin at rest is known to 32 ulp of friction; an epoch may leave out half of that."""
+    assert (2 * layout.EPOCH) ** layout.KNOWN / math.factorial(layout.KNOWN) < 3e-17
+    run = simulation(paper_chain(300))
+    rows(run, 100_000)
+    spent = []
+    for _ in range(200):
+        rows(run, 7)
+        now = run.work.now[0]
+        epoch = now["epoch"]
+        if epoch["on"]:
+            spent.append(epoch["spent"] * epoch["wild"] / now["chain"]["friction"])
+            speeds = 2 * np.abs(run.cell(layout.SPEED)).max()
+            assert speeds <= math.exp(2 * layout.EPOCH) * epoch["wild"]
+    assert 0 < max(spent) <= 16 * layout.ULP
