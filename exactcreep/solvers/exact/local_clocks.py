@@ -8,9 +8,10 @@ their state at that time, and all others keep their series.
 
 What is left out of an event eight sliders away, with the time r that is left of the epoch, is
 ``J r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to
-fourteen away and takes the velocities at fifteen as constant: accelerations A there contribute as
-much as jumps. With ``w = max(2 |v|, |v'|)`` over all movers ``|w'| <= 2 w``, for K has the norm 4:
-J and A stay below ``exp(2 EPOCH)`` times the largest w that was seen. The sum over the events of
+fifteen away as if those beyond did not move: a velocity v at sixteen changes the margins that are
+kept by at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all
+movers ``|w'| <= 2 w``, for K has the norm 4: J and v stay below ``exp(2 EPOCH)`` times the largest
+w that was seen. The sum over the events of
 an epoch is kept below `_BUDGET` friction forces, a quarter of the smallest rounding bound of a
 margin at rest; a velocity gains one more order, ``t / 17`` of that. Once half of it is spent, or
 a window is wilder than `_CALM`, all sliders are expanded anew.
@@ -53,7 +54,7 @@ from exactcreep.solvers.exact.simd import (
 
 _CALM = 16.0
 _LEFT_OUT = 2.0 * math.exp(2 * EPOCH) / math.factorial(16)
-"""By jump and by acceleration, in units of w r**16."""
+"""By the jump and by velocities beyond, in units of w r**16."""
 _BUDGET = 8.0 * ULP
 """What an epoch may leave out of a margin, in units of friction."""
 _GAP = 2.0**-20
@@ -201,7 +202,7 @@ def _bring(cell, clock, strip, time, mask):
 @inlined
 def _arrive(cell, clock, i, time):
     """Take the sliders around i to the time of its event."""
-    first = (i - 15) // 8
+    first = (i - 16) // 8
     nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
     for q in range(5):
         x, speed = _bring(cell, clock, first + q, time, nearby >> (8 * q))
@@ -213,8 +214,8 @@ def _arrive(cell, clock, i, time):
 def _renew(cell, clock, series, now):
     """Expand the sliders around the last event anew; return whether they are calm enough.
 
-    Five strips side by side: fourteen sliders to either side move and are moved, of the next the
-    velocities alone are known. Seven to either side keep what is found.
+    Five strips of `series`: fifteen sliders to either side move. Seven to either side keep what is
+    found.
     """
     i = now.epoch.centre
     begin = now.epoch.time
@@ -222,7 +223,7 @@ def _renew(cell, clock, series, now):
     if fresh and cell[layout.DRIVE, i] <= 0.0:
         return False
     clock[CLOCKS * (i // 8) + layout.NOW_SPEED, i % 8] = cell[layout.SPEED, i]
-    first = (i - 15) // 8
+    first = (i - 16) // 8
     window = ((1 << 31) - 1) << (i - 15 - 8 * first)
     nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
     centre = i - 8 * first
