@@ -9,6 +9,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
 from typing import Any
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
@@ -90,9 +91,9 @@ def status(words: Sequence[str]) -> int:
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         from exactcreep.model.names import did_you_mean
-        from exactcreep.scene import builtin_scenes
 
-        scenes = [f"run {name}" for name in builtin_scenes()]
+        # not by exactcreep.scene, which loads numpy
+        scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
         near = did_you_mean(arguments[0], [*COMMANDS, "--help"])
         near = near or did_you_mean(f"run {arguments[0]}", scenes)
         complain(f"No such command {arguments[0]!r}{near}")
