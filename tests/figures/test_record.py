@@ -1,7 +1,6 @@
 """The picture of a record of temperatures shows its readings, of long ones what they come to."""
 
 from datetime import date, timedelta
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +25,6 @@ def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     (axes,) = figure.axes
     (line,) = axes.lines
     drawn = np.asarray(line.get_ydata())
-    written = [label.get_window_extent() for label in axes.get_xticklabels()]
-    assert all(left.x1 < right.x0 for left, right in pairwise(written))
     if days <= 300:
         assert np.array_equal(drawn, record.temperatures)
     else:

@@ -69,10 +69,3 @@ def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
 
     with pytest.raises(InputError, match="drive = 'Timed': must count its time in targets"):
         creep(chain, Timed(1e-4, 20))
-
-
-@pytest.mark.parametrize("drive", [Cycles("0.01", 3), GaussianSteps("0.1", 7), Path(["0.1", 2])])
-def test_a_drive_can_be_made_again_from_its_parameters(drive):
-    parameters = drive.parameters()
-    assert parameters.pop("kind") == drive.kind
-    assert type(drive)(**parameters) == drive

@@ -55,6 +55,9 @@ def test_a_whole_number_may_be_written_in_any_way(value):
 )
 def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):
     assert eval(repr(made), vars(exactcreep) | {type(made).__name__: type(made)}) == made
+    given = made.parameters()
+    assert given.pop("kind", None) == getattr(made, "kind", None)
+    assert type(made)(**given) == made
 
 
 def test_a_value_is_shown_in_short():

@@ -62,60 +62,38 @@ def test_dates_become_seconds_columns_are_found_by_name_and_kelvin_is_celsius(wr
 
 DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
 DAY = "day,high,low\n1878-01-01,66,14\n"
+ONE = HEAD + "0,1\n"
+REFUSED = [
+    (HEAD + "0,1\n1,\n2\n3,NaN\n", {}, "temperature = nan: .*at 1, and 2 more; pandas"),
+    (HEAD + "0,1\n,2\n", {}, r"time = nan: .*\(row 2\)"),
+    (HEAD + "0,1\n1,warm\n2,\n", {}, "temperature = 'warm': .*at 1, and 1"),
+    (HEAD + "0,1\n1,2\n1,3\n", {}, "time = '1': .*later than 1 .*pandas"),
+    (HEAD + "noon,2\n", {}, r"'noon': .*date_format .*\(row 1\)"),
+    (HEAD + "2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n", {}, r"or not \(row 2\)"),
+    (HEAD + "0,-273.16\n", {}, "temperature = '-273.16': .*at 0"),
+    (HEAD + "0,1,5\n1,2,5\n", {}, "file = .*CSV"),
+    (HEAD, {}, "file = .*at least one row"),
+    (HEAD + "28.02.1901,1\n", {}, "'28.02.1901': .*date_format"),
+    (ONE, {"date_format": "day first"}, "'day first': .*codes"),
+    ("time;temperature\n0;1,5\n", {"delimiter": ";"}, "'1,5': .*decimal = '.', at 0"),
+    ("time;temperature\n0;1\n", {}, "time;temperature .delimiter = ','"),
+    (b"time,temperature\n0,1\n1,\xff\n", {}, "encoding = 'utf-8': .*0xff"),
+    (b"\x1f\x8bnot packed", {}, "file = .*gzip"),
+    (DAY, DAYS | {"temperature_column": "air"}, "temperature_column = .*left out"),
+    (DAY, DAYS | {"maximum_hour": 24}, "maximum_hour = 24: "),
+    (DAY, DAYS | {"scale": 0}, "scale = 0: .*positive"),
+    (ONE, {"T0": "-273.2"}, "T0 = '-273.2': .*absolute zero"),
+    (ONE, {"unit": "F"}, 'unit = \'F\': .*"C" or "K"'),
+    (ONE, {"time_column": "when"}, "time_column = 'when': .*columns"),
+    (ONE, {"theta": ["1"]}, "theta = .*times and sha256"),
+    (ONE, {"file": "."}, "file = '.': .*directory"),
+]
 
 
-@pytest.mark.parametrize(
-    ("rows", "sentence"),
-    [
-        (
-            "0,1\n1,\n2\n3,NaN\n",
-            "temperature = nan: is missing, or no number .* at 1, and 2 more; pandas mends",
-        ),
-        ("0,1\n,2\n", r"time = nan: is missing; leave such rows out \(row 2\)"),
-        (
-            "0,1\n1,warm\n2,\n",
-            "temperature = 'warm': is missing, or .* at 1, and 1",
-        ),
-        ("0,1\n1,2\n1,3\n", "time = '1': must be later than 1 before it; pandas mends it"),
-        ("noon,2\n", r"'noon': must be .* such as 2024-01-31T13:00, or date_format .*\(row 1\)"),
-        ("2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n", r"as others do, or not \(row 2\)"),
-        ("0,-273.16\n", "temperature = '-273.16': is far from any weather, at 0"),
-        ("0,1,5\n1,2,5\n", "file = .*must be a CSV file .* Length of header"),
-        ("", "file = .*must have at least one row of data"),
-    ],
-)
-def test_bad_rows_are_refused_by_the_first(write, rows, sentence):
-    with pytest.raises(InputError, match=sentence):
-        record(write(HEAD + rows))
-
-
-@pytest.mark.parametrize(
-    ("content", "options", "sentence"),
-    [
-        (HEAD + "28.02.1901,1\n", {}, "'28.02.1901': must be .* date_format must say how"),
-        (HEAD + "0,1\n", {"date_format": "day first"}, "'day first': must hold codes"),
-        ("time;temperature\n0;1,5\n", {"delimiter": ";"}, "'1,5': .*with decimal = '.', at 0"),
-        ("time;temperature\n0;1\n", {}, "columns of .*: time;temperature .delimiter = ','"),
-        (b"time,temperature\n0,1\n1,\xff\n", {}, "encoding = 'utf-8': does not read .*: .* 0xff"),
-        (b"\x1f\x8bnot packed", {}, "file = .*must be packed by gzip"),
-        (DAY, DAYS | {"temperature_column": "air"}, "temperature_column = .*left out beside"),
-        (DAY, DAYS | {"maximum_hour": 24}, "maximum_hour = 24: must be another hour"),
-        (DAY, DAYS | {"scale": 0}, "scale = 0: must be positive"),
-        *((HEAD + "0,1\n", {sentence.split(" = ")[0]: value}, sentence) for value, sentence in (
-            ("-273.2", "T0 = '-273.2': must not be below absolute zero"),
-            ("F", "unit = 'F': must be \"C\" or \"K\""),
-            ("when", "time_column = 'when': must be one of the columns"),
-            (["1"], "theta = .*must come with times and sha256"),
-            (".", "file = '.': is a directory"),
-        )),
-    ],
-)  # fmt: skip
-def test_a_bad_file_or_option_is_refused_by_name(write, content, options, sentence, monkeypatch):
-    path = write(content, options.get("file", "") if content == b"not packed" else "station.csv")
-    monkeypatch.chdir(path.parent)
-    given = {"file": path, "kappa": KAPPA, "T0": 0}
-    with pytest.raises(InputError, match=sentence):
-        TemperatureRecord(**given | options)
+@pytest.mark.parametrize(("content", "options", "said"), REFUSED)
+def test_a_bad_row_file_or_option_is_refused_by_its_name_and_value(write, content, options, said):
+    with pytest.raises(InputError, match=said):
+        TemperatureRecord(**{"file": write(content), "kappa": KAPPA, "T0": 0} | options)
 
 
 @pytest.mark.parametrize(
