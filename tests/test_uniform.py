@@ -53,6 +53,10 @@ def _scene(chain: Chain) -> Scene:
     return Scene.from_mapping(tables)
 
 
+def _drawn(chain: Chain) -> Chain:
+    return Chain(**chain.parameters() | {"sigma_mu": "0.05"})
+
+
 CALLS: dict[str, Callable[[Chain], Any]] = {
     **{f"creep {name}": lambda chain, name=name: creep(chain, CYCLES, solver=name)
        for name in SOLVERS},
@@ -61,8 +65,8 @@ CALLS: dict[str, Callable[[Chain], Any]] = {
        for name in SOLVERS if name != "sliding"},  # which has none
     "fate": lambda chain: fate(chain, "0.002", cycles=20),
     "survival": lambda chain: survival(chain, "0.002", starts=2, cycles=10),
-    "intercept": intercept,
-    "threshold": threshold,
+    "intercept": lambda chain: intercept(_drawn(chain), cycles=4000, points=8),
+    "threshold": lambda chain: threshold(chain, after=2, digits=4, points=50),
     "plan": lambda chain: plan(chain, CYCLES),
     "sweep": lambda chain: sweep(_scene(chain)).compute(),
     "compare": lambda chain: exactcreep.compare(Experiment(chain, CYCLES), events=5),
@@ -78,6 +82,10 @@ TAKEN: dict[str, set[str]] = {
        for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
     "compare": {"friction", "end_forces"},
     "fate": {"friction", "end_forces"},
+    "survival": EVERYTHING,
+    "threshold": {"friction", "end_forces"},
+    "intercept": {"friction", "end_forces"},
+    "edges": {"friction", "end_forces"},
     "creep sliding": {"friction", "end_forces"},
     "sweep": EVERYTHING,
     "prediction": EVERYTHING,

@@ -19,7 +19,7 @@ from exactcreep.laws.number_types import (
 )
 from exactcreep.laws.paper import law, law_values
 from exactcreep.model.chain import Chain
-from exactcreep.model.uniform import require_uniform
+from exactcreep.model.uniform import END_FORCES, FRICTION, require_uniform
 
 
 def at_rest_amplitude(
@@ -163,7 +163,8 @@ def edges(chain: Chain) -> dict[str, float]:
     Parameters
     ----------
     chain : Chain
-        Of any slope; without disorder three theorems hold, else one.
+        Of any slope; without disorder three theorems hold, else one. Where friction or ends differ
+        `locked_ends` is left out.
 
     Returns
     -------
@@ -177,13 +178,23 @@ def edges(chain: Chain) -> dict[str, float]:
     {'at_rest': 0.00058209, 'no_lasting_creep': 0.00048507, 'locked_ends': 0.00101865}
     """
     parameters, amplitudes = chain.parameters(), {}
-    require_uniform(parameters, "the theorems of equal sliders")
+    require_uniform(parameters, "the theorems of rest and creep", {FRICTION, END_FORCES})
     if chain.n < 2:
         return {}
     clean = chain.sigma_mu == 0
-    if clean and abs(chain.tan_alpha) <= chain.mu_s:
-        at_rest = at_rest_amplitude(chain.l0, chain.tan_alpha, [chain.mu_s] * chain.n)
-        amplitudes["at_rest"] = float(at_rest)
+
+    def rests(name: str) -> float:
+        held = chain.l0, chain.tan_alpha, chain.each(name), chain.end_forces
+        try:
+            return float(at_rest_amplitude(*held))
+        except ValueError:
+            return math.nan
+
+    if clean and not math.isnan(at_rest := rests("mu_s")):
+        amplitudes["at_rest"] = at_rest
+    if chain.unlike:  # Melan's bound is that of rest, with mu_d
+        least = rests("mu_d")
+        return amplitudes | {"no_lasting_creep": 0.0 if math.isnan(least) else least}
     (amplitudes["no_lasting_creep"],) = law_values(no_lasting_creep_amplitude, parameters)
     if clean:
         (amplitudes["locked_ends"],) = law_values(locked_ends_amplitude, parameters)

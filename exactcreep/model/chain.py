@@ -325,6 +325,27 @@ class Chain(Shown):
         beyond = self.n * (way * self.tan_alpha - self.mean_mu_d)
         return sign_of_surd(beyond, way * sum(self.end_forces), 1 + self.tan_alpha**2)
 
+    @cached_property
+    def heading(self) -> int:
+        """The sign of weight and end forces together: where they drive the chain, 0 if nowhere."""
+        pulls, square = sum(self.end_forces), 1 + self.tan_alpha**2
+        return sign_of_surd(self.n * self.tan_alpha, pulls, square)
+
+    @cached_property
+    def first_start(self) -> Fraction:
+        """The ``l0 abs(theta)`` at which a slider of the relaxed chain starts; negative: at once.
+
+        With cos(alpha) in float64.
+        """
+        cosine, listed = Fraction(self.cos_alpha), isinstance(self.mu_s, tuple)
+        weight = self.tan_alpha * cosine
+        sliders = range(self.n) if self.unlike else self.rates or (0,)
+        static = {k: self.mu_s[k] if listed else self.mu_s for k in sliders}
+        rooms = {k: static[k] * cosine - abs(weight + self.pull(k)) for k in sliders}
+        least = min(rooms.values())
+        reached = (rooms[k] / abs(rate) for k, rate in self.rates.items())
+        return least if least < 0 else min(reached, default=least)
+
     @property
     def symmetric(self) -> bool:
         """Whether the chain is the same from either end, but for the slope of the incline."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from exactcreep.model.enclosure import Enclosure, as_float
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.creep_result import Creep
@@ -219,8 +219,7 @@ class ObservedRun:
         `mean` is that after `burn_in` targets.
         """
         if ended.outcome is Outcome.RUNAWAY:
-            downhill = nearest_float(self.experiment.chain.tan_alpha)
-            return math.copysign(math.inf, downhill), math.nan, None
+            return math.copysign(math.inf, self.experiment.chain.heading), math.nan, None
         if mean is None:
             return math.nan, self.velocity.error(burn_in), None
         if ended.velocity is not None:

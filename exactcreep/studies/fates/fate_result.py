@@ -88,9 +88,8 @@ class Fate(Result):
 
         ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, the axis from slider 1 to N.
         """
-        tangent = self.chain.tan_alpha
-        ways = {Outcome.RUNAWAY: tangent, Outcome.CREEPING: self.advance or 0.0}
-        return direction_of(ways.get(self.outcome, 0), tangent)
+        ways = {Outcome.RUNAWAY: self.chain.heading, Outcome.CREEPING: self.advance or 0.0}
+        return direction_of(ways.get(self.outcome, 0), self.chain.tan_alpha)
 
     @property
     def velocity(self) -> float | None:

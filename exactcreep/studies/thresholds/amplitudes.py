@@ -34,9 +34,10 @@ class Span(NamedTuple):
                 allowed = "must not be given together with the ends of a scan"
                 raise InputError("bracket", bracket, allowed)
             between = two_numbers(bracket, "bracket")
-        tangent, cosine = abs(chain.tan_alpha), Fraction(chain.cos_alpha)
-        law = chain.n * (chain.mu_d - tangent) * cosine / (2 * chain.l0)
-        first_slip = (chain.mu_s - tangent) * cosine / chain.l0
+        cosine = Fraction(chain.cos_alpha)
+        driven = abs(chain.n * chain.tan_alpha * cosine + sum(chain.end_forces))
+        law = (chain.n * chain.mean_mu_d * cosine - driven) / (2 * chain.l0)
+        first_slip = chain.first_start / chain.l0
         begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
         if begin < 0:
             raise InputError("from", low, "must not be negative")

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from exactcreep.laws import edges, onset_amplitude, threshold_amplitude
+from exactcreep.laws import (
+    differing_intercept,
+    edges,
+    onset_amplitude,
+    threshold_amplitude,
+)
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import plain_data
@@ -20,16 +26,28 @@ if TYPE_CHECKING:
 
 
 def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
-    """Return what the laws predict for a chain or its mirror image, as decimals; None: no law."""
+    """Return what the laws predict for a chain or its mirror image, as decimals; None: no law.
+
+    For friction or ends that differ, Eq. 22 is ``h/l0`` of `differing_intercept`.
+    """
     context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
-    rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
-    about = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
-    held, _ = about.pop("mu_s"), about.pop("sigma_mu")
-    values = {
-        "law_seuil": threshold_amplitude(**about),
-        "law_corrected": onset_amplitude(**about, mu_s=held),
-        "law_two_sliders": threshold_amplitude(**about | {"mu_d": held}) if chain.n == 2 else None,
-    }
+
+    def number(value: Fraction) -> Any:
+        return context.mpf(value.numerator) / value.denominator
+
+    values: dict[str, Any] = dict.fromkeys(("law_seuil", "law_corrected", "law_two_sliders"))
+    if chain.unlike:
+        pulls = [number(force) for force in chain.end_forces]
+        least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
+        values["law_seuil"] = least / number(chain.l0)
+    else:
+        rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
+        about = {name: number(value) for name, value in rationals.items()}
+        held, _ = about.pop("mu_s"), about.pop("sigma_mu")
+        values["law_seuil"] = threshold_amplitude(**about)
+        values["law_corrected"] = onset_amplitude(**about, mu_s=held)
+        if chain.n == 2:
+            values["law_two_sliders"] = threshold_amplitude(**about | {"mu_d": held})
     return {name: v if v is None else enclosure(v).text(digits) for name, v in values.items()}
 
 

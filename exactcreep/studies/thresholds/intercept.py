@@ -11,7 +11,13 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
-from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
+from exactcreep.laws import (
+    differing_intercept,
+    law_values,
+    pivot_sliders,
+    plateau_velocity,
+    threshold_amplitude,
+)
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import (
@@ -61,7 +67,8 @@ class Intercept(BesideLaws):
     chi2, chi2_probability : float
         Of the line, and the probability of one as large.
     law_seuil, law_slope : float
-        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique.
+        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique. If friction or ends
+        differ, h/l0 and ``(q - p) l0`` of `differing_velocity`.
     reason : str
         Why the evidence is undecided; "" if it is not.
 
@@ -108,7 +115,7 @@ class Intercept(BesideLaws):
         where = f"A = {with_error(self.intercept, self.error)} ({self.evidence.value})"
         if self.systematic > 0:
             where += f"; half of the range moves it by up to {self.systematic:.2g}"
-        law = f"Eq. 22 says {self.law_seuil:.6g}"
+        law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_seuil:.6g}"
         return f"the straight part of v(A) meets zero at {where}; {law}"
 
     def _numbers(self) -> dict[str, Any]:
@@ -142,7 +149,8 @@ def intercept(
     Parameters
     ----------
     chain : Chain
-        Of at least two sliders, with slips, on a slope below mu_d; disorder is welcome.
+        Of at least two sliders, with slips, which friction holds (on a slope below mu_d); disorder
+        is welcome. Friction may differ and ends may be pulled; springs expand alike.
     cycles : int
         Number of cycles at each amplitude.
     points : int
@@ -194,12 +202,9 @@ def intercept(
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
-    about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
-    (law,) = law_values(threshold_amplitude, about)
-    slopes = law_values(plateau_velocity, about)
+    law, slopes = _line_by_law(chain)
     amplitudes = law * np.linspace(low, high, count)
     measured: dict[int, tuple[float, float, float]] = {}
-    downhill = math.copysign(1.0, nearest_float(chain.tan_alpha))
     over = ""
     for k in [*range(0, count, 2), *range(1, count, 2)]:
         start, disorder = start_of(chain, spread, key, k + 1)
@@ -215,7 +220,7 @@ def intercept(
             break
         if run.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
             raise InputError("fit", high, f"must be lower: {run.reason}")
-        measured[k] = amplitudes[k], downhill * run.velocity, run.velocity_error
+        measured[k] = amplitudes[k], chain.heading * run.velocity, run.velocity_error
         say("velocities", len(measured), count, "amplitudes")
     columns = np.array([measured[k] for k in sorted(measured)]).reshape(-1, 3).T
     line: dict[str, Any] = {}
@@ -230,6 +235,17 @@ def intercept(
         law_seuil=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
         **line | {"reason": over or line.get("reason", "")},
     )  # fmt: skip
+
+
+def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
+    """Return where the line of the law meets zero, and its slope; two where both are possible."""
+    if chain.unlike:
+        about = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
+        least = nearest_float(Fraction(float(differing_intercept(*about))) / chain.l0)
+        found = pivot_sliders(*about).apart
+        return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
+    about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
+    return law_values(threshold_amplitude, about)[0], law_values(plateau_velocity, about)
 
 
 def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:

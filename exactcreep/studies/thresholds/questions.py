@@ -1,8 +1,9 @@
 """Does a chain creep at one amplitude: in the last of so many cycles, or for ever?
 
-*In the last cycle* asks for an advance down the incline by more than 1e-6. The answer is exact, but
-the chain may lock a little later. An advance uphill does not count: a chain that locks moves up,
-too, by less and less. *For ever* asks float64 first, and the certified solver where float64 errs.
+*In the last cycle* asks for an advance by more than 1e-6 down the incline (where weight and end
+forces drive the chain). The answer is exact, but the chain may lock a little later. An advance
+uphill does not count: a chain that locks moves up, too, by less and less. *For ever* asks float64
+first, and the certified solver where float64 errs.
 """
 
 from __future__ import annotations
@@ -125,7 +126,7 @@ class Question:
         return stretch.stop is Stop.RUNAWAY or self._last_advance(stretch).middle > ADVANCE
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
-        record, tangent = ("x_G", "tension", "events"), self.chain.tan_alpha
+        record, chain = ("x_G", "tension", "events"), self.chain
         stretch, evidence = self._followed(amplitude, solver, options, record)
         log, advanced = fates.logged(stretch.recorded), self._last_advance(stretch)
         runs_away = stretch.stop is Stop.RUNAWAY
@@ -140,7 +141,7 @@ class Question:
         last = [r for r in log if r.half_cycle > 2 * self.cycles - 2]
         returned = all(abs(change.middle) <= change.radius + room for change in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
-        direction = direction_of(tangent * creeps, tangent)
+        direction = direction_of(chain.heading * creeps, chain.tan_alpha)
         return Observation(creeps, evidence, log, *outcome, direction)
 
     def _followed(
@@ -162,10 +163,10 @@ class Question:
         return stretch, simulation.evidence
 
     def _last_advance(self, stretch: Stretch) -> Enclosure:
-        """Return by how much x_G moves down the incline in the last cycle."""
+        """Return by how much x_G moves in the last cycle where weight and end forces drive it."""
         values = [0, 0, 0, *stretch.recorded["x_G"].tolist()]
         begin, end = (enclosure(values[k]) for k in (-3, -1))
-        return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
+        return _difference(end, begin) if self.chain.heading < 0 else _difference(begin, end)
 
 
 @dataclass(eq=False)
@@ -186,8 +187,7 @@ class WithoutSlips(Question):
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         self.limits.require()
-        tangent, evidence = self.chain.tan_alpha, Evidence.PROVED
-        way = 1 if tangent > 0 else -1
+        way, evidence = self.chain.heading, Evidence.PROVED
         asked = solvers.relaxed_cycle(self.chain, amplitude, self.cycles)
         advances = [way * advance for advance, _ in asked]
         creeps = bool(sum(advances) > len(advances) * self.least)
@@ -198,7 +198,7 @@ class WithoutSlips(Question):
         outcome = Outcome.CREEPING if advance.sign() else Outcome.CYCLING
         if not slid.sign():
             outcome = Outcome.AT_REST
-        direction = direction_of(way * creeps, tangent)
+        direction = direction_of(way * creeps, self.chain.tan_alpha)
         return Observation(creeps, evidence, [], outcome, evidence, direction)
 
 

@@ -108,7 +108,8 @@ class Threshold(BesideLaws):
     def law_seuil(self) -> str | None:
         """The amplitude N m/(2 l0) of Eq. 22, as a decimal; `law_corrected` has what it drops.
 
-        Here m = (mu_d - abs(tan_alpha)) cos(alpha); rounded to `digits` digits.
+        Here m = (mu_d - abs(tan_alpha)) cos(alpha); rounded to `digits` digits. If friction or ends
+        differ, it is h/l0 of `differing_intercept`.
         """
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
@@ -196,10 +197,12 @@ def threshold(
     Parameters
     ----------
     chain : Chain
-        Without disorder; without `after` of at most five sliders.
+        Without disorder; without `after` of at most five sliders. Friction may differ and ends may
+        be pulled; springs expand alike.
     after : int, optional
-        Number of cycles; in the last of them x_G has to advance downhill by more than 1e-6 g
-        tau_dyn**2. Default: the chain has to creep for ever, down or up; see `fate`.
+        Number of cycles; in the last of them x_G has to advance by more than 1e-6 g tau_dyn**2
+        downhill, or where weight and end forces drive the chain. Default: the chain has to creep
+        for ever, either way; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
@@ -312,10 +315,10 @@ def threshold(
 def _compared(chain: Chain, after: int | None) -> str:
     if chain.n == 1:
         return "no law: one slider has no spring"
-    if chain.n == 2 and not chain.slides:
+    if chain.n == 2 and not chain.slides and not chain.unlike:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
     if chain.slides:
-        return "Eq. 22, which is exact without slips"
+        return f"{'h/l0' if chain.unlike else 'Eq. 22'}, which is exact without slips"
     return "no law: Eq. 22 is about long chains, and about the intercept of v(A)"

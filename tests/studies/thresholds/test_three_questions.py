@@ -10,12 +10,15 @@ import xarray as xr
 
 from exactcreep import (
     Chain,
+    Cycles,
     Evidence,
     InputError,
     Outcome,
     State,
+    creep,
     fate,
     intercept,
+    laws,
     survival,
     threshold,
 )
@@ -150,3 +153,20 @@ def test_the_command_keeps_what_it_prints(words: str, criterion: str, command: C
     assert (told["criterion"], kept["criterion"], kept["mu_s"]) == (criterion, criterion, "3/5")
     for name in told.keys() & {"lower", "intercept"}:
         assert kept[name] == told[name]
+
+
+@pytest.mark.parametrize(
+    ("tangent", "pulls", "way"),
+    [("0.1", ("-0.6", "0"), "uphill"), ("0", ("0.2", "0"), "+x"), ("-0.1", ("0", "0.5"), "uphill")],
+)
+def test_two_pulled_sliders_creep_where_the_forces_drive_them(
+    tangent: str, pulls: tuple[str, str], way: str
+) -> None:
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha=tangent, end_forces=pulls)
+    found = threshold(chain, digits=8)
+    assert found.evidence is Evidence.PROVED
+    assert found.direction == way
+    for amplitude, creeps in ((found.lower, False), (found.upper, True)):
+        run = creep(chain, Cycles(amplitude, 200), solver="reference")
+        assert (run.outcome is Outcome.CREEPING) is creeps
+    assert laws.edges(chain)["no_lasting_creep"] < float(found.lower)
