@@ -340,8 +340,10 @@ class Chain(Shown):
         cosine, listed = Fraction(self.cos_alpha), isinstance(self.mu_s, tuple)
         weight = self.tan_alpha * cosine
         sliders = range(self.n) if self.unlike else self.rates or (0,)
-        static = {k: self.mu_s[k] if listed else self.mu_s for k in sliders}
-        rooms = {k: static[k] * cosine - abs(weight + self.pull(k)) for k in sliders}
+        rooms: dict[int, Fraction] = {}
+        for k in sliders:
+            held = (self.mu_s[k] if listed else self.mu_s) * cosine
+            rooms[k] = held - abs(weight + self.pull(k))
         least = min(rooms.values())
         reached = (rooms[k] / abs(rate) for k, rate in self.rates.items())
         return least if least < 0 else min(reached, default=least)

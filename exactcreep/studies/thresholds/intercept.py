@@ -240,9 +240,9 @@ def intercept(
 def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
     """Return where the line of the law meets zero, and its slope; two where both are possible."""
     if chain.unlike:
-        about = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
-        least = nearest_float(Fraction(float(differing_intercept(*about))) / chain.l0)
-        found = pivot_sliders(*about).apart
+        driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
+        least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
+        found = pivot_sliders(*driven).apart
         return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
     about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
     return law_values(threshold_amplitude, about)[0], law_values(plateau_velocity, about)

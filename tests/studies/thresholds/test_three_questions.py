@@ -169,4 +169,4 @@ def test_two_pulled_sliders_creep_where_the_forces_drive_them(
     for amplitude, creeps in ((found.lower, False), (found.upper, True)):
         run = creep(chain, Cycles(amplitude, 200), solver="reference")
         assert (run.outcome is Outcome.CREEPING) is creeps
-    assert laws.edges(chain)["no_lasting_creep"] < float(found.lower)
+    assert laws.edges(chain)["no_lasting_creep"] <= float(found.lower) * (1 + 1e-12)
