@@ -12,7 +12,13 @@ import exactcreep
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.enclosure import Enclosure, as_written
-from exactcreep.model.numbers import exact_number, nearest_float, shown, whole_number
+from exactcreep.model.numbers import (
+    exact_number,
+    nearest_float,
+    shown,
+    sign_of_surd,
+    whole_number,
+)
 from exactcreep.model.state import State
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
@@ -78,3 +84,16 @@ def test_a_radius_is_written_rounded_up(radius):
     number = np.array([Enclosure(Fraction(1, 7), radius), None], dtype=object)[:1]
     written = as_written("x", number, 20)
     assert 0 <= Fraction(written["x_radius"][0]) - radius <= radius / 2**52
+
+
+RATIONAL = st.fractions(min_value=-9, max_value=9, max_denominator=50)
+
+
+@given(rational=RATIONAL, surd=RATIONAL, root=RATIONAL.filter(bool), cancels=st.booleans())
+def test_the_sign_of_a_surd_is_that_of_its_value(
+    rational: Fraction, surd: Fraction, root: Fraction, cancels: bool
+) -> None:
+    root = abs(root)
+    rational = -surd * root if cancels else rational
+    value = rational + surd * root
+    assert sign_of_surd(rational, surd, root**2) == (value > 0) - (value < 0)
