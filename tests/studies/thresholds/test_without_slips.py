@@ -26,8 +26,7 @@ def advances(chain: Chain, amplitude: Fraction | str, cycles: int) -> np.ndarray
     return np.sign(float(chain.tan_alpha)) * np.diff(x, prepend=0)
 
 
-@pytest.mark.filterwarnings("ignore:.theta. reached 1")
-@pytest.mark.filterwarnings("ignore:sliders would have crossed")
+@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
 @pytest.mark.parametrize("number", range(40))
 def test_the_sliding_limit_advances_above_a_threshold_and_not_below(number: int) -> None:
     chain = drawn(number)
