@@ -11,7 +11,7 @@ BOOK = Path(__file__).parents[1] / "notebooks" / "explanation"
 PAGE = (BOOK / "trusted.md").read_text(encoding="utf-8")
 MOST_LINES = 6300
 """Of the modules that decide. If it has to grow, say on the page what for."""
-MOST_MODULES = 42
+MOST_MODULES = 43
 """That are loaded with the proof of a fate; floats alone ask `motion.amplified` and `estimated`.
 
 `model.rules` was a part of `contacts` and of five solvers, `exact_state` one of `at_rest`;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from exactcreep import Chain, Creep, Cycles, Drive, Experiment, Path, State
 from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
+from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.watch.limits import Stop
 
@@ -30,10 +32,11 @@ def _cycles(chain: Chain, reach: Any, cycles: int = 1) -> Cycles:
 
 def hard_experiments() -> dict[str, Experiment]:
     """Return the experiments by what is extreme in them."""
-    return {
-        name: Experiment(chain, drive, seed=SEED, start=State.relaxed(chain, SEED), record=())
-        for name, chain, drive in _hard()
-    }
+    with warnings.catch_warnings(action="ignore", category=PhysicsWarning):
+        return {
+            name: Experiment(chain, drive, seed=SEED, start=State.relaxed(chain, SEED), record=())
+            for name, chain, drive in _hard()
+        }
 
 
 def _hard() -> Iterator[tuple[str, Chain, Drive]]:

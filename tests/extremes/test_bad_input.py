@@ -32,6 +32,7 @@ from exactcreep import (
     sweep,
 )
 from exactcreep import Path as ThetaPath
+from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.scene import Scene
 from tests.conftest import Command
 from tests.processes import finished
@@ -93,6 +94,7 @@ def refusal(call: Callable[[], Any]) -> InputError | None:
     return refused
 
 
+@pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
 @FUZZ
 @given(st.sampled_from(sorted(GOOD)), WILD)
 def test_a_wild_parameter_makes_a_chain_or_a_sentence_that_names_it(name: str, value: Any) -> None:

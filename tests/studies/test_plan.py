@@ -120,9 +120,9 @@ def test_the_command_prints_a_plan_and_many_members_in_a_line(command: Command) 
     answered = command("plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0").out
     assert "\nlaw: " in answered
     assert "cost" not in answered
-    words += ["chain.sigma_mu=0", "--set", "vary.drive.amplitude=[1,2,3,4,5,6,7,8,9]"]
+    words += ["chain.sigma_mu=0", "--set", "vary.drive.amplitude={from=0.1,to=0.9,step=0.1}"]
     _, line = command(*words).out.splitlines()
-    assert line.startswith("drive.amplitude = 1 … 9 (9 members): law: two relaxed sliders")
+    assert line.startswith("drive.amplitude = 0.1 … 0.9 (9 members): law: two relaxed sliders")
     late = command(*words, "--max-seconds", "0")
     assert late.code == 3
     assert "0 of 9 members are planned" in late.err
