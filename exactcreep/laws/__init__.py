@@ -1,15 +1,14 @@
-"""What theory predicts: the paper's formulas, their corrections and the exact laws behind them.
+"""The laws of theory: the formulas of the paper, their corrections, and the exact laws behind them.
 
 Every law is a function of the numbers that describe a chain and its drive, by name::
 
     >>> critical_angle(n=7, i=3, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5))
     Fraction(8, 35)
 
-Numbers decide the arithmetic: mpmath numbers give mpmath numbers of their own context, arrays
-broadcast to float64 arrays, floats give floats, and rationals (``int``, ``Fraction``) stay rational
-as long as the result is rational. Which side of a boundary a rational, a float (its exact binary
-value) or an mpmath number stands on is always decided exactly. `exactcreep.laws.paper` has
-the units and symbols, ``derivations/ledger.toml`` the standing of each equation.
+The result has the type of the arguments: rationals (``int``, ``Fraction``) give rationals where the
+result is rational, floats give floats, arrays broadcast to float64 arrays, mpmath numbers give
+mpmath numbers of their context. On which side of a boundary an argument lies is always decided
+exactly. `exactcreep.laws.paper` has the units and symbols, ``derivations/ledger.toml`` the proofs.
 """
 
 from exactcreep.laws.differing import (

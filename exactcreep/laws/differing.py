@@ -1,8 +1,8 @@
 """Laws of chains whose friction differs from slider to slider, or whose ends are pulled.
 
-In the sliding limit a chain is known by two sliders, p that rests while it dilates and q that rests
-while it contracts, and by the half-width h of the play of the springs between them. Forces have the
-unit ``m g``, lengths ``g tau_dyn**2``. Derivation: ``derivations/unlike.py``.
+In the sliding limit, slider p rests while the chain dilates, and slider q while it contracts. The
+half-width of the play of the springs between them is h. G is the sum of weights and end forces.
+Forces have the unit ``m g``, lengths ``g tau_dyn**2``. Derivation: ``derivations/unlike.py``.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from exactcreep.laws.number_types import (
     rational,
     require,
 )
+from exactcreep.laws.paper import described
 from exactcreep.laws.velocities import gaussian_integral
 from exactcreep.model.numbers import sign_of_surd
 
@@ -31,7 +32,7 @@ class PivotSliders(NamedTuple):
     Parameters
     ----------
     dilation, contraction : tuple of int
-        One slider, or the two neighbours between which the balance of forces leaves the limit open.
+        One slider, or two neighbours where the balance of forces does not decide between them.
 
     Examples
     --------
@@ -44,29 +45,22 @@ class PivotSliders(NamedTuple):
 
     @property
     def apart(self) -> tuple[int, ...]:
-        """q - p: one number, or the least and the largest where the limit is open."""
+        """q - p: one number, or the least and the largest where the limit is not unique."""
         least = self.contraction[0] - self.dilation[-1]
         most = self.contraction[-1] - self.dilation[0]
         return (least,) if least == most else (least, most)
 
 
+@described
 def pivot_sliders(
     mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
 ) -> PivotSliders:
     """Return the slider that rests in dilations, and the slider that rests in contractions.
 
-    With ``b_n = mu_d[n - 1] c``, and G the sum of weights and end forces, slider p rests in a
-    dilation if ``|G - (sum of b_n below p - sum of b_n above p)| < b_p``; for slider q, in a
-    contraction, the two sums change places. Decided at the exact values of the arguments.
-
-    Parameters
-    ----------
-    mu_d : sequence of number
-        Sliding friction coefficients of sliders 1..N, not negative.
-    tan_alpha : number
-        Slope.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+    With ``b_n = mu_d[n - 1] c``, slider p rests in a dilation if
+    ``|G - (sum of b_n below p - sum of b_n above p)| < b_p``. For slider q, in a contraction, the
+    two sums change places. The comparison uses the exact values of the arguments. Source:
+    ``derivations/unlike.py``.
 
     Returns
     -------
@@ -77,10 +71,6 @@ def pivot_sliders(
     ------
     ValueError
         Unless friction holds the chain: ``|G|`` below the sum of ``b_n``.
-
-    Notes
-    -----
-    Source: ``derivations/unlike.py``.
 
     Examples
     --------
@@ -101,7 +91,7 @@ def pivot_sliders(
 
     def crossing(way: int) -> tuple[int, ...]:
         def passed(spring: int) -> int:
-            """Whether the bound from below is the nearer one: -1, 1, or 0 where both are."""
+            """Return -1 if the lower bound of a spring is nearer, 1 if the upper, 0 if both."""
             return -sign_of_surd(below[spring] - way * weight, -way * pull, radicand)
 
         springs = range(len(below))
@@ -113,30 +103,18 @@ def pivot_sliders(
     return PivotSliders(crossing(1), crossing(-1))
 
 
+@described
 def differing_intercept(
     mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
 ) -> Number:
-    """Return ``h = (sum of mu_d c - |G|)/2``: a chain creeps in cycles if ``l0 A`` exceeds it.
+    """Return ``h = (sum of mu_d c - |G|)/2``: a chain creeps in cycles if ``l0 A`` exceeds h.
 
-    G is the sum of weights and end forces.
-
-    Parameters
-    ----------
-    mu_d : sequence of number
-        Sliding friction coefficients of sliders 1..N.
-    tan_alpha : number
-        Slope.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+    Source: ``derivations/unlike.py``.
 
     Returns
     -------
     number
         Load ``l0 A``, unit ``g tau_dyn**2``.
-
-    Notes
-    -----
-    Source: ``derivations/unlike.py``.
 
     Examples
     --------
@@ -152,6 +130,7 @@ def differing_intercept(
     return (sum(values[name] for name in names) * c - abs(len(names) * slope * c + pull)) / 2
 
 
+@described
 def differing_velocity(
     *,
     l0: Number,
@@ -162,21 +141,8 @@ def differing_velocity(
 ) -> tuple[Number, ...]:
     """Return ``(q - p) max(0, l0 A - h)``, exact for mu_s -> mu_d under cycles.
 
-    `pivot_sliders` gives p and q, `differing_intercept` h. With equal friction and no end forces it
-    is Eq. 23, `sliding_velocity`.
-
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : sequence of number
-        Sliding friction coefficients of sliders 1..N.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+    `pivot_sliders` gives p and q, `differing_intercept` h. With equal friction and no end forces
+    the law is Eq. 23, `sliding_velocity`. Source: ``derivations/unlike.py``.
 
     Returns
     -------
@@ -189,10 +155,6 @@ def differing_velocity(
     ValueError
         Unless friction holds the chain.
 
-    Notes
-    -----
-    Source: ``derivations/unlike.py``.
-
     Examples
     --------
     >>> chain = {"l0": 1000, "tan_alpha": 0.25, "amplitude": 0.005}
@@ -204,6 +166,7 @@ def differing_velocity(
     return tuple(apart * beyond for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
 
 
+@described
 def differing_velocity_random(
     *,
     l0: Number,
@@ -214,20 +177,7 @@ def differing_velocity_random(
 ) -> tuple[Number, ...]:
     """Return ``(q - p) l0 sigma_theta I(h/(l0 sigma_theta))``, exact for mu_s -> mu_d.
 
-    I is `gaussian_integral`; the rest as in `differing_velocity`.
-
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : sequence of number
-        Sliding friction coefficients of sliders 1..N.
-    tan_alpha : number
-        Slope.
-    sigma_theta : number
-        Standard deviation of the random dilations.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+    I is `gaussian_integral`. Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
 
     Returns
     -------
@@ -239,10 +189,6 @@ def differing_velocity_random(
     ------
     ValueError
         Unless friction holds the chain, and sigma_theta > 0.
-
-    Notes
-    -----
-    Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
 
     Examples
     --------
@@ -265,8 +211,9 @@ def differing_slope(
 ) -> tuple[Number, ...]:
     """Return dv/d(l0 A) at large amplitude of a chain whose springs expand by different weights.
 
-    It is the sum of the weights of the springs between p and q, negative if q lies above p: exact
-    for mu_s -> mu_d. The velocity itself has a constant beside it that no law gives.
+    The slope is the sum of the weights of the springs between p and q, negative if q lies above p.
+    It is exact for mu_s -> mu_d. The velocity also has a constant term, which no law gives. Source:
+    ``derivations/unlike.py``.
 
     Parameters
     ----------
@@ -289,10 +236,6 @@ def differing_slope(
     ValueError
         Unless friction holds the chain and there are N - 1 positive weights.
 
-    Notes
-    -----
-    Source: ``derivations/unlike.py``.
-
     Examples
     --------
     >>> differing_slope([0.5] * 4, 0.2, [1, 2, 3])
@@ -313,6 +256,7 @@ _FEWEST, _MOST = 3, 30  # sliders of the chains that were measured
 _LEAST, _DRAWN, _STICKIEST = 2.5, 0.5, 0.6
 
 
+@described
 def differing_deviation(
     *,
     l0: Number,
@@ -323,34 +267,19 @@ def differing_deviation(
     sigma_mu: Number = 0,
     end_forces: Sequence[Number] = (0, 0),
 ) -> float:
-    """Return by how much chains that stick and slip differ from `differing_velocity`.
+    """Return how far the velocity of chains that stick and slip is from `differing_velocity`.
 
-    It is ``0.023 N (l0 A - h)``, the root mean square of a hundred random chains that were fixed
-    before any was run (``tests/laws/differing_chains.py``): 72 % of them differ by less, 96 % by
-    less than twice as much. They have 3 to 30 sliders whose friction differs by up to a half of the
-    mean, end forces of either sign, and cycles with ``l0 A - h`` from 2.5 D on, D the mean of
-    ``(mu_s - mu_d) cos(alpha)``.
-
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d, mu_s : sequence of number
-        Sliding and mean static friction coefficients of sliders 1..N.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    sigma_mu : number
-        Standard deviation of the static coefficients.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
+    The deviation ``0.023 N (l0 A - h)`` is the root mean square over a hundred random chains, which
+    were fixed before any was run (``tests/laws/differing_chains.py``). 72 % of them differ by less,
+    96 % by less than twice as much. They have 3 to 30 sliders whose friction differs by up to half
+    of the mean, end forces of either sign, and cycles with ``l0 A - h`` of at least 2.5 times the
+    mean of ``(mu_s - mu_d) cos(alpha)``. `mu_s` is the mean static coefficient of each slider.
 
     Returns
     -------
     float
-        Unit ``g tau_dyn**2`` per half-cycle; 0 where the law is exact, nan beyond the chains that
-        were measured.
+        Unit ``g tau_dyn**2`` per half-cycle; 0 where the law is exact, nan outside the measured
+        range.
 
     Examples
     --------

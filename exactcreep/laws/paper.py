@@ -1,26 +1,24 @@
 """The formulas of the paper, each as a function, and the plateaus that the slope decides.
 
-`l0` is the natural length of a spring in units of g tau_dyn**2, `amplitude` and `sigma_theta`
-belong to the dilations, `i` is the index of a plateau: slider i - 1 rests during a dilation. A
-velocity is tau_th <v_G>, the advance of the centre of mass per half-cycle (cycles) or per target
-(random dilations), in units of g tau_dyn**2; amplitudes and thresholds are dimensionless.
+A velocity is tau_th <v_G>, the advance of the centre of mass per half-cycle (cycles) or per target
+(random dilations), in units of g tau_dyn**2. `l0`, the natural length of a spring, has the same
+unit. Amplitudes and thresholds are dilations; divide by kappa for a temperature. The docstrings use
+``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s`` and
+``D = (mu_s - mu_d) c``, and the equation numbers of the paper. ``derivations/ledger.toml`` says how
+each equation is proved, and lists the misprints.
 
 For two sliders the paper prints mu_s where these laws, at N = 2 and i = 2, have mu_d: Eqs. 16 and
-18 are `threshold_amplitude` and `threshold_width` of ``mu_d=mu_s``. The threshold's temperature is
-its amplitude over kappa.
-
-``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s``,
-``D = (mu_s - mu_d) c``. Equations have the paper's numbers. ``derivations/ledger.toml`` says how
-each is proved, and lists the misprints.
+18 are `threshold_amplitude` and `threshold_width` of ``mu_d=mu_s``.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Mapping
-from inspect import getdoc, signature
-from typing import NamedTuple
+from inspect import Parameter, getdoc, signature
+from typing import Any, NamedTuple, TypeVar
 
 from exactcreep.laws.number_types import (
     Number,
@@ -35,22 +33,66 @@ from exactcreep.laws.number_types import (
 from exactcreep.model.remarks import remark
 from exactcreep.model.uniform import require_uniform
 
+SHARED = {
+    "n": "Number of sliders N.",
+    "i": "Index of the plateau: slider i - 1 rests while it dilates. If optional, see `pivot`.",
+    "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
+    "mu_d": "Sliding friction coefficient.",
+    "mu_s": "Static friction coefficient.",
+    "sigma_mu": "Standard deviation of the static coefficients.",
+    "tan_alpha": "Slope.",
+    "amplitude": "Amplitude of the cycles of dilation.",
+    "sigma_theta": "Standard deviation of the random dilations.",
+    "end_forces": "Forces on slider 1 and on slider N, downhill positive, unit ``m g``.",
+}
+"""The parameters that laws share, which `described` writes into their docstrings."""
+_Law = TypeVar("_Law", bound=Callable[..., Any])
+_KINDS = {"n": "int", "i": "int", "end_forces": "pair of numbers"}
+_SECTIONS = ("Parameters", "Returns", "Raises", "Notes", "Examples")
 
+
+def described(function: _Law) -> _Law:
+    """Write the sections that laws share into the docstring of a law that has none of its own."""
+    taken = signature(function).parameters
+    shared = {}
+    if taken.keys() <= SHARED.keys():
+        shared["Parameters"] = "\n".join(map(_entry, taken.values()))
+    for drive, time in (("amplitude", "half-cycle"), ("sigma_theta", "target")):
+        if drive in taken:
+            advance = f"Advance of the centre of mass per {time}, unit ``g tau_dyn**2``."
+            shared["Returns"] = f"number\n    {advance}"
+    wrong = ["Unless n and l0 are positive." if "l0" in taken else "Unless n is positive."]
+    if "i" in taken and taken["i"].default is None:
+        wrong.append("If i is not given and the slope has not one plateau.")
+    if "n" in taken:
+        shared["Raises"] = "\n    ".join(["ValueError", *wrong])
+    head, *own = re.split(r"\n\n(?=[A-Z][a-z]+\n---)", getdoc(function) or "")
+    sections = {title: f"{title}\n{'-' * len(title)}\n{text}" for title, text in shared.items()}
+    sections |= {section.partition("\n")[0]: section for section in own}
+    function.__doc__ = "\n\n".join(
+        [head, *(sections[title] for title in _SECTIONS if title in sections)]
+    )
+    return function
+
+
+def _entry(parameter: Parameter) -> str:
+    """Return the entry of a parameter in a docstring."""
+    name, said = parameter.name, SHARED[parameter.name]
+    kind = _KINDS.get(name, "number")
+    if name not in _KINDS and str(parameter.annotation).startswith("Sequence"):
+        kind, said = "sequence of number", f"{said[:-1]}, of sliders 1..N."
+    kind += "" if parameter.default is parameter.empty else ", optional"
+    return f"{name} : {kind}\n    {said}"
+
+
+@described
 def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     """Return the one index i of the sliding limit's plateau, or the two where it is not unique.
 
-    It is ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
-    at the edge between the two, decided at the exact values of the arguments. Slider i - 1 rests
-    while the chain dilates, slider n + 2 - i while it contracts.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    tan_alpha : number
-        Slope.
-    mu_d : number
-        Sliding friction coefficient.
+    The result is ``(i,)`` if ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, and
+    ``(i, i + 1)`` at the edge between two plateaus, decided at the exact values of the arguments.
+    Slider i - 1 rests while the chain dilates, slider n + 2 - i while it contracts. Source: the
+    window of Eq. 19 for mu_s -> mu_d, ``derivations/pivots.py``, ``derivations/sliding_limit.py``.
 
     Returns
     -------
@@ -61,11 +103,6 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     ------
     ValueError
         If ``|tan_alpha| >= mu_d`` or n is not a positive integer.
-
-    Notes
-    -----
-    Source: the window of Eq. 19 for mu_s -> mu_d; ``derivations/pivots.py`` and
-    ``derivations/sliding_limit.py``.
 
     Examples
     --------
@@ -82,17 +119,9 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     return (lowest, lowest + 1) if position == lowest else (lowest,)
 
 
+@described
 def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
     """Return the one index of `pivots`.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    tan_alpha : number
-        Slope.
-    mu_d : number
-        Sliding friction coefficient.
 
     Returns
     -------
@@ -118,22 +147,10 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
 
 _pivot = elementwise(pivot)
 _POSITIVE = ("n", "l0")
-SHARED = {
-    "n": "Number of sliders N.",
-    "i": "Index of the plateau: slider i - 1 rests while it dilates. If optional, see `pivot`.",
-    "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
-    "mu_d": "Sliding friction coefficient.",
-    "mu_s": "Static friction coefficient.",
-    "sigma_mu": "Standard deviation of the static coefficients.",
-    "tan_alpha": "Slope.",
-    "amplitude": "Amplitude of the cycles of dilation.",
-    "sigma_theta": "Standard deviation of the random dilations.",
-}
-"""The parameters that laws share, which `law` writes into their docstrings."""
 
 
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
-    """Return a formula that takes numbers of any kind, and gives one of their common arithmetic.
+    """Let a formula take numbers of any kind and return a number of their common type.
 
     Default of an index `i`: the plateau of the sliding limit; n and l0 must be positive.
     """
@@ -157,24 +174,11 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
             require(name not in values or values[name] > 0, f"{name} must be positive")
         return function(**values)
 
-    of_any.__doc__ = _described(function)
-    return of_any
-
-
-def _described(function: Callable[..., Number]) -> str:
-    """Return the docstring of a law, with a section of parameters if it has none of its own."""
-    said, section = getdoc(function) or "", "Parameters\n----------\n"
-    if section in said:
-        return said
-    for name, parameter in signature(function).parameters.items():
-        kind = "int" if name in ("n", "i") else "number"
-        kind += "" if parameter.default is parameter.empty else ", optional"
-        section += f"{name} : {kind}\n    {SHARED[name]}\n"
-    return said.replace("Returns\n", f"{section}\nReturns\n", 1)
+    return described(of_any)
 
 
 def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> tuple[float, ...]:
-    """Return what a law gives for rationals by name, as floats.
+    """Return the result of a law for rationals by name, as floats.
 
     Parameters
     ----------
@@ -214,22 +218,23 @@ def _excess(mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
 
 
 class PivotWindow(NamedTuple):
-    """The slopes between which the index i of a plateau is possible.
+    """The slopes at which a plateau of index i is possible.
 
-    Slider i - 1 can rest during a dilation for ``lower <= tan_alpha <= upper``; between
-    `lower_alone` and `upper_alone` no other can: outside, the pivot depends on the chain's history.
-    Where ``mu_s - mu_d > mu_d`` the windows of i - 1 and i + 1 overlap each other, so that there is
-    no slope at which no other slider can rest: `lower_alone` and `upper_alone` are None.
+    Slider i - 1 can rest during a dilation for ``lower <= tan_alpha <= upper``. Between
+    `lower_alone` and `upper_alone` no other slider can rest; outside, the pivot depends on the
+    chain's history. If ``mu_s - mu_d > mu_d``, another slider can rest at every slope: both are
+    then None.
 
     Parameters
     ----------
     lower, lower_alone, upper_alone, upper : number or None
-        Slopes, from the least on; None as said above.
+        Slopes, from the least on.
 
     Examples
     --------
-    >>> pivot_window(10, 5, 0.2, 0.6).lower_alone is None
-    True
+    >>> window = pivot_window(3, 2, Fraction(1, 2), Fraction(3, 5))
+    >>> str(window.lower_alone), str(window.upper_alone)
+    ('1/5', '7/15')
     """
 
     lower: Number
@@ -242,22 +247,14 @@ class PivotWindow(NamedTuple):
 def critical_angle(*, n, i, mu_d, mu_s):
     """Return the slope ``mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N`` of Eq. 19.
 
-    There slider i, resting while all others slide continuously, lets go downhill. Where sliders
-    stick and slip, most of that is done below it, see `sticking_velocity`.
+    At this slope slider i stops resting while all others slide continuously. Where sliders stick
+    and slip, the pivot mostly changes below this slope: see `sticking_velocity`. Source: Eq. 19;
+    ``derivations/pivots.py`` has its premises and measurements.
 
     Returns
     -------
     number
         tan(alpha*).
-
-    Raises
-    ------
-    ValueError
-        Unless n is positive.
-
-    Notes
-    -----
-    Source: Eq. 19; its premises and what was measured of them: ``derivations/pivots.py``.
 
     Examples
     --------
@@ -267,36 +264,22 @@ def critical_angle(*, n, i, mu_d, mu_s):
     return mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n
 
 
+@described
 def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     """Return the slopes between which slider i - 1 can rest while the chain dilates.
 
-    Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n: the upper edge is Eq. 19 with i - 1
-    for i, and `lower_alone` is that equation itself.
-
-    Parameters
-    ----------
-    n : int
-        Number of sliders N.
-    i : int
-        Index of the plateau, from 2 to n + 1.
-    mu_d : number
-        Sliding friction coefficient.
-    mu_s : number
-        Static friction coefficient.
+    Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n. The edge `lower_alone` is Eq. 19,
+    and `upper` is Eq. 19 with i - 1 for i. Source: ``derivations/pivots.py``.
 
     Returns
     -------
     PivotWindow
-        The window's edges.
+        The edges of the window.
 
     Raises
     ------
     ValueError
         Unless ``2 <= i <= n + 1``.
-
-    Notes
-    -----
-    Source: ``derivations/pivots.py``.
 
     Examples
     --------
@@ -314,24 +297,16 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     return PivotWindow(middle - half, middle + half, upper - half, upper + half)
 
 
+@described
 def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
     """Return the ends of the plateau of two sliders, ``sigma_mu/sqrt(2)`` off 0 and off mu_d.
 
-    Parameters
-    ----------
-    mu_d : number
-        Sliding friction coefficient.
-    sigma_mu : number
-        Standard deviation of the static coefficients.
+    Source: alpha_c-, alpha_c+ of the paper's Sec. III A 1.
 
     Returns
     -------
     tuple of float
         Slopes at both ends.
-
-    Notes
-    -----
-    Source: alpha_c-, alpha_c+ of the paper's Sec. III A 1.
 
     Examples
     --------
@@ -347,18 +322,6 @@ def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
 def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) l0 A``, the plateau's velocity for large amplitudes.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
-
-    Raises
-    ------
-    ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-
-    Notes
-    -----
     Source: Eq. 20; Eq. 13 for two sliders.
 
     Examples
@@ -372,20 +335,8 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
 @law
 def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
-    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, the same under random dilations.
+    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, the plateau's velocity under random dilations.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
-
-    Raises
-    ------
-    ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-
-    Notes
-    -----
     Source: the text after Eq. 20; Eq. 14 for two sliders.
 
     Examples
@@ -399,21 +350,12 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
 @law
 def pivot_force(*, n, i, mu_d, tan_alpha):
-    """Return ``(N+1-i) m``, the force on the pivot after a dilation.
+    """Return ``(N+1-i) m``, the force on the pivot after a dilation. Source: Eq. 21.
 
     Returns
     -------
     number
         Force in units of m g.
-
-    Raises
-    ------
-    ValueError
-        Unless n is positive.
-
-    Notes
-    -----
-    Source: Eq. 21.
 
     Examples
     --------
@@ -427,21 +369,12 @@ def pivot_force(*, n, i, mu_d, tan_alpha):
 def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``A* = N m/(2 l0)``, the amplitude at which a chain begins to creep.
 
+    ``m = mu_d cos(alpha) - sin(alpha)``. Source: Eq. 22 as printed; `onset_amplitude` corrects it.
+
     Returns
     -------
     number
         Amplitude of the dilation.
-
-    Raises
-    ------
-    ValueError
-        Unless n and l0 are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 22 as printed; `onset_amplitude` is the corrected one.
 
     Examples
     --------
@@ -453,31 +386,21 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
 @law
 def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
-    """Return ``(N m + D)/(2 l0)``: from there on a half-cycle sets all of a long chain in motion.
+    """Return ``(N m + D)/(2 l0)``: beyond it a half-cycle moves all sliders of a long chain.
+
+    ``m = mu_d cos(alpha) - sin(alpha)``, ``D = (mu_s - mu_d) cos(alpha)``. Relaxed chains of three
+    to ten sliders begin to creep at 1.1 to 1.4 times this amplitude, two sliders at
+    ``(mu_s cos(alpha) - sin(alpha))/l0``. Source: Eq. 22 corrected, ``derivations/thresholds.py``.
 
     Returns
     -------
     number
         Amplitude of the dilation.
 
-    Raises
-    ------
-    ValueError
-        Unless n and l0 are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s``, ``a = mu_s c - s`` and ``D = (mu_s - mu_d) c`` with ``c = cos(alpha)`` and
-    ``s = sin(alpha)``.
-
-    Source: Eq. 22 corrected, ``derivations/thresholds.py``; relaxed chains of three to ten sliders
-    begin at 1.1 to 1.4 times that, two at ``a/l0``.
-
     Examples
     --------
-    >>> onset_amplitude(
-    ...     n=30, l0=1000, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5), tan_alpha=Fraction(7, 24)
-    ... )
+    >>> chain = {"n": 30, "l0": 1000, "mu_d": Fraction(1, 2), "mu_s": Fraction(3, 5)}
+    >>> onset_amplitude(**chain, tan_alpha=Fraction(7, 24))
     Fraction(381, 125000)
     """
     return (n * margin(mu_d, tan_alpha) + _excess(mu_d, mu_s, tan_alpha)) / (2 * l0)
@@ -487,19 +410,12 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 def threshold_width(*, n, l0, mu_d, tan_alpha):
     """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, where the line of Eq. 24 is zero.
 
+    It is no threshold: creep goes on below it. Source: the text before Eq. 24.
+
     Returns
     -------
     number
         Standard deviation of the random dilations.
-
-    Raises
-    ------
-    ValueError
-        Unless n and l0 are positive.
-
-    Notes
-    -----
-    Source: the text before Eq. 24. It is no threshold: creep goes on below it.
 
     Examples
     --------
@@ -512,24 +428,10 @@ def threshold_width(*, n, l0, mu_d, tan_alpha):
 
 @law
 def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
-    """Return ``(N+3-2i) (l0 A - N m/2)``; it holds where it is not negative.
+    """Return ``(N+3-2i) (l0 A - N m/2)``; the law holds where it is not negative.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
-
-    Raises
-    ------
-    ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 23; `sliding_velocity` is its exact form, `sticking_velocity` what was measured
-    where mu_s exceeds mu_d.
+    ``m = mu_d cos(alpha) - sin(alpha)``. `sliding_velocity` is the exact form; `sticking_velocity`
+    the law that was measured where mu_s exceeds mu_d. Source: Eq. 23.
 
     Examples
     --------
@@ -544,21 +446,8 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, two terms of the exact law.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
-
-    Raises
-    ------
-    ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 24; `sliding_velocity_random` is the exact law.
+    ``m = mu_d cos(alpha) - sin(alpha)``. `sliding_velocity_random` is the exact law. Source: Eq.
+    24.
 
     Examples
     --------
@@ -574,21 +463,13 @@ def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
     """Return ``l0 A - a`` as the paper prints it for two sliders.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+    ``a = mu_s cos(alpha) - sin(alpha)``. `staircase_two_sliders` is the exact law. Source: Eq. 15,
+    which has mu_s for mu_d.
 
     Raises
     ------
     ValueError
         Unless l0 is positive.
-
-    Notes
-    -----
-    ``a = mu_s c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 15, which has mu_s for mu_d; `staircase_two_sliders` is the exact law.
 
     Examples
     --------
@@ -602,21 +483,13 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
 def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a`` as the paper prints it for two sliders.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+    ``a = mu_s cos(alpha) - sin(alpha)``. `sliding_velocity_random` is the exact law. Source: Eq.
+    17, which has mu_s for mu_d.
 
     Raises
     ------
     ValueError
         Unless l0 is positive.
-
-    Notes
-    -----
-    ``a = mu_s c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 17, which has mu_s for mu_d; `sliding_velocity_random` is the exact law.
 
     Examples
     --------
@@ -630,21 +503,12 @@ def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
 def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
     """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, the limit of many contacts.
 
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+    ``m = mu_d cos(alpha) - sin(alpha)``. Source: Eq. 25.
 
     Raises
     ------
     ValueError
         Unless n, l0 and mu_d are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: Eq. 25.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What theory predicts for the mean velocity of a chain under its drive, and which law it is."""
+"""The mean velocity that theory predicts for a chain under its drive, and the name of the law."""
 
 from __future__ import annotations
 
@@ -45,28 +45,29 @@ class Prediction:
     Parameters
     ----------
     label : str
-        Of the paper's equation, as the ledger has it; "" for friction or ends that differ.
+        Label of the paper's equation in the ledger; "" if friction or ends differ.
     printed : tuple of float
-        What that gives: two values where the plateau is not unique, none where there is none.
+        Result of that equation: two values where the plateau is not unique, none where none exists.
     sliding : tuple of float
-        The exact law of the sliding limit; two values as well.
+        The exact law of the sliding limit, again with up to two values.
     staircase : float, optional
         The exact velocity of two sliders that start relaxed, sigma_mu = 0, under cycles.
     sticking : float, optional
-        The measured law `sticking_velocity` (or its random one), where the chain is in its range.
+        The measured law `sticking_velocity` (or its random form), if the chain is in its range.
     law : str
         The law of `values`, in words.
     values : tuple of float
-        What it gives: two where the chain's history decides.
+        Velocities of that law: two where the chain's history decides.
     deviation : float
-        By how much, root mean square, chains were measured to differ from it: 0 where it is exact,
-        nan where that is not known.
+        Measured root mean square difference of chains from the law: 0 where the law is exact, nan
+        where the difference is not known.
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> prediction(chain, Cycles("0.005", 100)).law
-    'staircase, exact'
+    >>> chain = Chain(10, 1000, "0.4", "0.55", "0.01", tan_alpha="0.25")
+    >>> found = prediction(chain, Cycles("0.01", 100))
+    >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"
+    ('sliders that stick and slip, measured', '61.2 +- 0.3')
     """
 
     label: str
@@ -80,14 +81,15 @@ class Prediction:
 
 
 def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Prediction | None:
-    """Return what theory predicts for the mean velocity in the long run, and which law holds.
+    """Return the mean velocity that theory predicts in the long run, and which law holds.
 
-    In this order: rest, where it is proved or was the fate of every chain that was tried; the
-    staircase of two relaxed sliders; the measured law of sliders that stick and slip, within its
-    range; else the sliding limit, exact where mu_s = mu_d. Where it is not, and how far it is off
-    was not measured, `Prediction.law` says so. Without disorder it then takes the velocities of all
-    pivots whose windows contain the slope, and 0 as well where a state at rest or a locked cycle
-    exists: the start decides. From eight sliders on the pivot hops, and the velocity lies between.
+    The first of these that holds is taken: rest, where it is proved or was the fate of every chain
+    that was tried; the staircase of two relaxed sliders; the measured law of sliders that stick and
+    slip, within its range; the sliding limit, exact where mu_s = mu_d. Where the error of the
+    sliding limit was not measured, `Prediction.law` says so. The start then decides without
+    disorder: the values are the velocities of all pivots whose windows contain the slope, and 0 if
+    a state at rest or a locked cycle exists. With eight or more sliders the pivot hops, and the
+    velocity lies between these values.
 
     Parameters
     ----------
@@ -101,15 +103,14 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     Returns
     -------
     Prediction or None
-        None for a path, for springs that expand by different weights, and where friction does not
-        hold the chain: from mu_d on.
+        None for a path, for springs that expand by different weights, and for slopes of at least
+        mu_d, where friction does not hold the chain.
 
     Examples
     --------
-    >>> chain = Chain(10, 1000, "0.4", "0.55", "0.01", tan_alpha="0.25")
-    >>> found = prediction(chain, Cycles("0.01", 100))
-    >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"
-    ('sliders that stick and slip, measured', '61.2 +- 0.3')
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> prediction(chain, Cycles("0.005", 100)).law
+    'staircase, exact'
     """
     if not isinstance(drive, Cycles | GaussianSteps):
         return None
@@ -185,10 +186,7 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
 
 
 def _differing(parameters: Mapping[str, Number]) -> Prediction | None:
-    """Return the sliding limit of a chain whose friction or ends differ: Eqs. 23 and 24 in general.
-
-    The paper has no equation for it.
-    """
+    """Return the prediction of the sliding limit for a chain whose friction or ends differ."""
     cycles = "amplitude" in parameters
     law, size = (
         (differing_velocity, "amplitude") if cycles else (differing_velocity_random, "sigma_theta")
@@ -220,7 +218,7 @@ def _differing(parameters: Mapping[str, Number]) -> Prediction | None:
 def _clean(
     parameters: Mapping[str, Number], gain: float, sliding: tuple[float, ...]
 ) -> tuple[str, tuple[float, ...]]:
-    """Return what holds without disorder, beyond the measured range, and the velocities."""
+    """Return law and velocities of a chain without disorder, outside the measured range."""
     law, held, n = "sliding limit", sliding, int(parameters["n"])
     possible = {(n + 3 - 2 * i) * gain + 0.0 for i in _pivots_by_window(parameters)}
     if len(possible) > 1:
@@ -240,12 +238,11 @@ def _at_rest(parameters: Mapping[str, Number]) -> Number:
 
 
 def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
-    """Return why a chain comes to rest for ever under cycles, or nothing.
+    """Return why a chain comes to rest for ever under cycles, or an empty string.
 
-    Amplitudes up to at_rest_amplitude allow a state at rest, but some chains creep there. Below the
-    onset of Eq. 22 corrected, too, none was found to: of 752 runs of 188 chains without disorder (N
-    from 3 to 12, four starts each), none moved in the last 200 of 3000 cycles. Between the two 44
-    of 252 did.
+    Up to at_rest_amplitude some state is at rest, but some chains creep there. Below the corrected
+    onset of Eq. 22 none crept: of 752 runs of 188 chains without disorder (N from 3 to 12, four
+    starts each), none moved in the last 200 of 3000 cycles. Between the two, 44 of 252 did.
     """
     amplitude, slope, mu_s = (parameters[name] for name in ("amplitude", "tan_alpha", "mu_s"))
     (least,) = law_values(no_lasting_creep_amplitude, parameters)
@@ -262,7 +259,7 @@ def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
 
 
 def _pivots_by_window(parameters: Mapping[str, Number]) -> range:
-    """Return the indices of the plateaus whose pivots can rest at the slope: `pivot_window`."""
+    """Return the indices of the plateaus whose `pivot_window` contains the slope."""
     n, slope, mu_d, mu_s = (parameters[name] for name in ("n", "tan_alpha", "mu_d", "mu_s"))
     first, last = (n + 2 - (n * slope + off) / mu_d for off in (mu_s - mu_d, mu_d - mu_s))
     return range(max(2, math.ceil(first / 2)), min(n + 1, math.floor(last / 2 + 1)) + 1)

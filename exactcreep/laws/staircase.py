@@ -20,38 +20,16 @@ from exactcreep.laws.paper import law, margin
 def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     """Return the velocity of two sliders under dilation cycles, sigma_mu = 0, exactly.
 
-    It is ``D`` times the number of rho in ``r0 + D + 2D Z`` with ``|rho| < l0 amplitude - m``; for
-    the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
-    where mu_s = mu_d. The number of slips is decided at the arguments' exact values.
-
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    mu_d : number
-        Sliding friction coefficient.
-    mu_s : number
-        Static friction coefficient.
-    tan_alpha : number
-        Slope.
-    amplitude : number
-        Of the cycles of dilation.
-    r0 : number
-        x_2 - x_1 - l0 at theta = 0, unit ``g tau_dyn**2``; conserved modulo 2D.
-
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+    The velocity is ``D`` times the number of rho in ``r0 + D + 2D Z`` with
+    ``|rho| < l0 amplitude - m``. For the relaxed chain this gives
+    ``2D max(0, ceil((l0 amplitude - a)/(2D)))``, and ``max(0, l0 amplitude - m)`` if mu_s = mu_d.
+    `r0` is x_2 - x_1 - l0 at theta = 0, conserved modulo 2D. The number of slips is decided at the
+    exact values of the arguments. Source: ``derivations/two_sliders.py``; the exact form of Eq. 15.
 
     Raises
     ------
     ValueError
         Unless ``0 < tan_alpha < mu_d <= mu_s``.
-
-    Notes
-    -----
-    Source: ``derivations/two_sliders.py``; the exact form of Eq. 15.
 
     Examples
     --------

@@ -1,9 +1,9 @@
 """How long creep lasts under disorder until the drawn coefficients stop a chain for ever.
 
-With ``sigma_mu > 0`` every slip draws a new static coefficient. Where such draws can hold both ends
-of a chain at rest through all cycles, creep is metastable: a run shows it, the long run does not.
-The ends turn about forces that they reach by slips of 2 D with ``D = (mu_s - mu_d) c``. An end is
-held if its threshold exceeds L = l0 A by more than its mean force over a cycle is off zero.
+With ``sigma_mu > 0`` every slip draws a new static coefficient. If draws can hold both ends of a
+chain at rest through all cycles, creep is metastable: it lasts through a run, but not for ever. The
+ends turn about forces that they reach by slips of 2 D with ``D = (mu_s - mu_d) c``. An end is held
+if its threshold exceeds ``L = l0 A`` by more than the absolute mean of its force over a cycle.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import Number, exact_number, nearest_float
 from exactcreep.model.uniform import require_uniform
 
-_COPIES, _HALVES = 1000, 240  # of the two relays; the first quarter is their transient
-_MIXED = 12  # times the half-cycles in which their phase is forgotten, at least
+_COPIES, _HALVES = 1000, 240  # copies of the two relays, and half-cycles; a quarter is transient
+_MIXED = 12  # copies run so many times the half-cycles in which their phase is forgotten
 _LONGEST = 1200  # half-cycles that they are followed
 _HELD = 5  # half-cycles for which an end stays held while the other one slips
-_APART = 8.0  # standard deviations by which other slips have to be out of reach
+_APART = 8.0  # other slips must be this many standard deviations out of reach
 
 
 class StoppingTime(NamedTuple):
@@ -32,26 +32,26 @@ class StoppingTime(NamedTuple):
 
 
 def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
-    """Return after how many cycles +A, -A, in the mean, drawn coefficients stop creep for ever.
+    """Return the mean number of cycles +A, -A after which drawn coefficients stop creep for ever.
 
-    Infinite where no draw can stop the chain, as without disorder, or one in 1e300 cycles.
+    The number is infinite where no draw can stop the chain, as without disorder, or where less than
+    one cycle in 1e300 stops it.
 
-    Two sliders are two relays: heating moves slider 2 whenever the tension falls to ``-a_2``, by
-    ``2 (a_2 - m)``, cooling slider 1 at ``a_1`` alike, ``a_i = mu_i c - s`` drawn at each slip.
-    They stop when the tension turns between ``-a_2`` and ``a_1``: the first passage of a Markov
-    chain. Its rate, once the start is forgotten, is the mean probability of that per half-cycle
-    over many copies; one that stops goes on as a copy of another. Slips of 2 D, of draws of width
-    sigma, forget their phase in some ``((mu_s - mu_d)/(pi sigma_mu))^2 / 2`` half-cycles; if these
-    are more than 100, the copies are not followed for so long, and the time is an estimate.
+    Two sliders are two relays. Heating moves slider 2 by ``2 (a_2 - m)`` whenever the tension falls
+    to ``-a_2``, cooling moves slider 1 at ``a_1`` alike; each slip draws a new ``a_i = mu_i c -
+    s``. They stop when the tension turns between ``-a_2`` and ``a_1``. The rate of stopping is its
+    mean probability per half-cycle over many copies, once the start is forgotten; a copy that stops
+    continues as a copy of another. The phase is forgotten in some ``((mu_s - mu_d)/(pi sigma_mu))^2
+    / 2`` half-cycles. Above 100 the time is an estimate.
 
-    For more sliders the mean forces of the ends are taken as uniform within +-D and an end as held
-    for five half-cycles. That was off by factors up to 18 either way for four sliders, and on the
-    level, and where sigma_mu exceeds mu_s - mu_d, others lived 50 to 1000 times longer: it says
-    that a draw can stop the chain, and no more; `exactcreep.survival` tells how long it creeps.
+    For more sliders, the mean forces of the ends are taken as uniform within +-D, and an end as
+    held for five half-cycles. The result says that a draw can stop the chain, and no more: for four
+    sliders it was off by factors up to 18 either way; on the level, and where sigma_mu exceeds mu_s
+    - mu_d, others lived 50 to 1000 times longer. `exactcreep.survival` measures the lifetime.
 
-    >>> chain = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    >>> 4000 < stopping_time(chain, "0.000356").cycles < 5500
-    True
+    >>> chain = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> stopping_time(chain, "0.001").cycles
+    inf
     """
     require_uniform(chain.parameters(), "the time after which drawn coefficients stop creep")
     load = nearest_float(chain.l0 * exact_number(amplitude, "amplitude"))

@@ -30,8 +30,9 @@ def at_rest_amplitude(
 ) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
-    It is ``min(w_1, w_N, (w_1 + ... + w_N - |G|)/2)/l0`` with ``w_n = coefficients[n - 1] c``, the
-    effective static coefficients of sliders 1..N, and G the sum of weights and end forces.
+    The amplitude is ``min(w_1, w_N, (w_1 + ... + w_N - |G|)/2)/l0`` with
+    ``w_n = coefficients[n - 1] cos(alpha)`` and G the sum of weights and end forces. Source: beyond
+    the paper, ``derivations/shakedown.py``.
 
     Parameters
     ----------
@@ -53,12 +54,6 @@ def at_rest_amplitude(
     ------
     ValueError
         If there are fewer than two, or no state is at rest even without cycles.
-
-    Notes
-    -----
-    ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: beyond the paper, ``derivations/shakedown.py``.
 
     Examples
     --------
@@ -84,6 +79,7 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0.
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
+    ``c = cos(alpha)``, ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
 
     Returns
     -------
@@ -94,12 +90,6 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     ------
     ValueError
         Unless n is a whole number from 2 on, and l0 positive.
-
-    Notes
-    -----
-    ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: beyond the paper, ``derivations/shakedown.py``.
 
     Examples
     --------
@@ -115,23 +105,20 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0``.
 
-    Up to it, and at it, there are locked cycles in which only sliders 1 and n slip; above it there
-    are none (sigma_mu = 0). Other locked cycles may exist above it.
+    Up to and at this amplitude there are locked cycles in which only sliders 1 and n slip; above it
+    there are none, but other locked cycles may exist. Only for sigma_mu = 0. ``c = cos(alpha)``,
+    ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
 
     Returns
     -------
     number
-        Amplitude of the dilation; 0: none at any; infinite: at every one from mu_s c/l0 on,
-        n = 3.
+        Amplitude of the dilation. 0: no amplitude has locked cycles. Infinite, for n = 3: every
+        amplitude from mu_s c/l0 on has them.
 
     Raises
     ------
     ValueError
         If mu_s < mu_d; unless n is a whole number from 2 on, and l0 positive.
-
-    Notes
-    -----
-    Source: beyond the paper, ``derivations/shakedown.py``.
 
     Examples
     --------
@@ -163,13 +150,13 @@ def edges(chain: Chain) -> dict[str, float]:
     Parameters
     ----------
     chain : Chain
-        Of any slope; without disorder three theorems hold, else one. Where friction or ends differ
-        `locked_ends` is left out.
+        A chain of any slope. Three theorems hold without disorder, one with disorder. If friction
+        or ends differ, `locked_ends` is left out.
 
     Returns
     -------
     dict of str to float
-        Of `at_rest_amplitude`, `no_lasting_creep_amplitude` and `locked_ends_amplitude`.
+        Results of `at_rest_amplitude`, `no_lasting_creep_amplitude`, `locked_ends_amplitude`.
 
     Examples
     --------

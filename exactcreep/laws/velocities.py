@@ -15,23 +15,8 @@ from exactcreep.laws.paper import law, margin
 def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) max(0, l0 A - N m/2)``, exact for mu_s -> mu_d.
 
-    For two sliders also the mean of the staircase over the phase of its start.
-
-    Returns
-    -------
-    number
-        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
-
-    Raises
-    ------
-    ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
+    ``m = mu_d cos(alpha) - sin(alpha)``. For two sliders the law is also the mean of the staircase
+    over the phase of the start. Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
 
     Examples
     --------
@@ -46,25 +31,15 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) l0 sigma_theta I(h)`` with ``h = N m/(2 l0 sigma_theta)``.
 
-    I(h) is `gaussian_integral`. Exact for mu_s -> mu_d, or for two sliders and the mean over the
-    phase.
-
-    Returns
-    -------
-    number
-        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+    I(h) is `gaussian_integral`, ``m = mu_d cos(alpha) - sin(alpha)``. The law is exact for
+    mu_s -> mu_d, and for two sliders in the mean over the phase of the start. Source: the law
+    behind Eqs. 17 and 24, ``derivations/gaussian.py``.
 
     Raises
     ------
     ValueError
-        If i is not given and the slope has not one plateau; unless n and l0 are positive.
-        Unless sigma_theta > 0.
-
-    Notes
-    -----
-    ``m = mu_d c - s`` with ``c = cos(alpha)`` and ``s = sin(alpha)``.
-
-    Source: the law behind Eqs. 17 and 24, ``derivations/gaussian.py``.
+        If i is not given and the slope has not one plateau. Unless n, l0 and sigma_theta are
+        positive.
 
     Examples
     --------
@@ -84,9 +59,9 @@ def gaussian_integral(h):
 
     ``I(h) = integral over z of Phi(z-h) Phi(-z-h) / (Phi(z-h) + Phi(-z-h))``, Phi the normal
     distribution function. For small h,
-    ``I(h) = 1/sqrt(pi) - 2h/3 + (1 - (2/pi) asin(1/3)) h**2/(2 sqrt(pi)) + ...``.
-    Precise to a unit of the last place of mpmath numbers, to 1e-15 (1 + h**2/10), relative, of
-    others.
+    ``I(h) = 1/sqrt(pi) - 2h/3 + (1 - (2/pi) asin(1/3)) h**2/(2 sqrt(pi)) + ...``. The relative
+    error is a unit of the last place of mpmath numbers, and 1e-15 (1 + h**2/10) of other numbers.
+    Source: beyond the paper, ``derivations/gaussian.py``.
 
     Parameters
     ----------
@@ -102,10 +77,6 @@ def gaussian_integral(h):
     ------
     ValueError
         Unless h is finite and not negative.
-
-    Notes
-    -----
-    Source: beyond the paper, ``derivations/gaussian.py``.
 
     Examples
     --------
