@@ -35,7 +35,7 @@ from exactcreep.model.uniform import require_uniform
 
 SHARED = {
     "n": "Number of sliders N.",
-    "i": "Index of the plateau: slider i - 1 rests while it dilates. If optional, see `pivot`.",
+    "i": "Index of the plateau: slider i - 1 rests in dilations. Default, if any: by the slope.",
     "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
     "mu_d": "Sliding friction coefficient.",
     "mu_s": "Static friction coefficient.",
@@ -43,6 +43,7 @@ SHARED = {
     "tan_alpha": "Slope.",
     "amplitude": "Amplitude of the cycles of dilation.",
     "sigma_theta": "Standard deviation of the random dilations.",
+    "r0": "x_2 - x_1 - l0 at theta = 0, unit ``g tau_dyn**2``, conserved modulo 2D.",
     "end_forces": "Forces on slider 1 and on slider N, downhill positive, unit ``m g``.",
 }
 """The parameters that laws share, which `described` writes into their docstrings."""

@@ -23,8 +23,8 @@ def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     The velocity is ``D`` times the number of rho in ``r0 + D + 2D Z`` with
     ``|rho| < l0 amplitude - m``. For the relaxed chain this gives
     ``2D max(0, ceil((l0 amplitude - a)/(2D)))``, and ``max(0, l0 amplitude - m)`` if mu_s = mu_d.
-    `r0` is x_2 - x_1 - l0 at theta = 0, conserved modulo 2D. The number of slips is decided at the
-    exact values of the arguments. Source: ``derivations/two_sliders.py``; the exact form of Eq. 15.
+    The number of slips is decided at the exact values of the arguments. Source:
+    ``derivations/two_sliders.py``; the exact form of Eq. 15.
 
     Raises
     ------
