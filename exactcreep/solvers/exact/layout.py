@@ -109,7 +109,7 @@ SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
 """Rows after those of all strips: the factors between a series' terms at the end of a step."""
 
-# rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN - 1 of the margins, then
+# rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
 (
     BASE,  # time of the epoch at which the series begins
     KEY,  # until then the margin is certified to stay in its range
@@ -118,8 +118,9 @@ LADDER = (ORDERS + 9) // 8
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
     BLUR,  # how far from ROOT it may leave its range
-) = range(KNOWN, KNOWN + 7)
-CLOCKS = KNOWN + 7
+    MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
+) = range(KNOWN + 2, KNOWN + 10)
+CLOCKS = KNOWN + 13
 """An odd number: strips do not fight for the same cache lines.
 
 After all strips follow rows with the first key of each strip.

@@ -137,7 +137,7 @@ def _keep(cell, clock, friction, strip, begin, bent, mask):
 
 
 @inlined
-def _begin_epoch(cell, clock, series, now):
+def _begin_epoch(cell, clock, now):
     """Expand the whole window; return whether it is calm enough, and no slider is forceless."""
     zero = spread(0.0)
     friction = now.chain.friction
@@ -146,22 +146,18 @@ def _begin_epoch(cell, clock, series, now):
     now.counts.work += _STRIP_WORK * strips
     forceless = 0
     wildest = zero
-    for s in range(strips):
-        row, i = SERIES * s, 8 * (first + s)
-        forceless |= margins.expand(cell, series, row, i)
-        moves = take(series, row + layout.MOVES)
+    for s in range(first, first + strips):
+        row, i = CLOCKS * s, 8 * s
+        forceless |= margins.expand(cell, clock, row, layout.MOVED_THEN, i)
+        put(clock, row + layout.BASE, 0.0)
+        moves = take(clock, row + layout.MOVED_THEN)
         speed = load(cell, layout.SPEED, i)
-        wildest = max(wildest, speed + speed, moves * abs(take(series, row + 1)))
+        wildest = max(wildest, speed + speed, moves * abs(take(clock, row + 1)))
     wild = largest(wildest)
     if forceless != 0 or wild > _CALM * friction:
         return False
     for k in range(0, KNOWN, 2):
-        margins.two_orders(series, strips, k)
-    for s in range(strips):
-        row = CLOCKS * (first + s)
-        put(clock, row + layout.BASE, 0.0)
-        for k in range(KNOWN):
-            put(clock, row + k, take(series, SERIES * s + k))
+        margins.two_orders(clock, CLOCKS * first, CLOCKS, layout.MOVED_THEN, strips, k)
     late = zero
     for s in range(first, first + strips):
         row = CLOCKS * s
@@ -264,7 +260,7 @@ def _renew(cell, clock, series, now):
     ):
         return False
     for k in range(0, KNOWN, 2):
-        margins.two_orders(series, 5, k)
+        margins.two_orders(series, 0, SERIES, layout.MOVES, 5, k)
     late = zero
     for q in range(5):
         row = SERIES * q
@@ -420,7 +416,7 @@ def advance(cell, whole, clock, series, now):
     if now.epoch.on == 1 and now.epoch.spent * now.epoch.wild > 0.5 * _BUDGET * now.chain.friction:
         at_once(cell, clock, now)
     if now.epoch.on == 0:
-        if not _begin_epoch(cell, clock, series, now):
+        if not _begin_epoch(cell, clock, now):
             return 0.0, -1, 0.0
     elif now.epoch.centre != 0 and not _renew(cell, clock, series, now):
         at_once(cell, clock, now)

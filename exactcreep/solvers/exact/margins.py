@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import inlined
 from exactcreep.solvers.exact import layout
-from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, SERIES, ULP
+from exactcreep.solvers.exact.layout import HORIZON, NEVER, ORDERS, ULP
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     choose,
@@ -75,46 +75,49 @@ def forces(cell, i):
 
 
 @inlined
-def expand(cell, series, row, i):
-    """Fill in the first two derivatives of eight columns, and which move; return the forceless."""
+def expand(cell, table, row, flags, i):
+    """Fill in two derivatives of eight columns and, from row `flags` on, which of them move.
+
+    Returns which movers have no force.
+    """
     side = load(cell, layout.SIDE, i)
     moves = side * side
     pull, push, idle = forces(cell, i)
-    put(series, row + layout.MOVES, moves)
-    put(series, row + layout.RESTS, 1.0 - moves)
-    put(series, row + layout.HOLDS, 0.0 - moves * load(cell, layout.STIFFNESS, i))
-    put(series, row, fused(1.0 - moves, pull, side * load(cell, layout.SPEED, i)))
-    put(series, row + 1, side * push)
+    put(table, row + flags, moves)
+    put(table, row + flags + 1, 1.0 - moves)
+    put(table, row + flags + 2, 0.0 - moves * load(cell, layout.STIFFNESS, i))
+    put(table, row, fused(1.0 - moves, pull, side * load(cell, layout.SPEED, i)))
+    put(table, row + 1, side * push)
     return idle
 
 
 @inlined
-def two_orders(series, strips, k):
+def two_orders(table, row, stride, flags, strips, k):
     """Complete the derivatives k + 1 and k + 2 of so many strips and begin k + 3.
 
     A row that has begun holds the movers' part alone.
     """
     before = spread(0.0)
     before_2 = before
-    y = take(series, layout.MOVES) * take(series, k)
-    y_2 = take(series, k + 1)
+    y = take(table, row + flags) * take(table, row + k)
+    y_2 = take(table, row + k + 1)
     for s in range(strips):
-        row = SERIES * s
         following = spread(0.0)
         following_2 = following
         if s + 1 < strips:
-            following = take(series, row + SERIES + layout.MOVES) * take(series, row + SERIES + k)
-            following_2 = take(series, row + SERIES + k + 1)
+            following = take(table, row + stride + flags) * take(table, row + stride + k)
+            following_2 = take(table, row + stride + k + 1)
         around = from_left(before, y) + from_right(y, following)
         around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        moves = take(series, row + layout.MOVES)
-        rests = take(series, row + layout.RESTS)
-        holds = take(series, row + layout.HOLDS)
-        put(series, row + k + 1, fused(rests, around, y_2))
+        moves = take(table, row + flags)
+        rests = take(table, row + flags + 1)
+        holds = take(table, row + flags + 2)
+        put(table, row + k + 1, fused(rests, around, y_2))
         after = fused(moves, around, holds * y)
-        put(series, row + k + 2, fused(rests, around_2, after))
-        put(series, row + k + 3, fused(moves, around_2, holds * y_2))
+        put(table, row + k + 2, fused(rests, around_2, after))
+        put(table, row + k + 3, fused(moves, around_2, holds * y_2))
         before, before_2, y, y_2 = y, y_2, following, following_2
+        row += stride
 
 
 @inlined

@@ -82,7 +82,7 @@ def _expand(cell, series, first, strips):
     forceless = 0
     for s in range(strips):
         row, i = SERIES * s, first + WIDTH * s
-        forceless |= margins.expand(cell, series, row, i)
+        forceless |= margins.expand(cell, series, row, layout.MOVES, i)
     return forceless != 0
 
 
@@ -97,7 +97,7 @@ def _differentiate(series, strips, begin, end):
     if strips > 1:  # of one they stay in registers: a tenth of all time at N = 6
         # one more than asked for: `begin` is odd if it is not the first
         for k in range(begin + begin % 2, end, 2):
-            margins.two_orders(series, strips, k)
+            margins.two_orders(series, 0, SERIES, layout.MOVES, strips, k)
         return
     moves, rests = take(series, layout.MOVES), take(series, layout.RESTS)
     holds = take(series, layout.HOLDS)
