@@ -16,7 +16,7 @@ Number = Any
 
 
 def is_mpf(value: object) -> bool:
-    """Return whether it is an mpmath number of any context."""
+    """Return whether a value is an mpmath number of any context."""
     return hasattr(value, "_mpf_") and hasattr(value, "context")
 
 
@@ -44,7 +44,7 @@ def real(value: Number, name: str) -> Number:
 
 
 def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
-    """Return numbers brought to one arithmetic; rationals stay rational among themselves."""
+    """Convert numbers to one common type; rationals stay rational among themselves."""
     values = {name: real(value, name) for name, value in given.items()}
     contexts = [value.context for value in values.values() if is_mpf(value)]
     convert: Callable[[Number], Number] = Fraction
@@ -60,13 +60,13 @@ def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
 
 
 def require(condition: Number, sentence: str) -> None:
-    """Raise `ValueError` unless a condition holds, everywhere if it is an array."""
+    """Raise `ValueError` unless a condition holds (for an array: everywhere)."""
     if not np.all(condition):
         raise ValueError(sentence)
 
 
 def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
-    """Return a function of scalars that takes arrays as well, which broadcast."""
+    """Let a function of scalars also take arrays, which broadcast."""
     over_arrays = np.vectorize(function, otypes=[np.float64])
 
     @functools.wraps(function)
@@ -98,7 +98,7 @@ def positive_part(value: Number) -> Number:
 
 
 def cosine(tan_alpha: Number) -> Number:
-    """Return cos(alpha), rational for Pythagorean slopes.
+    """Return cos(alpha), rational for Pythagorean slopes. Source: ``derivations/scaling.py``.
 
     Parameters
     ----------
@@ -109,10 +109,6 @@ def cosine(tan_alpha: Number) -> Number:
     -------
     number
         cos(alpha), in the arithmetic of the slope.
-
-    Notes
-    -----
-    Source: ``derivations/scaling.py``.
 
     Examples
     --------

@@ -38,9 +38,9 @@ def sticking_velocity(*, n, l0, mu_d, mu_s, tan_alpha, amplitude, sigma_mu=0):
     that is 0 counts as 1, and
     ``d = 0.048 sqrt(N) (1 + 0.7 q**2) ln(mu_d/|tan_alpha|) - 0.45/(N m/(2 D) + 1)``.
 
-    Each term is a step from one plateau to the next, of height 2 G. The sum of the phases of the
-    sliders has the spread s_k and a mean of -0.053 k. d D is the extra distance, compared with the
-    sliding limit, before the chain turns. The constants were fitted to 267 chains.
+    Each term is a step from one plateau to the next, of height 2 G. s_k is the spread of the
+    sum of the sliders' phases, and -0.053 is their mean. d D is the extra distance, compared
+    with the sliding limit, before the chain turns. The constants were fitted to 267 chains.
     `sticking_deviation` gives the error of the law, `beyond_sticking` its range. The law fails for
     three sliders, for fewer than eight without disorder (these may lock), near the threshold, and
     at slopes just below mu_d, where the whole chain nearly runs away.
@@ -92,7 +92,7 @@ def sticking_velocity_random(*, n, l0, mu_d, mu_s, tan_alpha, sigma_theta, sigma
 def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     """Return one standard deviation of chains from `sticking_velocity`, or from the random law.
 
-    The deviation ``sqrt((0.032 (1 + 9/N**2 + 0.6 q**2) e**(1/3) G)**2 + ((0.03 + 0.001 N) D
+    It is ``sqrt((0.032 (1 + 9/N**2 + 0.6 q**2) e**(1/3) G)**2 + ((0.03 + 0.001 N) D
     S)**2)`` was fitted to 461 chains. S is the sum of `sticking_velocity`, and e the sum of
     ``exp(-z_k**2/(2 s_k**2))``, about 1 at the ends of plateaus and small between them. 194 of the
     chains did not enter the fit of the law: 72 % of these differ by less, 94 % by less than twice
