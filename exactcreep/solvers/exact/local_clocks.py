@@ -11,10 +11,10 @@ What is left out of an event eight sliders away, with the time r that is left of
 fifteen away as if those beyond did not move: a velocity v at sixteen changes the margins that are
 kept by at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all
 movers ``|w'| <= 2 w``, for K has the norm 4: J and v stay below ``exp(2 EPOCH)`` times the largest
-w that was seen. The sum over the events of
-an epoch is kept below `_BUDGET` friction forces, a quarter of the smallest rounding bound of a
-margin at rest; a velocity gains one more order, ``t / 17`` of that. Once half of it is spent, or
-a window is wilder than `_CALM`, all sliders are expanded anew.
+w that was seen. The sum over the events of an epoch is kept below `_BUDGET` friction forces, a
+quarter of the smallest rounding bound of a margin at rest; a velocity gains one more order,
+``t / 17`` of that. Once half of it is spent, or a window is wilder than `_CALM`, all sliders are
+expanded anew.
 
 Each slider has a *key*: the time until which its margin is certified to stay in its range, or
 that of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
@@ -196,10 +196,19 @@ def _bring(cell, clock, strip, time, mask):
 
 
 @inlined
+def _around(i):
+    """Return the first of the five strips that hold column i and sixteen to either side.
+
+    Beside it the mask of those lanes, from that strip on, that are up to seven away.
+    """
+    first = (i - 16) // 8
+    return first, ((1 << 15) - 1) << (i - 7 - 8 * first)
+
+
+@inlined
 def _arrive(cell, clock, i, time):
     """Take the sliders around i to the time of its event."""
-    first = (i - 16) // 8
-    nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
+    first, nearby = _around(i)
     for q in range(5):
         x, speed = _bring(cell, clock, first + q, time, nearby >> (8 * q))
         put(clock, CLOCKS * (first + q) + layout.NOW_X, x)
@@ -219,9 +228,8 @@ def _renew(cell, clock, series, now):
     if fresh and cell[layout.DRIVE, i] <= 0.0:
         return False
     clock[CLOCKS * (i // 8) + layout.NOW_SPEED, i % 8] = cell[layout.SPEED, i]
-    first = (i - 16) // 8
+    first, nearby = _around(i)
     window = ((1 << 31) - 1) << (i - 15 - 8 * first)
-    nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
     centre = i - 8 * first
     zero = spread(0.0)
     wildest = zero
