@@ -7,12 +7,12 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from exactcreep.laws import edges, pivots, prediction
+from exactcreep.laws import Prediction, edges, pivots, prediction
+from exactcreep.laws.predictions import no_end_starts
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
@@ -216,10 +216,11 @@ def _planned(
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
-    solver, reason, *law = _chosen(experiment, wanted, explicit, solid=solid)
     chain, drive = experiment.chain, experiment.drive
+    predicted = prediction(chain, drive, experiment.start)
+    solver, reason, *law = _chosen(experiment, wanted, explicit, predicted, solid=solid)
     about_law: dict[str, Any] = {"law_name": reason, "law_deviation": 0.0} if law else {}
-    if not law and (predicted := prediction(chain, drive, experiment.start)) is not None:
+    if not law and predicted is not None:
         law = [*predicted.values]
         about_law = {"law_name": predicted.law, "law_deviation": predicted.deviation}
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
@@ -232,10 +233,11 @@ def _planned(
 
 
 def _chosen(
-    experiment: Experiment, digits: int, explicit: str | None, *, solid: bool
-) -> tuple[Any, ...]:
+    experiment: Experiment, digits: int, explicit: str | None, predicted: Prediction | None,
+    *, solid: bool,
+) -> tuple[Any, ...]:  # fmt: skip
     """Return the solver that the first rule names which holds, why, and a velocity if known."""
-    chain, drive, recorded = experiment.chain, experiment.drive, bool(experiment.record)
+    chain, recorded = experiment.chain, bool(experiment.record)
     slope, relaxed = abs(chain.tan_alpha), experiment.start is None and chain.sigma_mu == 0
     if explicit is not None:
         return explicit, "the scene names it"
@@ -246,11 +248,10 @@ def _chosen(
         why = "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact"
         return "sliding", why
     if relaxed and chain.n > 1 and not recorded:
-        load = nearest_float(chain.l0 * Fraction(experiment.widest))
-        if load < float(chain.mu_s - slope) * chain.cos_alpha * (1 - 2**-40):
+        if no_end_starts(chain.parameters(), experiment.widest):
             why = "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts"
             return "law", why, 0.0
-        staircase = chain.n == 2 and 0 < slope < chain.mu_d and isinstance(drive, Cycles)
+        staircase = predicted is not None and predicted.staircase is not None
         if staircase and digits <= FLOAT_DIGITS:
             return "law", "two relaxed sliders without disorder: the staircase is exact"
     if digits > FLOAT_DIGITS:

@@ -88,14 +88,18 @@ def coefficient(of, deviate):
 
 
 @inlined
+def excess_of(now, above):
+    """Return the excess of a coefficient that lies so far above mu_d; below, it acts as mu_d."""
+    return max(above, 0.0) * now.chain.cosine
+
+
+@inlined
 def renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
     mu, above = coefficient(distribution(cell, now, i), deviate)
     cell[layout.COEFFICIENT, i] = mu
-    if above < 0.0:
-        now.counts.below += 1
-        above = 0.0
-    cell[layout.EXCESS, i] = above * now.chain.cosine
+    now.counts.below += above < 0.0
+    cell[layout.EXCESS, i] = excess_of(now, above)
 
 
 @inlined

@@ -17,7 +17,15 @@ import numpy as np
 from exactcreep.compiling import compiled, inlined
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus
-from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, distribution, draw_ahead, renew
+from exactcreep.solvers.exact.draws import (
+    BATCH,
+    KEPT,
+    coefficient,
+    distribution,
+    draw_ahead,
+    excess_of,
+    renew,
+)  # fmt: skip
 from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import choose, lane_of, together
 
@@ -132,7 +140,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
             if k % BATCH == 0:
                 draw_ahead(deviate, now, i, k)
             _, above = coefficient(of, deviate[i, k % KEPT])
-            excess = max(above, 0.0) * chain.cosine
+            excess = excess_of(now, above)
         else:
             excess = mean_excess
         k += 1

@@ -19,7 +19,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
-from exactcreep.solvers.exact.draws import KEPT
+from exactcreep.solvers.exact.draws import KEPT, excess_of
 from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
@@ -337,7 +337,7 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
         i = k + PAD
         held = numbers[HELD, k]
         above = ((held - cell[layout.MU_D, i]) - cell[layout.MU_D_LOW, i]) + numbers[HELD_LOW, k]
-        cell[layout.EXCESS, i] = max(above, 0.0) * now.chain.cosine
+        cell[layout.EXCESS, i] = excess_of(now, above)
         if now.chain.constant == 1 and held == cell[layout.MEAN, i]:
             cell[layout.EXCESS, i] = cell[layout.MEAN_EXCESS, i]
         cell[layout.COEFFICIENT, i] = held
