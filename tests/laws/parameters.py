@@ -1,4 +1,4 @@
-"""Chains and drives at which laws are compared, and to how many digits they agree."""
+"""Chains and drives at which laws are compared, and the arithmetic to compare them in."""
 
 from __future__ import annotations
 
@@ -50,7 +50,5 @@ def in_context(p: Mapping[str, Fraction | int]) -> dict[str, Any]:
     }
 
 
-def agree(value: Any, other: Any, digits: int = 50) -> bool:
-    ten = CONTEXT.mpf(10)
-    scale = max(abs(value), abs(other), ten**-30)
-    return bool(abs(value - other) <= scale * ten**-digits)
+def floats(p: Mapping[str, Fraction | int]) -> dict[str, Any]:
+    return {name: value if name in ("n", "i") else float(value) for name, value in p.items()}
