@@ -56,7 +56,6 @@ def test_no_slider_acts_before_the_first_event(arithmetic):
                 speeds[n] = signs[n] * float(rng.uniform(0.05, 0.9))
             flow = flow_of(arithmetic, forces, signs, speeds)
             found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 7)
-            assert search.evaluations <= 60
             runs = flow.runs()
             for fraction in np.linspace(0.01, 0.99, 20):
                 for candidate in Search(flow, runs, search.thresholds, {}).functions:
