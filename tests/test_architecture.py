@@ -1,9 +1,9 @@
 """The house: rooms, what each may know, and what the package promises by name."""
 
 import ast
-import importlib
+import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -99,6 +99,36 @@ def for_types_only(tree: ast.Module) -> set[ast.stmt]:
     return found
 
 
+def module_of(name: str) -> str | None:
+    """Return the path of the module that an import names, None if it is not the package's."""
+    parts = name.split(".")[1:]
+    for size in (len(parts), len(parts) - 1):
+        path = "/".join(parts[:size]) + ".py"
+        if path in MODULES and name.startswith("exactcreep."):
+            return path
+    return None
+
+
+def modules_of(names: Iterable[str]) -> set[str]:
+    return {path for name in names if (path := module_of(name)) is not None}
+
+
+def imported(module: str) -> set[str]:
+    """Return the modules that a module loads when it is itself imported."""
+    typed = for_types_only(MODULES[module])
+    return modules_of(name for name, node in imports(MODULES[module]) if node not in typed)
+
+
+def needed(*first: str) -> set[str]:
+    """Return these modules and all that are loaded with them."""
+    found: set[str] = set()
+    left = {*first}
+    while left:
+        found |= left
+        left = set().union(*map(imported, left)) - found
+    return found
+
+
 def test_a_room_imports_only_from_rooms_above_it() -> None:
     against = set()
     for module, tree in MODULES.items():
@@ -120,16 +150,10 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
 
 def test_no_module_waits_for_itself() -> None:
     """Within a room too, imports go one way, those that wait until they are needed too."""
-    names = {module.removesuffix(".py").replace("/", "."): module for module in MODULES}
-    needs: dict[str, set[str]] = {}
-    for name, module in names.items():
-        tree = MODULES[module]
-        typed = for_types_only(tree)
-        asked = {asked for asked, node in imports(tree) if node not in typed}
-        asked |= {late for late in late_imports(tree) if (module, late) not in UPWARDS}
-        asked |= {*lazy_imports(tree)}
-        inside = {asked.removeprefix("exactcreep.") for asked in asked if "." in asked}
-        needs[name] = ({*inside, *(one.rpartition(".")[0] for one in inside)} & {*names}) - {name}
+    needs = {}
+    for module, tree in MODULES.items():
+        late = {name for name in late_imports(tree) if (module, name) not in UPWARDS}
+        needs[module] = (imported(module) | modules_of({*late, *lazy_imports(tree)})) - {module}
     tuple(TopologicalSorter(needs).static_order())  # raises CycleError
 
 
@@ -142,7 +166,7 @@ def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
     assert public <= set(dir(exactcreep))
     assert all(getattr(exactcreep, name) is not None for name in public)
     with pytest.raises(AttributeError, match="velocity"):
-        importlib.import_module("exactcreep").velocity  # noqa: B018
+        exactcreep.velocity  # noqa: B018
 
 
 def test_no_two_modules_share_a_name() -> None:
@@ -175,3 +199,46 @@ def test_no_test_takes_a_private_name() -> None:
     for path in PACKAGE.parent.joinpath("tests").rglob("*.py"):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         assert [*private_names(tree)] == [], path
+
+
+# --- what a proof rests on ------------------------------------------------------------------------
+
+BOOK = PACKAGE.parent / "notebooks"
+TRUSTED = (BOOK / "explanation/trusted.md").read_text(encoding="utf-8").split("## Assumptions")[0]
+MOST_LINES = 6300
+"""Of the modules that decide. If it has to grow, say on the page what for."""
+MOST_MODULES = 43
+"""That are loaded with the proof of a fate; floats alone ask `motion.amplified` and `estimated`.
+
+`model.rules` was a part of `contacts` and of five solvers, `exact_state` one of `at_rest`;
+`model.uniform` is the gate before laws of equal sliders.
+"""
+
+
+def listed(text: str, row: str = "") -> set[str]:
+    names = re.findall(row + r"`([a-z_./]+)`", text, re.MULTILINE)
+    return {name.replace(".", "/") + ".py" for name in names} & {*MODULES}
+
+
+def lines_of(modules: set[str]) -> int:
+    return sum(len((PACKAGE / name).read_text("utf-8").splitlines()) for name in modules)
+
+
+def test_the_page_names_every_module_that_a_certified_run_loads() -> None:
+    deciding, carried = TRUSTED.split("A *fate*")[0].split("### Also loaded")
+    assert not listed(deciding) & listed(carried)
+    assert listed(deciding) | listed(carried) == needed("solvers/field/certified.py")
+
+
+def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
+    own = {"studies/fates/proof.py", "solvers/field/tangent.py"}
+    named = {"studies/fates/fate_result.py"}  # what a fate is called
+    assert needed(*own) <= listed(TRUSTED) | named | own
+    assert len(needed(*own)) <= MOST_MODULES
+
+
+def test_what_is_to_be_read_stays_small_enough_to_be_read() -> None:
+    assert 0 < lines_of(listed(TRUSTED.split("### Also loaded")[0], r"^\| ")) <= MOST_LINES
+    files = listed((BOOK / "contributing.md").read_text("utf-8"), r"^\d\. \*\*")
+    assert len(files) == 5
+    assert lines_of(files) <= 2000

@@ -10,12 +10,10 @@ from pathlib import Path
 from queue import Empty
 from typing import Any
 
-import matplotlib.pyplot as plt
 import nbformat
 import pytest
 
 import exactcreep
-from exactcreep.figures import style
 
 with warnings.catch_warnings():  # what the kernel's clients say about themselves when imported
     warnings.simplefilter("ignore")
@@ -126,26 +124,3 @@ def test_a_notebook_is_stored_as_it_ran_with_its_pictures(path: Path) -> None:
     assert not [output for output in outputs if widget in output.get("data", {})]
     assert "assert " in cells[-1].source
     assert path.stat().st_size < LARGEST_FILE
-
-
-STYLE = "exactcreep.figures.style"
-
-
-def test_the_style_that_notebooks_name_is_that_of_the_pictures() -> None:
-    with plt.rc_context():
-        plt.style.use(STYLE)
-        assert {key: plt.rcParams[key] for key in style.STYLE} == dict(style.STYLE)
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_in_the_style_of_the_house(path: Path) -> None:
-    cells = code_cells(read(path))
-    assert sum(f'plt.style.use("{STYLE}")' in cell.source for cell in cells) == 1
-    assert [line for cell in cells for line in cell.source.splitlines() if len(line) > 79] == []
-    for cell in cells:
-        if any("image/png" in output.get("data", {}) for output in cell.outputs):
-            assert cell.metadata.get("tags") == ["hide-input"]
-        shown = [output.get("data", {}).get("text/plain") for output in cell.outputs]
-        assert "" not in shown  # an empty box
-    assert cells[0].metadata.get("tags") == ["hide-input"]  # imports and settings
-    assert cells[-1].metadata.get("tags") == ["hide-cell"]
