@@ -36,9 +36,9 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION, unlike
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.studies.sweep import dimensions
+from exactcreep.solvers.statistics import mean_over_seeds
+from exactcreep.studies.sweep import SEED, dimensions
 
-SEED = "run.seed"
 CONTROL = "velocity_sliding"
 """Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
 MAPPED = 5
@@ -54,7 +54,6 @@ EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3
 """How the corrected or exact law is drawn."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
-_FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
 _ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
 _FINE = 80  # points along a side of a map at which the law is known
 
@@ -187,7 +186,8 @@ def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]])
         )
         varied = {key.rpartition(".")[2]: value for key, value in pairs}
         parameters = {**members[0].chain.parameters(), **sizes, "solver": members[0].solver}
-        points.append(Point(varied, *_pooled(velocities, errors), parameters=parameters))
+        mean, off = mean_over_seeds(velocities, errors)
+        points.append(Point(varied, float(mean), float(off), parameters=parameters))
     return points
 
 
@@ -208,27 +208,14 @@ def _shown(value: Any) -> Any:
 
 
 def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the mean velocity and its standard error.
-
-    From the scatter of the seeds if there are enough of them, else from their block averages.
-    """
+    """Return the mean velocity of a point and its standard error."""
     velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
     controlled = CONTROL in here and velocity.size > 1
     if controlled:
         known = mean_law(sliding_velocity_random, parameters)
         velocity = velocity - np.atleast_1d(here[CONTROL]) + known
-    return _pooled(velocity, error, scattered=controlled)
-
-
-def _pooled(
-    velocities: NDArray[np.float64], errors: NDArray[np.float64], *, scattered: bool = False
-) -> tuple[float, float]:
-    """Return the mean velocity of seeds, and its error by their scatter or by their own."""
-    count = velocities.size
-    if scattered or count >= _FEWEST_SEEDS:
-        scatter = float(velocities.std(ddof=1)) if count > 1 else math.nan
-        return float(velocities.mean()), scatter / math.sqrt(count)
-    return float(velocities.mean()), math.sqrt(float((errors**2).sum())) / count
+    mean, off = mean_over_seeds(velocity, error, scattered=controlled)
+    return float(mean), float(off)
 
 
 # --- drawing -------------------------------------------------------------------------------------

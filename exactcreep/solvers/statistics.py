@@ -35,6 +35,7 @@ _MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the 
 _MOST_SKEWNESS = 0.8
 _CROSSOVER = 2.0
 """Creep and long rests alternate within so many D/l0 in amplitude of where ``l0 A = N m/2``."""
+_FEWEST_SEEDS = 6  # whose scatter is trusted more than the error of each run
 
 
 def standard_error(
@@ -79,6 +80,22 @@ def standard_error(
     fine = _spread(excess, steps // FEWEST_STEPS)[0]
     grows = any(spreads[blocks][0] > most * fine for blocks, most in _MOST_GROWTH.items())
     return math.nan if grows or _skewness(excess, steps // 32) > _MOST_SKEWNESS else error
+
+
+def mean_over_seeds(
+    velocities: NDArray[np.float64], errors: NDArray[np.float64], *, scattered: bool = False
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return mean velocities over the last axis, the seeds, and the standard errors of the means.
+
+    The errors come from the scatter of six seeds or more, else from the errors of the runs, unless
+    `scattered` asks for the scatter.
+    """
+    count = velocities.shape[-1]
+    with np.errstate(invalid="ignore"):  # a runaway has no finite velocity
+        own = np.sqrt((errors**2).sum(axis=-1)) / count
+        if scattered or count >= _FEWEST_SEEDS:
+            own = velocities.std(axis=-1, ddof=1) / math.sqrt(count)
+        return velocities.mean(axis=-1), own
 
 
 def rests_for_long(chain: Chain, targets: int) -> bool:

@@ -40,6 +40,7 @@ from exactcreep.quasistatic.summary import RUN, TYPES, Place, attribute_of, name
 from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.interface import require_like
+from exactcreep.solvers.statistics import mean_over_seeds
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 from exactcreep.watch import interrupts
@@ -47,6 +48,7 @@ from exactcreep.watch.display import shows_progress
 from exactcreep.watch.progress import Hearer, Progress, reporter
 
 FORMAT = "exactcreep sweep 1"
+SEED = "run.seed"
 _CELL_FORMAT = "exactcreep cell 1"
 _CELL = names(Place.CELL)
 _TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
@@ -89,9 +91,13 @@ def sweep(
     -------
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
-        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. What the
-        scene records at targets follows as ``recorded_x_G`` and so on along ``half_cycle`` (with
-        ``recorded_theta``, unless the drive is cyclic), filled up with nan (or -1).
+        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. Where
+        ``run.seed`` varies, velocity_mean is the mean over the seeds, and velocity_mean_error its
+        standard error: from their scatter if there are six or more, else from velocity_error.
+
+        What the scene records at targets follows as ``recorded_x_G`` and so on along
+        ``half_cycle`` (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or
+        -1).
 
     Raises
     ------
@@ -112,8 +118,9 @@ def sweep(
     --------
     >>> scene = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 10})
     >>> varied = {"vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1, 2, 3]}
-    >>> dict(sweep(scene.with_settings(varied)).sizes)
-    {'tan_alpha': 2, 'seed': 3}
+    >>> grid = sweep(scene.with_settings(varied))
+    >>> dict(grid.sizes), grid.velocity_mean.dims
+    ({'tan_alpha': 2, 'seed': 3}, ('tan_alpha',))
 
     Chains and drives without a scene:
 
@@ -433,6 +440,8 @@ def _assembled(
         name: (dims, np.array([cell.get(name, missing) for cell in cells]).reshape(shape), about)
         for name, (missing, about) in columns.items()
     }
+    if SEED in scene.vary:
+        variables |= _means(variables, dims.index(dimension_of[SEED]))
     finished = np.array([value is not None for value in values]).reshape(shape)
     variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
@@ -453,6 +462,20 @@ def _assembled(
     if isinstance(scene, _Listed):
         coordinates |= _differing(experiments)
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
+
+
+def _means(variables: Mapping[str, Any], seeds: int) -> dict[str, Any]:
+    """Return the mean velocities over the dimension of the seeds, and their standard errors."""
+    dims, _, about = variables["velocity"]
+    mean, error = mean_over_seeds(
+        *(np.moveaxis(variables[name][1], seeds, -1) for name in ("velocity", "velocity_error"))
+    )
+    across = dims[:seeds] + dims[seeds + 1 :]
+    said = "mean of velocity over the seeds", "standard error of velocity_mean"
+    return {
+        "velocity_mean": (across, mean, {**about, "long_name": said[0]}),
+        "velocity_mean_error": (across, error, {**about, "long_name": said[1]}),
+    }
 
 
 def _differing(experiments: list[Experiment]) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import signal
+import statistics
 import sys
 from collections.abc import Callable
 from concurrent.futures import (
@@ -19,7 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from numpy.testing import assert_equal
+from numpy.testing import assert_allclose, assert_equal
 
 from exactcreep import Cycles, PhysicsWarning, creep
 from exactcreep.model.numbers import InputError
@@ -93,6 +95,19 @@ def test_a_cell_is_the_run_of_its_member(grid: xr.Dataset) -> None:
         assert cell["outcome"].item() == run.outcome.value
 
 
+def test_a_grid_over_seeds_has_their_mean_and_its_standard_error(grid: xr.Dataset) -> None:
+    assert grid.velocity_mean.dims == grid.velocity_mean_error.dims == ("n", "amplitude")
+    assert_allclose(grid.velocity_mean, grid.velocity.mean("seed"), rtol=1e-14)
+    alone = {"chain.n": 6, "drive.amplitude": "0.005", "drive.cycles": 100}
+    few, many = (
+        sweep(SCENE.with_settings({**alone, "vary.run.seed": [*range(count)]})) for count in (3, 8)
+    )
+    own = math.hypot(*few.velocity_error.values.tolist()) / 3
+    scatter = statistics.stdev(many.velocity.values.tolist()) / math.sqrt(8)
+    assert few.velocity_mean_error.item() == pytest.approx(own, rel=1e-12)
+    assert many.velocity_mean_error.item() == pytest.approx(scatter, rel=1e-12)
+
+
 def test_threads_processes_and_the_order_of_cells_change_no_bit(grid: xr.Dataset) -> None:
     assert sweep(SCENE, workers=1).identical(grid)
     assert sweep(SCENE, executor=Backwards()).identical(grid)
@@ -113,7 +128,7 @@ def test_what_a_scene_records_is_stacked_along_the_grid() -> None:
     assert np.array_equal(two.sum(["half_cycle", "slider"]), grid["slips"].sel(n=2))
 
 
-def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own_beside_what_they_differ_in() -> None:
+def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own(tmp_path: Path) -> None:
     pairs = [(paper_chain(n), Cycles(a, 10)) for n in (2, 3) for a in ("0.005", "0.01")]
     grid = sweep(pairs)
     alone = [creep(*pair).velocity for pair in pairs]
@@ -121,6 +136,8 @@ def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own_beside_what_they_di
     assert grid.velocity.values.tolist() == alone
     assert grid.n.values.tolist() == [2, 2, 3, 3]
     assert grid.amplitude.values.tolist() == [0.005, 0.01, 0.005, 0.01]
+    sweep(pairs[:2], out=tmp_path)
+    assert sweep(pairs[::-1], out=tmp_path, resume=True).velocity.values.tolist() == alone[::-1]
     with pytest.raises(InputError, match=r"scene\[1\] = 3: must be an Experiment, or a pair"):
         sweep([pairs[0], 3])
 
