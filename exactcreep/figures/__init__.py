@@ -1,1 +1,1 @@
-"""Pictures and their tables: how a run, a sweep, a comparison is drawn."""
+"""Pictures of runs, sweeps, comparisons and thresholds, and the tables behind them."""

@@ -1,4 +1,4 @@
-"""One avalanche exactly as it moves: every picture is taken from the closed form of the motion."""
+"""Animate one avalanche; every frame is computed from the closed form of the motion."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.progress import Hearer, reporter
 
 LOOKED_AT = 100
-"""Half-cycles among which `largest_avalanche` looks."""
-_MILLISECONDS, _LINGER = 50, 1500  # of a picture, and of the last
+"""Number of half-cycles that `largest_avalanche` searches."""
+_MILLISECONDS, _LINGER = 50, 1500  # how long a frame stays, and how long the last frame stays
 _FINENESS = 600  # points of a curve: about one per pixel
-_NAMED = 8  # sliders, at most, that a legend names
+_NAMED = 8  # most sliders that a legend names
 _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
 
 
@@ -52,9 +52,8 @@ def largest_avalanche(
 ) -> int:
     """Return the number of the rearrangement with most events in the first half-cycles.
 
-    If a limit comes before, only the part that was reached counts.
-
-    Raises `InputError` if there is none.
+    If a limit comes first, only the rearrangements up to the limit are compared. Raises
+    `InputError` if there is no rearrangement.
     """
     total = min(half_cycles, experiment.drive.half_cycles)
     seen = advance(_simulation(experiment), experiment.drive, total, limits)
@@ -68,8 +67,8 @@ def largest_avalanche(
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
     """Return rearrangement `number` of a run, with its motion in closed form.
 
-    Raises `InputError` if the run has no such rearrangement, or a limit comes before it. Guarantee:
-    it has the itinerary of the run itself (checked).
+    Raises `InputError` if the run has no such rearrangement, or if a limit comes first. Guarantee:
+    it has the same itinerary as in the run (checked).
     """
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
@@ -103,9 +102,9 @@ def _simulation(experiment: Experiment) -> Simulation:
 def _rearrangements(
     experiment: Experiment, state: State, half_cycle: int
 ) -> Iterator[Rearrangement]:
-    """Yield the rearrangements on the way to a target, and beyond, from the state before."""
+    """Yield the rearrangements up to the next target and after it, given the state before."""
     chain, seed, rearrange = experiment.chain, experiment.seed, experiment.algorithm.rearrange
-    if half_cycle == 1:  # a start that is not at rest is rearranged where it stands
+    if half_cycle == 1:  # a start that is not at rest is rearranged at its own theta
         still = rearrange(chain, state, 0, seed)
         if still.events:
             yield still
@@ -121,8 +120,8 @@ def _rearrangements(
 class Moments(NamedTuple):
     """A rearrangement at some instants; arrays of shape (n, instants).
 
-    `moved`, `velocities`, `forces`: displacements since its start, velocities, and non-frictional
-    forces; `moving`: which sliders move; `held`: the forces that hold the others.
+    `moved`: displacements since the start; `velocities`; `forces`: non-frictional forces; `moving`:
+    which sliders move; `held`: the forces on the resting sliders.
     """
 
     moved: Floats
@@ -154,7 +153,7 @@ def moments_of(motion: Rearrangement, times: Floats) -> Moments:
 # --- drawing -------------------------------------------------------------------------------------
 
 Move = Callable[[int], object]
-"""Moves the picture to one of the instants."""
+"""Moves the picture to an instant, given its index."""
 
 
 @styled
@@ -164,9 +163,8 @@ def draw_avalanche(
 ) -> None:  # fmt: skip
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
-    The pictures are equally spaced in time, and the last one stays.
-
-    Raises `InputError` if the file cannot be written; without `force` if it exists.
+    The frames are equally spaced in time, and the last frame stays longer. Raises `InputError` if
+    the file cannot be written, or if it exists and `force` is false.
     """
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
@@ -196,7 +194,7 @@ def draw_avalanche(
     move(0)
     figure.draw_without_rendering()
     say = reporter(progress)
-    figure.set_layout_engine("none")  # the layout of the first picture serves for all
+    figure.set_layout_engine("none")  # all frames keep the layout of the first
     canvas: Any = FigureCanvasAgg(figure)
     made = io.BytesIO()
 
@@ -214,12 +212,12 @@ def draw_avalanche(
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> Move:
-    """Draw sliders and springs on their incline, true to its slope."""
+    """Draw sliders and springs on an incline with the true slope."""
     n, slope = len(shown.moved), math.atan(tan_alpha)
     along, up = np.array([math.cos(slope), -math.sin(slope)]), [math.sin(slope), math.cos(slope)]
     places = np.arange(1, n + 1, dtype=float)
-    scale = 0.42 / max(widest, 1e-300)  # the distance of two sliders is drawn as 1
-    half = 0.16 if n <= 12 else 0.26  # of a slider's side
+    scale = 0.42 / max(widest, 1e-300)  # the distance between two sliders is drawn as 1
+    half = 0.16 if n <= 12 else 0.26  # half of a slider's side
     (springs,) = axes.plot([], [], color="0.45", linewidth=0.8, zorder=1)
     corners = half * np.array([[-1, 0], [1, 0], [1, 2], [-1, 2]])
     shape = corners[:, :1] * along + corners[:, 1:] * up
@@ -254,7 +252,7 @@ def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> 
 
 
 def _draw_forces(axes: Axes, shown: Moments, friction: Floats) -> Move:
-    """Draw the forces between their limits."""
+    """Draw the force on each slider between its limits."""
     forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
     bars, marks = draw_forces(axes, forces, held, friction)
 

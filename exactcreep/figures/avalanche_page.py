@@ -1,7 +1,7 @@
-"""The page of one avalanche: a run, and one of its rearrangements that moves on its incline.
+"""Write an HTML page that shows a run and animates one of its avalanches.
 
-The page is one file that needs no other and no network. ``exactcreep animate --out FILE.html``
-writes it; the explorer (`exactcreep.figures.explorer`) shows it beside its sliders.
+The page is a single file and needs no network. ``exactcreep animate --out FILE.html`` writes it;
+the explorer (`exactcreep.figures.explorer`) embeds it.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.watch.limits import Limits
 
 MOST_EVENTS = 40_000
-"""Of a run that is drawn: more slips than these make are no picture."""
-_MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
+"""Most events of a run that the page draws; more slips would be too dense to see."""
+_MOMENTS = 800  # equally spaced instants of a motion; its events are added to them
 
 
 def run_to_draw(experiment: Experiment) -> Creep:
-    """Return a run that recorded what the page draws, cut after `MOST_EVENTS` events."""
+    """Return a run that recorded the data of the page, stopped after `MOST_EVENTS` events."""
     recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
     return run_alone(recording, limits=Limits.of(MOST_EVENTS))
 
@@ -43,7 +43,7 @@ def description_of(experiment: Experiment) -> str:
 
 
 def sentence_of(run: Creep) -> str:
-    """Return what a run came to, why it ended, and what its warnings say, in a few words each."""
+    """Return the outcome of a run, the reason why it ended, and its warnings, in a few words."""
     error = f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
     velocity = f"mean velocity {run.velocity:.6g} per {run.drive.per}{error}"
     parts = [
@@ -56,7 +56,7 @@ def sentence_of(run: Creep) -> str:
 
 
 def run_data(run: Creep) -> dict[str, Any]:
-    """Return what a run did, ready for JSON: its displacements, its slips, its velocity."""
+    """Return the displacements, slips and velocity of a run, ready for JSON."""
     recorded, drive = run.recorded, run.drive
     half_cycle = recorded["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
@@ -76,10 +76,10 @@ def run_data(run: Creep) -> dict[str, Any]:
 
 
 def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
-    """Return a rearrangement as it moves, ready for JSON.
+    """Return the motion of a rearrangement, ready for JSON.
 
-    Its closed form, `Rearrangement.sol`, gives displacements and velocities at some hundred
-    instants and at its events; the page joins them by cubics.
+    Displacements and velocities are computed from the closed form `Rearrangement.sol` at some
+    hundred instants and at the events; the page interpolates between them with cubics.
     """
     motion, chain = avalanche.rearrangement, avalanche.experiment.chain
     events = np.array([float(event.time) for event in motion.events])
@@ -113,16 +113,16 @@ def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
 
 
 def _packed(values: ArrayLike) -> dict[str, str]:
-    """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
+    """Return an array as text; float32 is precise enough for a picture."""
     return {"f4": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
 
 
 def page(run: Creep, avalanche: RunAvalanche | None = None, *, framed: bool = False) -> str:
-    """Return the page, as one HTML text.
+    """Return the page as an HTML text.
 
-    `run`: as `run_to_draw` returns it; `avalanche`: one of its rearrangements; without one the page
-    shows the run alone; `framed`: whether it stands inside of another page: without a title, and
-    moving as soon as it is open, where its reader has not asked for stillness.
+    `run` comes from `run_to_draw`; `avalanche` is one of its rearrangements, and without it the
+    page shows only the run. A `framed` page stands inside another page: it has no title, and it
+    plays when it opens, unless the reader's system asks for reduced motion.
     """
     data: Mapping[str, Any] = {
         "run": run_data(run),
@@ -131,5 +131,5 @@ def page(run: Creep, avalanche: RunAvalanche | None = None, *, framed: bool = Fa
     }
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     form = resources.files("exactcreep.figures").joinpath("avalanche_page.html")
-    # no text inside may end the element that holds it
+    # no text of the data may close the <script> element around it
     return form.read_text("utf-8").replace("{{data}}", text.replace("<", "\\u003c"))

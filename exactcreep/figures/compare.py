@@ -1,4 +1,4 @@
-"""The picture of `compare`: the error of each method rest by rest, and its bias beside its cost."""
+"""The picture of `compare`: each method's error at every rest, and its bias against its cost."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from exactcreep.figures.style import DASHES, DOTTED, INKS, LENGTH, new_figure, s
 from exactcreep.studies.comparison import spread, table
 
 _INKS = (*INKS, "#6B3E00", "#762A83", "#B2A800", "#800026")
-"""More than other pictures have: nine methods are compared unless they are named."""
+"""More colours than other pictures need: by default nine methods are compared."""
 _STYLES = [(*dashed, ink) for dashed, ink in product(zip(DASHES, "osD^", strict=True), _INKS)]
 """Line, mark and colour of each method."""
 
 
 @styled
 def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
-    """Draw the position errors of the first seed rest by rest, and the biases against the time."""
+    """Draw the position errors of the first seed at every rest, and the biases over the time."""
     biases, rows, first = spread(data).bias, table(data), data.isel(seed=0)
     figure = new_figure(9.0, 4.6, title)
     left, right = figure.subplots(1, 2)
     for k, name in enumerate(data.method.values):
         dash, mark, ink = _STYLES[k % len(_STYLES)]
-        if name == data.truth:  # it has no error to draw
+        if name == data.truth:  # the reference solution has no error to draw
             how = "proved" if data.solver.values[k] == "certified" else "the others' reference"
             left.plot([], [], color=ink, linestyle=dash, label=f"{name}: {how}")
         else:
@@ -45,7 +45,7 @@ def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
     left.set_title("thin: after the first wrong event; gaps: no error", fontsize=8)
     right.axhline(0.0, color="0", linestyle=DOTTED, linewidth=0.8, zorder=0)
     right.set(xscale="log", xlabel="time per half-cycle (ms)")
-    right.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # their labels do not overlap
+    right.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # few enough that no labels overlap
     for each in (right.xaxis.set_major_formatter, right.xaxis.set_minor_formatter):
         each(lambda seconds, _: f"{1000 * seconds:g}")
     right.tick_params(axis="x", which="minor", labelsize=7)

@@ -15,15 +15,15 @@ from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
 
-_MOST_CYCLES = 10_000  # of a picture
+_MOST_CYCLES = 10_000  # most cycles in a picture
 _WORDS = {Outcome.AT_REST: "at rest", Outcome.CYCLING: "locked", Outcome.CREEPING: "creeps"}
 
 
 @styled
 def draw_fate(found: Fate) -> Figure:
-    """Draw x_G and the tensions at the ends of cycles, and where they have settled.
+    """Draw x_G and the tensions at the ends of cycles, and mark where they have settled.
 
-    The chain is followed again, with the solver that found its fate.
+    The trajectory is computed again with the solver that found the fate.
     """
     settled, shown = found.settled_after, max(found.cycles, 1)
     if settled is not None and found.period is not None:
@@ -50,7 +50,7 @@ def draw_fate(found: Fate) -> Figure:
     if settled is not None and settled <= shown:
         for axes in (above, below):
             axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
-        side = "right" if 2 * settled > shown else "left"  # the wider one has room for the words
+        side = "right" if 2 * settled > shown else "left"  # the wider side has room for the words
         above.text(settled, 0.02, f" {_WORDS[found.outcome]}, period {found.period} ", fontsize=8,
                    transform=above.get_xaxis_transform(), va="bottom", ha=side)  # fmt: skip
     return figure
@@ -58,7 +58,7 @@ def draw_fate(found: Fate) -> Figure:
 
 @styled
 def draw_survival(found: Survival) -> Figure:
-    """Draw which part of the starts outlives each number of cycles, beside a constant rate."""
+    """Draw the fraction of starts that survive each number of cycles, beside a constant rate."""
     curve, rate, cut = found.curve, found.rate, found.censored
     end = max(float(curve.cycles.max(initial=1.0)), 1.0)
     bounded = np.isfinite(curve.low).any()

@@ -1,4 +1,4 @@
-"""The paper's figures with data: the scenes behind each, its table beside the laws, its drawing."""
+"""The paper's figures that show data: the scenes behind each, its tables and its drawing."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ LAWS = {
 class Table:
     """The points of one series: a sweep beside a law of the paper.
 
-    `printed`, `exact`: the formulas of the two laws, in words; `note`: one line about the whole
-    table: where the printed law is not the exact one.
+    `printed`, `exact`: the formulas of the two laws, in words; `note`: one line about the table,
+    which says where the printed law differs from the exact one.
     """
 
     name: str
@@ -122,7 +122,7 @@ class Table:
 
     @classmethod
     def of(cls, data: Data, title: str, label: str, note: str = "", scene: str = "") -> Table:
-        """Return the sweep of a scene, default the first, beside the paper's equation `label`."""
+        """Return the table of a scene (default: the first) beside the equation `label`."""
         name, law = scene or next(iter(data)), LAWS[label]
         rows = tuple(point.beside(law) for point in points_of(data[name]))
         return cls(name, title, rows, f"{label}: {law.words}", law.words_exact, note)
@@ -136,11 +136,11 @@ class Table:
 def to_csv(tables: Sequence[Table]) -> str:
     """Return tables as one CSV: a column for each quantity that varies, numbers in full.
 
-    An unknown number is nan; a quantity that a series does not vary is empty. A law has two columns
-    because its plateau may have two values. The unit holds for the measured value, its standard
-    error and the laws; deviations count standard errors. `sticking_law_deviation` is the root mean
-    square distance of measured chains from the law of sliders that stick and slip; the deviation
-    from this law counts that distance and the standard error together.
+    An unknown number is nan. The cell of a quantity that a series does not vary is empty. A law
+    has two columns because its plateau may have two values. The measured value, its standard error
+    and the laws have the same unit; deviations are in standard errors. `sticking_law_deviation` is
+    the root mean square distance of measured chains from the law of sliders that stick and slip;
+    the deviation from this law is in units of that distance and the standard error combined.
     """
     varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
     text = io.StringIO()
@@ -160,18 +160,18 @@ def to_csv(tables: Sequence[Table]) -> str:
     return text.getvalue()
 
 
-# --- what a picture is ---------------------------------------------------------------------------
+# --- the definition of a picture -----------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the paper with data: the scenes behind it, its tables, how it is drawn.
+    """A figure of the paper that shows data: its scenes, its tables, its drawing.
 
-    `name`: of the files, and of the first scene; `figure`: the number of the paper's figure;
-    `size`: width and height in inches; `series`: title and law of each table, and its note and
-    scene if it has them; see `Table.of`; `quick`: for each scene the dotted keys that are set
-    differently for a quick look; `drawing`: called with an empty figure, the data and the tables;
-    draws; `always`: dotted keys that are set in every scene, quick or not.
+    `name`: names the files and the first scene; `figure`: the number of the paper's figure;
+    `size`: width and height in inches; `series`: arguments of `Table.of` for each table: title,
+    law, and optionally note and scene; `quick`: for each scene the dotted keys that a quick look
+    changes; `drawing`: draws into an empty figure, given the data and the tables; `always`: dotted
+    keys that are set in every scene, quick or not.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Picture:
     def data(
         self, *, quick: bool, workers: int | None = None, progress: Hearer = None
     ) -> dict[str, xr.Dataset]:
-        """Return its sweeps, with the sliding limit under the same random dilations."""
+        """Return the sweeps, with the sliding limit under the same random dilations."""
         data = {}
         for name, settings in self.quick.items():
             scene = load_scene(name).with_settings({**self.always, **(settings if quick else {})})
@@ -197,12 +197,12 @@ class Picture:
         return data
 
     def tables(self, data: Data) -> list[Table]:
-        """Return its tables."""
+        """Return the tables of the picture."""
         return [Table.of(data, *about) for about in self.series]
 
     @styled
     def draw(self, data: Data, tables: list[Table]) -> Figure:
-        """Return the picture; computed points outside of its axes are marked at their edge."""
+        """Return the picture; points outside its axes are marked at the edge."""
         figure = new_figure(*self.size)
         self.drawing(figure, data, tables)
         for axes in figure.axes:
@@ -252,14 +252,14 @@ _NAMES = {
 
 
 def _law_name(label: str) -> str:
-    """Return what a legend calls a law of the paper."""
+    """Return the name of a law of the paper in a legend."""
     return f"paper, {label}: {_NAMES[label]}"
 
 
 def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) -> Any:
-    """Return a law over the values of one parameter; the mean where a plateau is not unique.
+    """Return a law at the values of one parameter, or the mean where a plateau is not unique.
 
-    It is nan where it is negative: there it does not hold.
+    The value is nan where the law is negative, because it does not hold there.
     """
     known = np.array([mean_law(law, given | {over: value}) for value in values])
     return np.where(known < 0, np.nan, known)
@@ -268,7 +268,7 @@ def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) 
 def _draw_law(
     axes: Axes, law: LawFunction, over: str, values: Sequence[Any], given: Style, **style: Any
 ) -> None:
-    """Draw a law over the values of one parameter."""
+    """Draw a law over one parameter."""
     axes.plot([float(value) for value in values], _law_line(law, over, values, given), **style)
 
 
@@ -285,14 +285,14 @@ def _mark_outside(axes: Axes) -> None:
         axes.plot(x, edge, sign, color="black", markersize=5, clip_on=False, zorder=4)
         words = ", ".join(f"{value:.4g}" for value in sorted(values))
         where, inwards = axes.transData.transform((x, edge)), axes.bbox.x0 + axes.bbox.x1
-        apart = 6 if 2 * where[0] < inwards else -6  # to the middle, off the labels of the axis
+        apart = 6 if 2 * where[0] < inwards else -6  # towards the middle, away from axis labels
         _note(axes, words, (x, edge), (apart, -5 if above else 5), va=side, fontsize=7)
 
 
 def _note(
     axes: Axes, text: str, place: tuple[float, float], apart: tuple[float, float], **style: Any
 ) -> None:
-    """Write beside a place, so many points to the right and above."""
+    """Write a text at an offset, in points, from a place."""
     about = {"textcoords": "offset points", "ha": "left" if apart[0] > 0 else "right", **style}
     axes.annotate(text, place, xytext=apart, **about)
 
@@ -311,7 +311,7 @@ _STATIC = (
     "The printed law has mu_s cos(alpha) - sin(alpha) where mu_d cos(alpha) - sin(alpha) belongs"
     " (it is low by (2/3)(mu_s - mu_d) cos(alpha)), and is the first two terms of the exact one."
 )
-_SHOWN = 24  # dilations of the trace that can be told apart
+_SHOWN = 24  # most dilations of the trace that the eye can separate
 
 
 @partial(
@@ -320,7 +320,7 @@ _SHOWN = 24  # dilations of the trace that can be told apart
     {"two-sliders-trace": {}}, always={"run.record": ["x_G", "x"]},
 )  # fmt: skip
 def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
-    """Draw theta and the displacements of two sliders, and the long run in an inset."""
+    """Draw theta and the displacements of two sliders, with the long run in an inset."""
     dataset = data["two-sliders-trace"]
     theta = np.append(0.0, dataset["recorded_theta"])
     x = np.vstack([[0.0, 0.0], dataset["recorded_x"].to_numpy()])
@@ -472,7 +472,7 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 
 def _plateaus(law: LawFunction, given: Style) -> Iterator[tuple[list[float], list[float]]]:
-    """Yield slopes of each plateau, and the law of random dilations there."""
+    """Yield the slopes of each plateau, and the law of random dilations at them."""
     n, friction = int(given["n"]), given["mu_d"]
     for i in range(2, n + 2):
         low, high = (friction * (1 - Fraction(2 * (i - k), n)) for k in (1, 2))
@@ -485,7 +485,7 @@ def _plateaus(law: LawFunction, given: Style) -> Iterator[tuple[list[float], lis
 
 
 def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:
-    """Mark the printed critical angles and the windows of two pivots below each."""
+    """Mark the printed critical angles, and below each the window in which two pivots occur."""
     width = float(2 * (parameters["mu_s"] - parameters["mu_d"]) / n)
     height = -1.4 if n == 6 else -2.8
     for i in range(2, n + 1):

@@ -1,4 +1,4 @@
-"""Which picture each result has: what `Result.plot` hands out."""
+"""The picture of each kind of result, which `Result.plot` returns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from exactcreep.studies.thresholds.threshold import Threshold
 
 @singledispatch
 def plots_of(result: Result) -> Callable[..., Any]:
-    """Return what draws a result when it is called; raise `AttributeError` if nothing does."""
+    """Return the function that draws a result; raise `AttributeError` if there is none."""
     raise AttributeError(f"{type(result).__name__} has no picture")
 
 

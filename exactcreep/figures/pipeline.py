@@ -11,14 +11,14 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.pipeline import Pipeline, Walk
 
 _KILO = 1000
-_LINES = 6  # cycles whose displacement is drawn, at most
+_LINES = 6  # most cycles whose displacement is drawn
 
 
 @styled
 def draw_walk(walk: Walk, title: str = "") -> Figure:
-    """Draw the forces of the last cycle, and the displacements of some cycles, along the pipe.
+    """Draw the forces of the last cycle and the displacements of some cycles along the pipe.
 
-    Dashed: what friction allows. Dots: the virtual anchors.
+    Dashed lines are the bounds set by friction; dots are the virtual anchors.
     """
     pipe = walk.pipeline
     figure = new_figure(6.6, 5.4, title)
@@ -34,7 +34,7 @@ def draw_walk(walk: Walk, title: str = "") -> Figure:
         end = pipe.positions[-1], walk.displacement[2 * cycle - 1, -1]
         moved.annotate(f" cycle {cycle}", end, fontsize=7, va="center", color="0.3",
                        annotation_clip=False)  # fmt: skip
-    moved.set_xlim(right=pipe.positions[-1] * 1.14)  # room for the names of cycles
+    moved.set_xlim(right=pipe.positions[-1] * 1.14)  # room for the labels of the cycles
     moved.set(xlabel="distance from the upper end (m)", ylabel="displacement (mm)")
     return figure
 
@@ -58,7 +58,7 @@ def _draw_forces(axes: Axes, walk: Walk) -> None:
 
 
 def friction_bounds(pipe: Pipeline) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Return places, m, and the least and the largest axial force that friction allows there, N."""
+    """Return positions in m, and the least and the largest axial force that friction allows, N."""
     places = np.linspace(0, nearest_float(pipe.length), 401)
     held, along = pipe.friction_up_to(places), pipe.weight_up_to(places)
     upper, lower = map(nearest_float, pipe.end_forces)

@@ -8,17 +8,17 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.model.readings import Readings
 
-_MOST_POINTS = 4000  # of a line; more readings are drawn as a band
+_MOST_POINTS = 4000  # most points of a line; more readings are drawn as a band
 _STRETCHES = 800
 _MOST_NAMED = 6
 
 
 @styled
 def draw_record(readings: Readings, title: str = "") -> Figure:
-    """Draw every reading; of long records mean, coldest and warmest of each stretch.
+    """Draw every reading; a long record is drawn as mean, minimum and maximum of each stretch.
 
-    Gaps are shaded. Readings that are missing or far from their neighbours are marked at the edge
-    of the picture, with what the record holds.
+    Gaps are shaded. Missing readings and outliers are marked at the edge of the picture, with the
+    text in the record.
     """
     faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
     wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
@@ -29,7 +29,7 @@ def draw_record(readings: Readings, title: str = "") -> Figure:
     figure = new_figure(6.6, 3.2, title)
     axes = figure.add_subplot()
     ends = np.searchsorted(times, readings.times[wrong["gap"]])
-    parts = np.split(np.arange(kept.size), ends)  # no line across a gap
+    parts = np.split(np.arange(kept.size), ends)  # no line crosses a gap
     for part in filter(len, parts):
         if kept.size <= _MOST_POINTS:
             axes.plot(times[part], values[part], color=INKS[0], linewidth=0.8)

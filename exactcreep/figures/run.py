@@ -1,6 +1,6 @@
 """Pictures of runs: x_G and theta over time, a solid's descent, and a run around one half-cycle.
 
-`Plots` and `plot_rearrangement` are what `Creep.plot` and `Rearrangement.plot` draw with pyplot.
+`Creep.plot` is a `Plots`; `Rearrangement.plot` is `plot_rearrangement`.
 """
 
 from __future__ import annotations
@@ -55,22 +55,22 @@ from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
 Floats = NDArray[np.float64]
 MOST_LINES = 10
-"""Members that are drawn as lines each; of more, the velocities over a number that varies."""
-_APART = 0.01  # of the height: lines that are nearer bear one name
+"""Most members that are drawn as lines; more members are drawn as velocities over a number."""
+_APART = 0.01  # lines whose ends are nearer than this part of the height share one label
 WINDOW = 200
-"""Half-cycles that a space-time diagram shows, unless asked for others."""
+"""Half-cycles in a space-time diagram. The default of `portrait`."""
 _SLIDERS = tuple(ink for ink in INKS if ink not in (INKS[1], INKS[6]))
-"""Of sliders beside x_G, which is black, and the law."""
-_LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
-_MOST_ENDS = 32  # of lines, that words can be written beside
-_INSTANTS = 400  # of a rearrangement that is drawn
-_WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # numbers along an axis
+"""Colours of sliders; x_G is black, and the law has a colour of its own."""
+_LONGEST_TRACE = 400  # most half-cycles of theta drawn as a line; more are drawn as a band
+_MOST_ENDS = 32  # most lines with a label at the end
+_INSTANTS = 400  # instants at which a rearrangement is drawn
+_WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
 _FORMULAS = {
     tables.NUMBER: "", tables.LENGTH: f" {LENGTH}", tables.TIME: r" ($\tau_\mathrm{dyn}$)",
     tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
 }  # fmt: skip
-"""Units of the table of rearrangements as an axis has them."""
+"""Units in the table of rearrangements, as an axis label writes them."""
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 
@@ -84,21 +84,12 @@ def draw_run(
 ) -> Figure:
     """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
 
-    A single run that recorded the positions shows every slider as well, as the paper's Fig. 2, and
-    the law that holds; several runs show x_G of all, one line each, coloured by the first quantity
-    that varies. More than `MOST_LINES` members with a number that takes three values or more are
-    drawn as their mean velocities over it, with their errors, beside the laws.
+    A single run that recorded the positions also shows every slider, as in the paper's Fig. 2, and
+    the law that holds. Several runs show x_G of each, one line per run, coloured by the first
+    quantity that varies. More than `MOST_LINES` runs are drawn as mean velocities with errors
+    beside the laws if a number with at least three values varies among them.
 
-    Parameters
-    ----------
-    results : sequence of Creep
-    settings : sequence of mapping, optional
-        What varies among the members, by the keys of a scene; one for each result.
-    title : str
-
-    Returns
-    -------
-    Figure
+    `settings`: what varies among the runs, by the keys of a scene; one mapping for each result.
     """
     shared = shared_text(results)
     varied = settings[0] if settings else {}
@@ -133,12 +124,12 @@ def draw_run(
 
 
 def _theta_label(theta: float, _: object) -> str:
-    """Return the label of a tick without a power of ten aside, which would stand in the title."""
+    """Return a tick label without a factor 10**k, which would overlap the title."""
     return f"{round(theta, 12) + 0.0:g}".replace("-", "\N{MINUS SIGN}")
 
 
 def shared_text(results: Sequence[Creep]) -> str:
-    """Return the parameters that all runs share, in a line."""
+    """Return the parameters that all runs share, in one line."""
     every = [{**run.chain.parameters(), **run.drive.parameters()} for run in results]
     shared = {key: value for key, value in every[0].items()
               if isinstance(value, (int, Fraction))
@@ -147,22 +138,22 @@ def shared_text(results: Sequence[Creep]) -> str:
 
 
 def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
-    """Return whether a quantity takes three values or more that are numbers, seeds left out."""
+    """Return whether a quantity other than the seed has at least three values, all numbers."""
     values = [setting[key] for setting in settings]
     numbers = all(isinstance(exact_or_same(value), Fraction) for value in values)
     return key != SEED and numbers and len(set(map(str, values))) > 2
 
 
 def _moved(run: Creep) -> bool:
-    """Return whether there is a course to draw."""
+    """Return whether the run has a trajectory to draw."""
     return np.size(run.recorded.get("x_G", ())) > 0
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], *, named: bool = True) -> str:
     """Draw the displacement at the velocity of the law that holds, in a band of its deviation.
 
-    From the end of the burn-in on, after which the velocity is measured. The law's name is
-    returned, "" where there is none: the sliding limit is no measurement of sticking sliders.
+    The line starts after the burn-in, like the measured velocity. Returns the law's name, or "" if
+    there is no law. The sliding limit is never drawn: it does not hold for sliders that stick.
     """
     law = prediction(run.chain, run.drive, run.experiment.start)
     if law is None or not law.values or run.solver == Sliding.name:
@@ -187,7 +178,7 @@ def _start(run: Creep) -> Floats:
 
 
 def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
-    """Draw what the lines of so many cycles fill."""
+    """Draw the band that the lines of many cycles fill."""
     longest = max(run.half_cycles for run in results)
     for level in sorted({abs(run.drive.targets(1, 1, run.seed)[0]) for run in results})[::-1]:
         axes.fill_between([0, longest], -level, level, facecolor="0.85", edgecolor="0.3")
@@ -196,7 +187,7 @@ def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
 
 
 def _draw_theta(axes: Axes, results: Sequence[Creep], inks: Sequence[Any]) -> None:
-    """Draw theta over time, one line for each drive, in the colour of its course if it has one."""
+    """Draw theta over time, one line for each drive, in the colour of its run if it has one."""
     drives: dict[Any, list[int]] = {}
     for place, run in enumerate(results):
         own = str(run.drive), run.seed if run.drive.random else None
@@ -211,7 +202,7 @@ def _draw_theta(axes: Axes, results: Sequence[Creep], inks: Sequence[Any]) -> No
 
 
 def draw_one(axes: Axes, run: Creep) -> None:
-    """Draw x_G of a run over time, and every slider where there are few."""
+    """Draw x_G of a run over time, and every slider of a short chain."""
     start = _start(run)
     line = _trajectory(run.recorded["x_G"], start.mean())
     axes.plot(*line, color=INKS[6], linewidth=1.6, label=r"$\Delta\tilde{x}_G$", zorder=3)
@@ -232,7 +223,7 @@ def _name_time(axes: Axes, run: Creep) -> None:
 
 
 class _Members(NamedTuple):
-    """Runs that are drawn as lines; each of a family, and what it is called within it."""
+    """Runs that are drawn as lines: the family of each run, and its label within the family."""
 
     runs: Sequence[Creep]
     families: list[str]
@@ -243,7 +234,7 @@ class _Members(NamedTuple):
     @classmethod
     def of(cls, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> _Members:
         """Return the members, coloured by the first quantity that varies among them."""
-        # what all members share does not tell them apart
+        # a quantity that all members share cannot distinguish them
         telling = [key for key in settings[0] if any(s[key] != settings[0][key] for s in settings)]
         words = [[setting_text(key, setting[key]) for key in telling] or [""]
                  for setting in settings[: len(results)]]  # fmt: skip
@@ -296,12 +287,12 @@ def _coincide(line: Floats, other: Floats, near: float) -> bool:
 
 
 def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
-    """Write each line's own setting beside its end, moved apart where they would overlap."""
+    """Write each line's own setting beside its end, and move labels apart where they overlap."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high)
     at = -1.0
     for value, words, ink in sorted(ends):
-        at = max((value - low) / (high - low), at + 1 / 36)  # of the height: one line of text
+        at = max((value - low) / (high - low), at + 1 / 36)  # 1/36 of the height: one line of text
         axes.annotate(words, (1.0, at), xycoords="axes fraction", xytext=(4, 0), color=ink,
                       textcoords="offset points", fontsize=6.5, va="center",
                       annotation_clip=False)  # fmt: skip
@@ -316,10 +307,10 @@ def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any],
 
 @styled
 def draw_descent(descent: Descent, title: str = "") -> Figure:
-    """Draw temperatures in time, and how far the solid comes down: of some years, in each of them.
+    """Draw the temperatures over time, and the descent of the solid, for some years year by year.
 
-    Beside it stands what the sliding limit comes to on the solid's contacts and on many, each with
-    a bar from a tenth more to a tenth less friction, and what was measured.
+    A second panel compares the sliding limit on the solid's contacts, the sliding limit on many
+    contacts, and the measured descent. Bars show the effect of 10 % more or less friction.
     """
     drive, moved = descent.result.drive, descent.millimetres
     dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
@@ -359,7 +350,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         less, same, more = (descent.rates[n, factor] * years for factor in descent.solid.friction)
         ends = [rate for rate in (less, same, more) if np.isfinite(rate)]
         side.plot([place] * len(ends), ends, color=INKS[place], linewidth=3, alpha=0.5)
-        if not np.isfinite(less):  # what less friction does not hold runs away
+        if not np.isfinite(less):  # with less friction the solid runs away
             edge = side.get_xaxis_transform()
             side.plot(place, 0.96, marker="^", color=INKS[place], transform=edge)
             side.text(place, 0.9, "no\nbound", fontsize=7, ha="center", va="top", transform=edge)
@@ -389,10 +380,10 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
 class Portrait:
     """A run seen around one half-cycle.
 
-    `half_cycle`: the one whose end is looked at; 0 is the start; `first`: the first half-cycle of
-    the window; `theta`, `x_G` (ndarray, shape (w + 1,)): at the ends of the half-cycles of the
-    window; the first entry is what was before it; `slips` (ndarray of int, shape (w, n)): slips of
-    each slider within each half-cycle of the window; `state`: at the end of `half_cycle`.
+    `half_cycle`: the half-cycle whose end is drawn (0 is the start); `first`: the first half-cycle
+    of the window; `theta`, `x_G` (ndarray, shape (w + 1,)): values before the window and at the
+    ends of its half-cycles; `slips` (ndarray of int, shape (w, n)): slips of each slider within
+    each half-cycle of the window; `state`: at the end of `half_cycle`.
     """
 
     result: Creep
@@ -411,7 +402,7 @@ class Portrait:
 
     @property
     def limits(self) -> Floats:
-        """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
+        """Largest force on each slider that static friction holds, mu_s,n cos(alpha), unit m g."""
         chain = self.result.chain
         if self.result.solver == Sliding.name:
             return friction_of(chain)
@@ -424,9 +415,9 @@ def friction_of(chain: Chain, coefficient: str = "mu_d") -> Floats:
 
 
 def tension_bounds(chain: Chain, coefficient: str) -> tuple[Floats, Floats]:
-    """Return the least and largest tension that the friction of `mu_d` or `mu_s` allows.
+    """Return the least and the largest tension that the friction of `mu_d` or `mu_s` allows.
 
-    From ``|F_n| <= mu cos(alpha)`` for all sliders, added up from either end.
+    The bounds follow from ``|F_n| <= mu cos(alpha)``, summed from either end of the chain.
     """
     held = friction_of(chain, coefficient)
     pull = State.relaxed(chain).forces(chain)
@@ -439,10 +430,9 @@ def tension_bounds(chain: Chain, coefficient: str) -> tuple[Floats, Floats]:
 def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
     """Return a run around the end of a half-cycle (0: the start; default: the last).
 
-    What was not recorded is computed again, from the start with the same parameters and disorder:
-    bit for bit. The space-time diagram shows `window` half-cycles at most.
-
-    Raises `InputError` if the run has no such half-cycle, or does not repeat what it recorded.
+    Values that the run did not record are computed again, bit for bit. The space-time diagram
+    shows at most `window` half-cycles. Raises `InputError` if the run has no such half-cycle, or
+    if the repeated run differs from the recorded one.
     """
     total, experiment, drive = result.half_cycles, result.experiment, result.drive
     asked = total if half_cycle is None else half_cycle
@@ -476,7 +466,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
 
 
 def _check_repeats(result: Creep, done: int, again: Floats) -> None:
-    """Raise `InputError` if the run does not come to the x_G that it recorded."""
+    """Raise `InputError` if the repeated run does not reach the recorded x_G."""
     recorded = floats(result.recorded.get("x_G", np.empty(0)))[done : done + again.size]
     for k in np.flatnonzero(again[: recorded.size] != recorded)[:1].tolist():
         was = f"was {float(recorded[k])!r} at half-cycle {done + k + 1} when the run was saved"
@@ -526,7 +516,7 @@ def draw_portrait(seen: Portrait) -> Figure:
 
 
 def _draw_whole(inset: Axes, seen: Portrait) -> None:
-    """Draw all of x_G that was recorded, with the window marked."""
+    """Draw the whole recorded x_G, with the window marked."""
     recorded = seen.result.recorded["x_G"]
     shown = np.unique(np.linspace(0, recorded.size - 1, 2000).astype(int))
     inset.plot(shown + 1, floats(recorded)[shown], color=INKS[6], linewidth=0.8)
@@ -539,7 +529,7 @@ def _draw_whole(inset: Axes, seen: Portrait) -> None:
 def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     """Draw how often each slider slips within each half-cycle, in at most seven classes.
 
-    The classes begin at the fewest slips that there are, so that not all fall into the last.
+    The classes start at the smallest number of slips, so that the numbers spread over all of them.
     """
     most = int(seen.slips.max(initial=0))
     edges = np.arange(most + 2)
@@ -560,28 +550,28 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
     classes = list(itertools.pairwise(edges.tolist()))
     named = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
-    names = ["0", *named[1:]]  # no count lies between none and the fewest
+    names = ["0", *named[1:]]  # no number of slips lies between 0 and the smallest
     bar.set_ticks([(a + b - 1) / 2 for a, b in classes], labels=names)
     bar.ax.tick_params(labelsize=7, length=0)
     bar.set_label("slips per half-cycle", fontsize=8)
 
 
 def _range_of(chain: Chain, name: str) -> str:
-    """Return a coefficient, or the least and the largest along the chain."""
+    """Return a coefficient, or its least and largest value along the chain."""
     values = chain.floats(name)
     low, high = f"{values.min():g}", f"{values.max():g}"
     return low if low == high else rf"{low}\dots{high}"
 
 
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
-    """Draw the tensions between the bounds that friction sets."""
+    """Draw the tensions between their bounds."""
     chain = seen.result.chain
     springs = np.arange(1, chain.n)
     for coefficient, dashes, name in (("mu_d", "-", "d"), ("mu_s", (0, (4, 2)), "s")):
         label = rf"limit for $\mu_\mathrm{{{name}}}$"
         both = np.transpose(tension_bounds(chain, coefficient))
         over = springs
-        if chain.n == 2:  # a point is no line
+        if chain.n == 2:  # a single tension needs a marker, because it makes no line
             over, both = np.array([0.8, 1.2]), np.repeat(both, 2, axis=0)
         axes.plot(over, both, color="0.45", linewidth=0.9, linestyle=dashes, label=[label, ""])
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", linewidth=0.9,
@@ -631,8 +621,8 @@ class Plots:
     def __call__(self, ax: Axes | None = None, *, solid: Solid | None = None) -> Axes:
         """Draw x_G, and every slider of a short chain, over time; return the axes.
 
-        Time is in half-cycles; of a record of temperatures it is in dates, and the temperatures
-        stand beside it in degrees. With the `solid` whose chain it is, displacements are in
+        Time is in half-cycles. For a record of temperatures the axis shows dates, with the
+        temperatures in degrees. Given the `solid` to which the chain belongs, displacements are in
         millimetres.
 
         Raises
@@ -664,19 +654,19 @@ class Plots:
         return axes
 
     def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw how a `measure` of the avalanches after the burn-in is distributed; return the axes.
+        """Draw the distribution of a `measure` of the avalanches after the burn-in.
 
         Parameters
         ----------
         measure : str
             ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
-            ``rearrangements`` by either of its names: ``slips``, ``rearrangement_slips``. Places
-            and what may be negative, ``first`` or ``displacement``, are on a linear scale, others
-            on a logarithmic one, which leaves out zeros.
+            ``rearrangements``, e.g. ``slips`` or ``rearrangement_slips``. The axis is logarithmic
+            and leaves out zeros, except for positions (``first``) and for measures that may be
+            negative (``displacement``).
         ax : Axes, optional
             Default: new axes.
         **style
-            As matplotlib's `errorbar` takes it.
+            Passed to matplotlib's `errorbar`.
 
         Returns
         -------
@@ -685,8 +675,8 @@ class Plots:
         Raises
         ------
         InputError
-            If the measure is not known, or the run did not record its rearrangements, or has none
-            after its burn-in, or the measure is zero of all.
+            If the measure is unknown or always zero, if the run did not record its rearrangements,
+            or if it has none after the burn-in.
         """
         name = measure.removeprefix("rearrangement_")
         if name not in MEASURES:
@@ -715,7 +705,7 @@ class Plots:
         for axis in (axes.xaxis, axes.yaxis)[about.scale == "linear" :]:
             axis.set_major_formatter(PlainNumbers())
             axis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
-        # errors as large as the density itself would reach down to zero
+        # an error bar as long as its value would reach down to zero on a logarithmic axis
         axes.set_ylim(float(y.min()) / 3, max(2 * float(y.max()), axes.get_ylim()[1]))
         return axes
 
@@ -732,7 +722,7 @@ def plot_rearrangement(motion: Rearrangement) -> tuple[Axes, Axes]:
     figure.colorbar(image, ax=above, label=r"velocity ($g\,\tau_\mathrm{dyn}$)")
     above.set(ylabel="slider (1 uppermost)", ylim=(n + 0.5, 0.5))
     above.yaxis.set_major_locator(_WHOLE())
-    dashes = ("-", "-", "--", "-")  # what gravity gives and springs lose may be nearly equal
+    dashes = ("-", "-", "--", "-")  # the work of gravity and the loss of the springs may coincide
     for (name, values), dash in zip(motion.energy(times)._asdict().items(), dashes, strict=True):
         below.plot(times, values - values[0], dash, label=name)
     below.set(xlabel=r"time ($\tau_\mathrm{dyn}$)", ylabel=r"energy ($m g^2 \tau_\mathrm{dyn}^2$)")

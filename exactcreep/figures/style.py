@@ -1,4 +1,4 @@
-"""The style of all pictures: readable in print, for the colour-blind, and in the paper's manner."""
+"""The style of all pictures: readable in print and for the colour-blind, similar to the paper."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from exactcreep.quasistatic.writing import check_picture, write_file
 STYLE = mpl.rc_params_from_file(
     Path(__file__).with_name("style.mplstyle"), use_default_template=False
 )
-"""What ``style.mplstyle`` holds, which matplotlib's own functions take."""
+"""The settings in ``style.mplstyle``, as matplotlib's own functions take them."""
 styled = mpl.rc_context(STYLE)
-"""Decorator of functions that draw in this style."""
+"""Decorator for functions that draw in this style."""
 INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  " + LENGTH
 PLAIN = (1e-3, 2e4)
-"""Within these a logarithmic axis has numbers, not powers of ten."""
+"""Range in which a logarithmic axis shows plain numbers instead of powers of ten."""
 MOST_NAMED = 16
-"""Families that a legend can name."""
+"""Most families that a legend names."""
 _MOST_SIGNS = 40
-"""Of a start in a legend."""
+"""Most characters of a start in a legend."""
 _SYMBOLS = {
     "n": "N", "l0": r"$\tilde{l}_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
@@ -39,10 +39,10 @@ _SYMBOLS = {
 
 
 class PlainNumbers(LogFormatterSciNotation):
-    """Labels of a logarithmic axis: 0.02 or 500 as they stand, powers of ten where it is long."""
+    """Labels of a logarithmic axis: plain numbers in the range `PLAIN`, else powers of ten."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the label of a tick, empty where it has none."""
+        """Return the label of a tick, empty if it has none."""
         low, high = PLAIN
         label = super().__call__(x, pos)
         least, largest = sorted(self.axis.get_view_interval())  # type: ignore[union-attr]
@@ -50,20 +50,20 @@ class PlainNumbers(LogFormatterSciNotation):
 
 
 def new_figure(width: float, height: float, title: str = "", dpi: int | None = None) -> Figure:
-    """Return an empty figure, size in inches; its title is no formula, but drawn as it stands."""
+    """Return an empty figure, size in inches; its title is plain text, never a formula."""
     dots = dpi or STYLE["savefig.dpi"]
     figure = Figure(figsize=(width, height), dpi=dots, layout="constrained")
     if title:
-        plain = "$" not in title  # lines are broken as if it were a formula
+        plain = "$" not in title  # matplotlib breaks lines wrongly in a title with a dollar
         figure.suptitle(title, fontsize=10, parse_math=False, wrap=plain)
     return figure
 
 
 def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> None:
-    """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
+    """Write a figure as PNG, PDF or SVG, chosen by the ending of the file name.
 
-    Raises `InputError` if the ending is another one, or the file cannot be written; without `force`
-    if it exists.
+    The file appears only when it is complete. Raises `InputError` for another ending, if the file
+    cannot be written, or if it exists and `force` is false.
     """
     target = Path(path)
     check_picture(target)
@@ -74,7 +74,7 @@ def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> Non
 
 
 def symbol_of(key: str) -> str:
-    """Return what a varied quantity is called in a picture, by its key or the key's last part."""
+    """Return the symbol of a varied quantity in a picture, by its key or the key's last part."""
     name = key.rpartition(".")[2]
     return _SYMBOLS.get(name, name)
 

@@ -1,4 +1,4 @@
-"""Measured velocities beside the laws: the points of a sweep, and its picture."""
+"""The velocities of a sweep beside the laws: the points of its grid, and its picture."""
 
 from __future__ import annotations
 
@@ -42,20 +42,20 @@ from exactcreep.studies.sweep import SEED, dimensions
 CONTROL = "velocity_sliding"
 """Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
 MAPPED = 5
-"""Values of each of two quantities from which on a sweep is drawn as a map."""
+"""A sweep over two quantities with at least this many values each is drawn as a map."""
 LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
-"""What a legend calls the law of the sliding limit."""
+"""Legend of the law of the sliding limit."""
 STICKING_MAP = "measured law of sticking sliders"
 STICKING = f"{STICKING_MAP}, with its deviation"
-"""What a legend calls `laws.sticking_velocity`."""
+"""Legend of `laws.sticking_velocity`."""
 STAIRCASE = "staircase of relaxed starts, exact"
-"""What a legend calls `laws.staircase_two_sliders`."""
+"""Legend of `laws.staircase_two_sliders`."""
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
-"""How the corrected or exact law is drawn."""
+"""Style of a corrected or exact law."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
-_ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
-_FINE = 80  # points along a side of a map at which the law is known
+_ROUNDING = 1e-9  # relative; smaller differences are rounding errors
+_FINE = 80  # points along a side of a map at which the law is computed
 
 
 class Law(NamedTuple):
@@ -68,9 +68,9 @@ class Law(NamedTuple):
 
 
 def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
-    """Return the mean of the values of a law, nan where there is none.
+    """Return the law's value, or the mean of its two values, or nan if the law does not hold.
 
-    Where friction or ends differ it is that of the sliding limit.
+    Where friction or end forces differ along the chain, it is the law of the sliding limit.
     """
     if unlike(parameters):
         return _sliding(predicted(parameters))
@@ -82,13 +82,13 @@ def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
 class Point:
     """A measured velocity beside the laws.
 
-    `varied`: which point of a grid it is: the dimensions, without the seed, and their values;
+    `varied`: the point of the grid: its dimensions, without the seed, and their values;
     `measured`, `error`: mean over the seeds and its standard error, unit ``g tau_dyn**2`` per
-    half-cycle (or target); `printed`, `exact`: what the paper's law gives as printed, and the
+    half-cycle (or target); `printed`, `exact`: values of the paper's law as printed, and of the
     corrected or exact law; two values where the plateau is not unique, none where there is no law;
-    `sticking`, `sticking_deviation`: the measured law of sliders that stick and slip and its own
-    deviation; nan beyond its range; `parameters`: the chain and its drive, exactly, by the names
-    that laws use; and what else was varied.
+    `sticking`, `sticking_deviation`: the fitted law of sliders that stick and slip, and the
+    deviation of its fit; nan outside its range; `parameters`: the exact chain and drive, by the
+    names of the laws' parameters, and whatever else was varied.
     """
 
     varied: Mapping[str, Any]
@@ -112,11 +112,11 @@ class Point:
 
     @property
     def deviation_sticking(self) -> float:
-        """Measured minus the law of sliders that stick and slip, in what both are known to."""
+        """Measured minus the law of sliders that stick and slip, over their combined error."""
         return (self.measured - self.sticking) / math.hypot(self.error, self.sticking_deviation)
 
     def beside(self, law: Law) -> Point:
-        """Return the point with the laws; as printed one does not hold where it is negative."""
+        """Return the point with the values of a law; a negative printed value is left out."""
         found = predicted(self.parameters)
         if unlike(self.parameters):
             return replace(self, exact=() if found is None else found.sliding)
@@ -128,10 +128,10 @@ class Point:
 
 
 def deviation(measured: float, error: float, law: Sequence[float]) -> float:
-    """Return how many standard errors `measured` lies above the law, or outside of its values.
+    """Return how many standard errors `measured` lies above the law, or outside its two values.
 
-    Zero between the two values of a plateau that is not unique; nan without a law or an error;
-    +-inf where a value that scatters by no more than rounding differs.
+    It is 0 between the two values of a plateau that is not unique, nan without a law or an error,
+    and +-inf if the values differ although the error is at the level of rounding.
     """
     if not law or math.isnan(measured) or math.isnan(error):
         return math.nan
@@ -144,16 +144,16 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
 
 
 def points_of(dataset: xr.Dataset) -> list[Point]:
-    """Return the points of a sweep's grid without laws, the seeds of each taken together.
+    """Return the points of a sweep's grid without laws; each is the mean over the seeds.
 
-    If the sweep knows what the sliding limit does under the same random dilations (`CONTROL`), the
-    scatter of the dilations is taken out: velocity minus sliding limit, plus its known mean.
+    If the sweep has the sliding limit under the same random dilations (`CONTROL`), it reduces the
+    scatter: each value is velocity minus sliding limit, plus the known mean of the sliding limit.
     """
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
     known = (*_SHARED, *_UNLIKE, "solver")
     shared = {name: exact_or_same(dataset.attrs[name]) for name in known if name in dataset.attrs}
-    for name in ("mu_d", "mu_s", *_UNLIKE):  # lists stand in files as numbers with spaces
+    for name in ("mu_d", "mu_s", *_UNLIKE):  # in files, a list is a text of numbers and spaces
         if isinstance(shared.get(name), str) or (name in _UNLIKE and name in shared):
             shared[name] = [exact_number(number, name) for number in str(shared[name]).split()]
     points = []
@@ -168,9 +168,9 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
 
 
 def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """Return the points of members of a scene without laws, the seeds of each taken together.
+    """Return the points of members of a scene without laws; each is the mean over the seeds.
 
-    `settings`: what varies among the members, by the keys of a scene; one for each run.
+    `settings`: what varies among the members, by the keys of a scene; one mapping for each run.
     """
     groups: dict[tuple[tuple[str, Any], ...], list[Creep]] = {}
     for run, setting in zip(runs, settings, strict=False):
@@ -192,7 +192,7 @@ def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]])
 
 
 def exact_or_same(value: Any) -> Any:
-    """Return a number as the rational that it denotes, and anything else as it is."""
+    """Return a number as an exact rational, and anything else unchanged."""
     try:
         return exact_number(value, "value")
     except InputError:
@@ -200,7 +200,7 @@ def exact_or_same(value: Any) -> Any:
 
 
 def _shown(value: Any) -> Any:
-    """Return a varied value as it goes into a table."""
+    """Return a varied value as it is written in a table."""
     exact = exact_or_same(value)
     if not isinstance(exact, Fraction):
         return value if isinstance(value, str) else json.dumps(value)
@@ -230,7 +230,7 @@ def draw_points(
 ) -> None:
     """Draw measured velocities over a dimension, with their standard errors."""
     kept = list(points)
-    # a runaway has no velocity
+    # a runaway chain has no velocity
     y = [p.measured * scale(p) if math.isfinite(p.measured) else math.nan for p in kept]
     error = [0.0 if math.isnan(p.error) else p.error * scale(p) for p in kept]
     about = {"marker": "o", "markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
@@ -240,12 +240,7 @@ def draw_points(
 
 @styled
 def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
-    """Draw the velocities of a sweep over the quantity with most values, all seeds together.
-
-    Other quantities make families, each with its colour. The law of the sliding limit is a broken
-    line, the measured law of sliders that stick and slip a full line in a band of its deviation.
-    Exactly two quantities with at least `MAPPED` values each make a map with contours of the law.
-    """
+    """Draw the velocities of a sweep over the quantity with most values; see `plot_sweep`."""
     return draw_velocities(points_of(dataset), title)
 
 
@@ -262,16 +257,16 @@ def draw_velocities(points: Sequence[Point], title: str = "", under: str = "") -
 def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the velocities of a sweep with their errors beside the laws; return the axes.
 
-    The quantity with most values is along the axis; the seeds of each point are taken together.
-    Other quantities make families, each with its colour. The law of the sliding limit is a broken
-    line, the measured law of sliders that stick and slip a full line in a band of its deviation.
-    Exactly two quantities with at least five values each make a map in colour, with the laws as
-    contours; cells without a velocity stay white.
+    The quantity with most values is along the axis, and each point is the mean over its seeds.
+    Other quantities make families, each in its own colour. A broken line is the law of the sliding
+    limit; a full line in a band is the fitted law of sliders that stick and slip, with its
+    deviation. If exactly two quantities vary, with at least five values each, the picture is a
+    map: colours show the velocity and contours the laws; cells without a velocity are white.
 
     Parameters
     ----------
     dataset : Dataset
-        What `sweep` returns, or its ``sweep.nc`` that `xarray.open_dataset` reads.
+        Returned by `sweep`, or read from its ``sweep.nc`` with `xarray.open_dataset`.
     ax : Axes, optional
         Default: new axes.
 
@@ -283,7 +278,7 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        If the dataset is not a whole grid of a sweep, or nothing varies but the seed.
+        If the dataset is not the whole grid of a sweep, or nothing varies but the seed.
 
     Examples
     --------
@@ -314,7 +309,7 @@ def _values(points: Sequence[Point]) -> dict[str, list[Any]]:
 
 
 def _numbers(values: Sequence[Any]) -> int:
-    """Return how many numbers these are, 0 if any of them is a word."""
+    """Return how many values there are, or 0 if any of them is not a number."""
     return 0 if any(isinstance(value, str) for value in values) else len(values)
 
 
@@ -336,12 +331,12 @@ def _draw(axes: Axes, points: Sequence[Point]) -> None:
 def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None:
     """Draw the velocity in colour over two quantities, and contours of the laws.
 
-    Colours go with the square root, so that slow creep is told from rest beside fast creep.
+    Colours follow the square root of the velocity, so that slow creep differs visibly from rest.
     """
     x, y = (sorted({point.varied[key] for point in points}) for key in (across, up))
     measured = {(point.varied[across], point.varied[up]): point.measured for point in points}
     values = np.array([[measured[a, b] for a in x] for b in y])
-    values[~np.isfinite(values)] = math.nan  # a runaway has no velocity
+    values[~np.isfinite(values)] = math.nan  # a runaway chain has no velocity
     low, high = _ends(values)
     image = axes.pcolormesh(
         x, y, values, shading="nearest", cmap="cividis", rasterized=True,
@@ -382,7 +377,7 @@ def _square(values: Any) -> Any:
 
 
 def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the least and the largest of finite values, apart where all are equal."""
+    """Return the least and the largest finite value, moved apart if they are equal."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     apart = 0.0 if high > low else 0.5 * (abs(low) or 1.0)
@@ -390,7 +385,7 @@ def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _levels(low: float, high: float) -> list[float]:
-    """Return round numbers between two others, 1, 2 and 5 in each decade if they are enough."""
+    """Return round numbers between two others: 1, 2 and 5 times powers of ten if they suffice."""
     most = max(abs(low), abs(high))
     decades = 10.0 ** np.arange(math.floor(math.log10(most)) - 1, math.floor(math.log10(most)) + 1)
     sizes = np.outer(decades, [1, 2, 5]).ravel()
@@ -401,7 +396,7 @@ def _levels(low: float, high: float) -> list[float]:
 
 
 def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
-    """Draw the velocity over one quantity, each of the others' values in a colour of its own."""
+    """Draw the velocity over one quantity, each value of the others in its own colour."""
     families: dict[str, list[Point]] = {}
     for point in points:
         others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
@@ -442,7 +437,7 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
 
 
 def _between(values: Iterable[Any]) -> list[Any]:
-    """Return where a law is drawn among numbers; where they are whole, or words, at them alone."""
+    """Return where to draw a law: at many numbers, or only at the values if they are whole."""
     known = list(dict.fromkeys(values))
     if any(isinstance(one, str) for one in known) or all(isinstance(one, int) for one in known):
         return known
@@ -450,9 +445,9 @@ def _between(values: Iterable[Any]) -> list[Any]:
 
 
 def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction | None:
-    """Return what laws say of a point, None where there is no law; `sliding` does not stick."""
+    """Return the laws' prediction for a point, or None; `sliding` sliders do not stick."""
     about = {key: given[key] for key in (*_SHARED, *_UNLIKE) if key in given}
-    if len({*about} & {*_SHARED}) < len(_SHARED) - 1:  # a solid's contacts vary
+    if len({*about} & {*_SHARED}) < len(_SHARED) - 1:  # the contacts of a solid vary
         return None
     if given.get("solver") == Sliding.name:
         about |= {"mu_s": about["mu_d"], "sigma_mu": 0}
@@ -461,12 +456,12 @@ def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction 
 
 
 def _sliding(found: Prediction | None) -> float:
-    """Return the law of the sliding limit, between its two values; nan where there is none."""
+    """Return the law of the sliding limit, the mean if it has two values, nan without a law."""
     return math.nan if found is None else sum(found.sliding) / len(found.sliding)
 
 
 def sticking(found: Prediction | None) -> tuple[float, float]:
-    """Return the law of sliders that stick and slip and its deviation; nan beyond its range."""
+    """Return the law of sliders that stick and slip, and its deviation; nan outside its range."""
     if found is None or found.sticking is None:
         return math.nan, math.nan
     return found.sticking, found.deviation

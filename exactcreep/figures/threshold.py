@@ -1,4 +1,4 @@
-"""The picture of a threshold: what a search computed over the amplitude, beside the laws."""
+"""The picture of a threshold: the computed windows or velocities over the amplitude, with laws."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ _LAWS = {
     "none": "below this none creeps for ever",
 }
 _FURTHER, _MOST_CYCLES = 8, 200
-"""Cycles that are drawn after both sides have settled, and at most."""
+"""Cycles drawn after both sides have settled, and the most cycles drawn in all."""
 _SPARE = 10
-"""Decimal digits of the runs on both sides, more than the threshold has."""
+"""Decimal digits of the runs on both sides, in addition to the digits of the threshold."""
 _MOST_SIGNS = 45
-"""Of a line in each of two columns of a legend."""
+"""Most characters of a line in a legend with two columns."""
 _OPEN = 1.05
-"""The axis ends in a window that the scan has not seen the end of, so much above its beginning."""
+"""If the last window is open, the axis ends at this multiple of the window's lower edge."""
 
 
 @styled
 def draw_threshold(found: Threshold | Intercept) -> Figure:
     """Draw windows, or velocities, over the amplitude, with the laws.
 
-    Of a threshold the displacements below and above it stand beneath.
+    The picture of a threshold also shows the displacements below and above it.
     """
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"
@@ -77,7 +77,7 @@ def draw_threshold(found: Threshold | Intercept) -> Figure:
 def _span(
     axes: Axes, found: Threshold | Intercept, laws: Mapping[str, float]
 ) -> tuple[float, float]:
-    """Return the amplitudes to draw: those that tell something, whatever the laws are."""
+    """Return the range of amplitudes to draw; around a threshold it includes the laws."""
     axes.margins(x=0.05)
     if isinstance(found, Intercept) and not found.amplitudes.size:
         return 0.95 * min(laws.values()), 1.05 * max(laws.values())
@@ -92,7 +92,7 @@ def _span(
 
 
 def _advance(axes: Axes, found: Threshold) -> None:
-    """Draw x_G at the ends of cycles on both sides of a threshold, as its solver follows them."""
+    """Draw x_G at the ends of cycles on both sides of a threshold, computed by its solver."""
     cycles = found.cycles
     if found.fates is not None:
         settled = [fate.settled_after for fate in found.fates if fate is not None]
@@ -110,7 +110,7 @@ def _advance(axes: Axes, found: Threshold) -> None:
 
 
 def _cut(text: str) -> str:
-    """Return a text whose decimals have at most 45 digits."""
+    """Return a text whose decimals are cut to 45 digits."""
     return re.sub(r"(\.\d{45})\d+", r"\1...", text)
 
 
@@ -128,7 +128,7 @@ def _velocities(axes: Axes, found: Intercept) -> None:
 def _windows(axes: Axes, found: Threshold) -> None:
     ends = [(float(edge.middle), edge.begins) for edge in found.windows or ()]
     label = found.what
-    if len(ends) > 1:  # all but the first edge are as the scan has seen them
+    if len(ends) > 1:  # the first edge is exact; the others come from the float64 scan
         label += " (float64 scan)"
     for begin in [end for end, begins in ends if begins]:
         later = (end for end, begins in ends if not begins and end > begin)
