@@ -1,21 +1,15 @@
-"""Mutants of statements: a number or sign of a text changed, and whether anything notices.
-
-``python -m tests.derivations.statements [SEED]`` draws a hundred of them from all that the ledger
-and the lines of the derivations say, and lists those that nothing notices.
-"""
+"""Mutants of statements: a number or sign of a text changed, and whether anything notices."""
 
 from __future__ import annotations
 
 import ast
 import re
-import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
 from derivations.ledger import Entry, entries, entry_of
-from derivations.model import ASSUMED
 
 DERIVATIONS = Path(__file__).parents[2] / "derivations"
 NUMBER = re.compile(r"(?<![A-Za-z_\\])\d+(?:\.\d+)?|\.\d+")
@@ -27,16 +21,6 @@ _WORDS = (
 """Names with a digit or an asterisk in them, equations by number, hyphens, arrows, dots."""
 _NAMED = re.compile(_WORDS)
 _LITERAL = re.compile(r"\d+|[-+*/^<>]")
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """A changed statement: of which entry or file, in which of its texts, and what it became."""
-
-    owner: str
-    text: str
-    was: str
-    became: str
 
 
 def changed(text: str) -> Iterator[str]:
@@ -103,30 +87,16 @@ def literals_of(path: Path) -> Iterator[tuple[int, str]]:
                             yield node.lineno, ast.unparse(part.value)
 
 
-def survivors(seed: int, count: int = 100) -> tuple[int, list[Mutant]]:
-    """Return how many mutants there are to draw from, and those drawn that nothing notices."""
+def survivors(seed: int, count: int = 100) -> tuple[int, list[tuple[str, str]]]:
+    """Return how many mutants there are to draw from, and those drawn that nothing notices.
+
+    Each is the name of its entry, and what its text became.
+    """
     sites = [*of_ledger()]
     left = []
     for entry, key, other in Random(seed).sample(sites, count):
         if key == "measured":
             continue  # test_measured.py takes its numbers from this text
         if not noticed(entry, key, other):
-            left.append(Mutant(entry.name, key, str(entry.raw[key]), other))
+            left.append((entry.name, other))
     return len(sites), left
-
-
-def main(arguments: list[str]) -> int:
-    """Draw a hundred mutants, and print those that nothing notices."""
-    seed = int(arguments[0]) if arguments else 38
-    total, left = survivors(seed)
-    print(f"seed {seed}: 100 of {total} changed statements drawn, {len(left)} not noticed")
-    for mutant in left:
-        print(f"{mutant.owner}.{mutant.text}: {mutant.became}")
-    stated = [f"{p.name}:{at}" for p in sorted(DERIVATIONS.glob("*.py")) for at in literals_of(p)]
-    print(f"numbers and signs that lines state of themselves: {stated or 'none'}")
-    print(f"premises that are known: {len(ASSUMED)}")
-    return bool(left or stated)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,6 @@ from derivations.ledger import (
     CHAPTERS,
     EQUATIONS,
     Entry,
-    by_number,
     disagreements,
     entries,
     premises,
@@ -75,15 +73,6 @@ def test_exactly_the_known_misprints_are_accused_and_every_equation_has_an_entry
         assert {entry.name for entry in entries() if entry.verdict == verdict} == {*known.split()}
 
 
-def test_what_is_read_names_equations_by_the_paper_s_numbers() -> None:
-    numbers = {entry.name: entry.number for entry in entries() if entry.number}
-    assert by_number("as Eq. (seuil), Eq. (no_label)") == "as Eq. 22, Eq. (no_label)"
-    for entry in entries():
-        for said in (entry.corrected, entry.error, entry.measured, entry.how):
-            named = re.findall(r"Eq\. \((\w+)\)", said or "")
-            assert [label for label in named if label in numbers] == []
-
-
 def test_derivations_import_nothing_from_the_package() -> None:
     for path in (ROOT / "derivations").glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -93,21 +82,15 @@ def test_derivations_import_nothing_from_the_package() -> None:
             assert not any(name.split(".")[0] == "exactcreep" for name in names), path.name
 
 
-def test_an_equation_is_found_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_equation_is_found_by_its_number_and_what_does_not_exist_is_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     said = [(main(["--only", name]), capsys.readouterr().out) for name in ("seuil", "22", "Eq. 22")]
     assert {code for code, _ in said} == {0}
     assert len({out.partition("lines:")[0] for _, out in said}) == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [(["--only", "vitess"], "vitess"), (["--only", "seuil", "--paper", "none.tex"], "none.tex")],
-)
-def test_what_does_not_exist_is_refused(
-    arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(arguments) == 2
-    assert named in capsys.readouterr().err
+    for *arguments, named in (["--only", "vitess"], ["--only", "seuil", "--paper", "none.tex"]):
+        assert main([*arguments, named]) == 2
+        assert named in capsys.readouterr().err
 
 
 def _source() -> str:
