@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.contacts import Contacts, Event
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
@@ -52,7 +52,7 @@ _ENDINGS = {
     steps.INFINITE: Ending(Stop.LIMIT, _INFINITE),
 }
 """Why the compiled steps return for good; else they want to be called again."""
-_NOWHERE = np.empty(0)
+_NOWHERE, _NO_ROWS = np.empty(0), TargetRows.empty((), 0, 1)
 
 
 def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
@@ -104,10 +104,6 @@ def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any
         return tensions, inner[steps.PLACE] + inner[X], (inner[Y] + 0.5 * inner[B]) / fixed.dt
 
 
-def _events(rows: dict[str, NDArray[Any]]) -> list[Event]:
-    return [event for _, event in logged_events(EVENT_TABLE.arrays(rows))]
-
-
 class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
@@ -142,33 +138,32 @@ class VerletSimulation(Simulation):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         targets = drive.targets(first, count, self.seed)
         rows = TargetRows.empty(self.record, count, self.chain.n)
-        logs: list[dict[str, NDArray[Any]]] = []
-        done, begun = 0, self.tally.events
+        done, logged, ended = self.step_on(limits, targets, first, rows)
+        return Stretch(done, rows.recorded(self.record, done) | logged, *ended)
+
+    def step_on(
+        self, limits: Limits, targets: NDArray[Any] = _NOWHERE, first: int = 0,
+        rows: TargetRows = _NO_ROWS,
+    ) -> tuple[int, dict[str, NDArray[Any]], Ending]:  # fmt: skip
+        """Step to the targets; without any, until the rearrangement under way ends.
+
+        Returns how many were reached, what was logged, and why it ended.
+        """
+        done, before, logs = 0, self.tally.events, list[dict[str, NDArray[Any]]]()
         stop: Stop | None = None
         while stop is None:
-            budget = begun + limits.events_left - self.tally.events
-            ahead = rows.part(done)
+            budget = before + limits.events_left - self.tally.events
             code, reached = steps.follow(
-                self.fixed, self.arrays, targets[done:], first + done, budget, ahead
+                self.fixed, self.arrays, targets[done:], first + done, budget, rows.part(done)
             )
             done += reached
             logs.append(self._tables())
             stop, reason = _ENDINGS.get(code, (None, ""))
-            stop = stop or limits.stop(self.tally.events - begun)
-        recorded = rows.recorded(self.record, done) | joined(logs)
-        return Stretch(done, recorded, stop, reason or limits.reason(stop))
-
-    def step_on(self, budget: int) -> int:
-        """Let the rearrangement under way go on, for so many events; return why it came back."""
-        nothing = TargetRows.empty((), 0, self.chain.n)
-        return int(steps.follow(self.fixed, self.arrays, _NOWHERE, 0, budget, nothing)[0])
+            stop = stop or limits.stop(self.tally.events - before)
+        return done, joined(logs), Ending(stop, reason or limits.reason(stop))
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
-        begun, code, logs = self.tally.events, steps.PAUSED, []
-        while not self.at_rest and _ENDINGS.get(code) is None and not limits.passed():
-            code = self.step_on(begun + limits.events_left - self.tally.events)
-            logs.append(self._tables())
-        return joined(logs)
+        return {} if self.at_rest else self.step_on(limits)[1]
 
     def _written(self) -> dict[str, NDArray[Any]]:
         """Return the columns of what was kept of events, and make space for others."""
@@ -176,10 +171,6 @@ class VerletSimulation(Simulation):
         columns = self.arrays.rows[: now["written"]].T.copy()
         now["written"] = 0
         return dict(zip(steps.ROW, columns, strict=True))
-
-    def new_events(self) -> list[Event]:
-        """Return the events that have been kept, and make space for others."""
-        return _events(self._written())
 
     def _tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of tables that are complete, and make space for others."""
@@ -191,7 +182,7 @@ class VerletSimulation(Simulation):
         ended: list[tuple[Avalanche, int]] = []
         moved, drawn = np.zeros((2, self.chain.n))
         k = 0
-        for event in _events(rows):
+        for _, event in logged_events(EVENT_TABLE.arrays(rows)):
             of_event = slice(k, k + len(event.sliders))
             if rows["number"][k] == 0:
                 self._end(ended)
@@ -316,21 +307,12 @@ class Verlet(Solver):
             steps.ramp(fixed, arrays, float(direction), math.inf)
         begun = simulation.state()
         initial = replace(start.state, tensions=begun.tensions, theta=begun.theta)
-        events = simulation.new_events()
-        ended = Ending(Stop.DONE)
-        while now["phase"] == steps.MOVING and ended.stop is Stop.DONE:
-            if (stop := limits.stop(len(events))) is not None:
-                ended = Ending(stop, limits.reason(stop))
-                break
-            code = simulation.step_on(1)
-            events += simulation.new_events()
-            if code in (steps.RUNAWAY, steps.STEPS, steps.INFINITE):
-                ended = _ENDINGS[code]
+        _, logged, ended = simulation.step_on(limits.after(simulation.tally.events))
         return Rearrangement.of(
             simulation,
             self.name,
             ended,
             initial=initial,
-            events=tuple(events),
+            events=tuple(event for _, event in logged_events(logged)),
             report=simulation.report(),
         )
