@@ -1,14 +1,17 @@
 """What the model refuses: the sentence names the field, and the value, and says what is allowed."""
 
+import gzip
 import math
 import pickle
 from decimal import Decimal
+from pathlib import Path as File
 
 import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, GaussianSteps, InputError, Path, State, disorder
 from exactcreep.model.numbers import exact_number, whole_number
+from exactcreep.model.user_files import content_of, text_of, unpacked
 
 PAPER = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 CHAIN = Chain(**PAPER)
@@ -89,3 +92,21 @@ def test_what_cannot_be_is_refused_by_its_field(make, given, field):
 def test_a_refusal_survives_pickling():
     error = pickle.loads(pickle.dumps(InputError("n", 0, "must be at least 1")))
     assert (error.field, error.value, str(error)) == ("n", 0, "n = 0: must be at least 1")
+
+
+def test_a_file_is_read_and_unpacked_up_to_a_size_to_the_byte(tmp_path: File) -> None:
+    whole, path = bytes(range(256)) * 4096, tmp_path / "a"
+    more, most = whole + b"x", len(whole)
+    assert unpacked(gzip.compress(whole), "file", "a", most) == whole
+    assert unpacked(more, "file", "a", most) == more  # not packed
+    path.write_bytes(whole)
+    assert content_of(path, "file", most) == whole
+    path.write_bytes(more)
+    for read in (
+        lambda: content_of(path, "file", most),
+        lambda: unpacked(gzip.compress(more), "file", "a", most),
+    ):
+        with pytest.raises(InputError, match="must have at most 1 MiB"):
+            read()
+    with pytest.raises(InputError, match="line 2 holds another byte"):
+        text_of("Tag\nMärz".encode("latin-1"), "file", "a")

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, State, fate, plan, rearrange, survival
-from exactcreep.model.outcome import Outcome
+from exactcreep import Chain, State, rearrange
+from exactcreep.model.names import did_you_mean
+from exactcreep.model.outcome import Evidence, Outcome, cycles_text, direction_of, found_text
 from exactcreep.model.result import Result
 
 
@@ -39,6 +40,8 @@ def test_a_result_tells_what_it_holds_as_json_as_a_dataset_and_as_a_table() -> N
     assert "x&lt;y" in table
     assert "reason" not in table
     assert repr(Measured()).startswith("Measured(outcome='creeping', value=nan, curve=[1, nan]")
+    with pytest.raises(AttributeError, match="Measured has no picture"):
+        Measured().plot()
 
 
 @pytest.mark.parametrize(
@@ -52,16 +55,6 @@ def test_results_are_equal_by_value_whatever_their_time(other: dict[str, Any]) -
     assert Measured() != "creeping"
 
 
-def test_a_result_is_drawn_as_its_command_draws_it_or_has_no_plot() -> None:
-    chain, amplitude = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4"), "1/1000"
-    figure = fate(chain, amplitude).plot()
-    assert [axes.get_ylabel() for axes in figure.axes][-1] == r"tension ($m\,g$)"
-    assert "draw_survival" in str(survival(chain, amplitude, starts=2, cycles=2).plot)
-    for bare in (Measured(), plan(chain, Cycles(amplitude, 2))):
-        with pytest.raises(AttributeError, match=f"{type(bare).__name__} has no picture"):
-            bare.plot()
-
-
 def test_a_rearrangement_tells_its_numbers_in_full_and_is_shown_in_short() -> None:
     chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
     motion = rearrange(chain, State.relaxed(chain), direction=+1)
@@ -69,3 +62,35 @@ def test_a_rearrangement_tells_its_numbers_in_full_and_is_shown_in_short() -> No
     assert (told["n"], told["events"], told["outcome"]) == (2, 2, "at_rest")
     assert (told["theta"], told["duration"]) == (motion.theta, motion.duration)
     assert "duration=3.14159," in repr(motion)
+
+
+@pytest.mark.parametrize(
+    ("advance", "slope", "way"),
+    [
+        (0.1, 0.3, "downhill"), (0.1, 0, "+x"), (0.1, -0.3, "uphill"), (-0.1, 0.3, "uphill"),
+        (-0.1, 0, "-x"), (-0.1, -0.3, "downhill"), (0, 0.3, "none"), (math.nan, 0.3, "none"),
+    ],
+)  # fmt: skip
+def test_a_direction_is_that_of_the_slope_and_on_the_level_that_of_the_axis(
+    advance: float, slope: float, way: str
+) -> None:
+    assert direction_of(advance, slope) == way
+    found = found_text(Outcome.CREEPING, way, f"after {cycles_text(2)}", Evidence.PROVED)
+    assert found == f"creeping{' ' * (way != 'none')}{way.removesuffix('none')}, after 2 cycles (proved)"
+    assert found_text(Outcome.AT_REST, "none", cycles_text(1), Evidence.COMPUTED) == (
+        "at rest, 1 cycle (computed)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "suggested"),
+    [
+        ("verlett", "verlet"), ("VERLET", "verlet"), ("amplitude", "drive.amplitude"),
+        ("n", "chain.n"), ("drive_amplitude", "drive.amplitude"), ("viola", ""), ("xyzzy", ""),
+    ],
+)  # fmt: skip
+def test_a_name_is_suggested_that_is_near_or_of_which_it_is_a_part(
+    name: str, suggested: str
+) -> None:
+    said = did_you_mean(name, ["exact", "verlet", "drive.amplitude", "chain.n"])
+    assert said == (f" (did you mean {suggested}?)" if suggested else "")

@@ -20,7 +20,6 @@ from exactcreep import (
     sweep,
     threshold,
 )
-from exactcreep.model.outcome import direction_of
 from tests.paper import captions
 
 SHALLOW = captions(4, mu_s="0.612", tan_alpha="0.0058")
@@ -55,12 +54,6 @@ def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
     level = creep(captions(6, "0.01", tan_alpha="0"), GaussianSteps("0.01", 400), seed=3)
     assert (level.outcome, level.outcome_evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
-
-
-def test_a_direction_is_that_of_the_slope_and_on_the_level_that_of_the_axis() -> None:
-    assert [direction_of(0.1, tan) for tan in (0.3, 0, -0.3)] == ["downhill", "+x", "uphill"]
-    assert [direction_of(-0.1, tan) for tan in (0.3, 0, -0.3)] == ["uphill", "-x", "downhill"]
-    assert [direction_of(nothing, 0.3) for nothing in (0, 0.0, float("nan"))] == ["none"] * 3
 
 
 def test_all_parts_say_that_a_chain_creeps_uphill(tmp_path: Path) -> None:
