@@ -44,7 +44,7 @@ creep(captions(81), drive)
 """,
 )
 """What most tests need compiled, each once, in two processes that take about as long."""
-LONGEST = ("test_notebooks", "test_readme", "test_killed", "test_solid")
+LONGEST = ("test_notebooks", "test_book", "test_killed", "test_solid")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from exactcreep import load_scene
 from tests.processes import PATIENCE, environment
-from tests.test_readme import README
+from tests.test_book import README
 
 RUN = ("run", "chain-amplitude", "--set", "drive.cycles=2")
 FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
@@ -81,8 +81,9 @@ def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_readme_shows_what_a_pipe_gets(tmp_path: Path) -> None:
-    words = re.search(r"exactcreep (run .*) --plot \S+ --force$", README, re.MULTILINE)
-    shown = re.search(r"^```text\n(six-sliders-cycles: .*?)^```$", README, re.MULTILINE | re.DOTALL)
+    text = README.read_text("utf-8")
+    words = re.search(r"exactcreep (run .*) --plot \S+ --force$", text, re.MULTILINE)
+    shown = re.search(r"^```text\n(six-sliders-cycles: .*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert words is not None
     assert shown is not None
     untimed = re.compile(r"[\d.]+ s$", re.MULTILINE)
