@@ -15,11 +15,11 @@ def known_of(results: Sequence[Creep]) -> str:
 
     "" if there is no more to say than the evidence.
     """
-    lost = [run for run in results if run.followed is not None and run.followed < run.half_cycles]
+    lost = [run for run in results if run.known_half_cycles < run.half_cycles]
     targets = "half-cycle" if all(run.drive.cyclic for run in results) else "target"
     if not lost:
         return _known_throughout(results, targets)
-    ends = sorted(run.followed or 0 for run in lost)
+    ends = sorted(run.known_half_cycles for run in lost)
     reach = f"{targets} {ends[0]}" if ends[0] == ends[-1] else f"{targets} {ends[0]} to {ends[-1]}"
     if len(lost) < len(results):
         reach += f" ({len(lost)} of {len(results)} runs)"

@@ -278,10 +278,10 @@ class Creep(Result):
         return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
 
     @property
-    def followed(self) -> int | None:
-        """Up to which target the course is followed, if it is undecided beyond; else None."""
+    def known_half_cycles(self) -> int:
+        """The last target at which the trajectory is known."""
         if not self.undecided_from:
-            return None
+            return self.half_cycles
         before = self.undecided_from - 1
         by_rules = self.undecided or self.long_rearrangements
         return before if by_rules else max(before, self.trusted_half_cycles or 0)

@@ -178,10 +178,10 @@ class ObservedRun:
             ended = Behaviour(self.outcome, reason=self.reason, evidence=known)
         burn_in, mean = self.velocity.mean(done)
         velocity, error, exact = self._velocity(ended, burn_in, mean)
-        doubted = self.copy.doubted_from
-        if not doubted and simulation.evidence is Evidence.UNDECIDED:
-            doubted = done + 1
-        evidence = Evidence.of(doubted, simulation.evidence)
+        undecided = self.copy.undecided_from
+        if not undecided and simulation.evidence is Evidence.UNDECIDED:
+            undecided = done + 1
+        evidence = Evidence.of(undecided, simulation.evidence)
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
         report = simulation.report()
         if experiment.accuracy is not None:
@@ -200,8 +200,8 @@ class ObservedRun:
             half_cycles=done,
             burn_in=burn_in,
             **{attribute_of(name): count for name, count in vars(tally).items()},
-            undecided_from=doubted,
-            trusted_half_cycles=self.copy.trusted_up_to,
+            undecided_from=undecided,
+            trusted_half_cycles=self.copy.trusted_half_cycles,
             warnings={name: count for name, count in beyond.items() if count},
             seconds=self.seconds,
             state=state,

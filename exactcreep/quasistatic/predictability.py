@@ -36,11 +36,11 @@ _FIRST, _LONGEST = 1024, 2**14  # targets at once; the first over n
 class Predictability(Observer):
     """Compares a run with its perturbed copies, and says from where on the run is undecided.
 
-    That is from target `doubted_from` on, 0 if it is not; up to `trusted` the copies have agreed to
-    `TRUSTED`.
+    `undecided_from` is the first undecided target, or 0. Up to target `agreed` the tensions of the
+    copies differ by at most ``TRUSTED / MARGIN``.
     """
 
-    state = ("doubted_from", "trusted", "checked", "parted", "followed", "copied")
+    state = ("undecided_from", "agreed", "checked", "parted", "following", "copied")
 
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive = experiment.drive
@@ -48,16 +48,16 @@ class Predictability(Observer):
         self._made = simulation.copies  # when the first target is reached: they may be large
         self.copies: PerturbedCopies | None = None
         self._first = max(_FIRST // experiment.chain.n, 4)
-        self.doubted_from, self.trusted, self.checked = 0, 0, 0
+        self.undecided_from, self.agreed, self.checked = 0, 0, 0
         self.parted = False
-        self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
+        self.following = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
         self.copied: Any = {}  # a snapshot of the copies; {}: at their start, None: they have ended
 
     def next(self, done: int) -> int:
-        if self.followed:
+        if self.following:
             return done + min(max(self._first, done), _LONGEST)
-        if self._known or self.doubted_from:  # each target says for itself whether it is decided
+        if self._known or self.undecided_from:  # each target says for itself whether it is decided
             return NEVER
         return max(self.checked + max(1, self.checked // 4), done + 1)
 
@@ -69,37 +69,37 @@ class Predictability(Observer):
         elif done >= min(self.next(self.checked), self.drive.half_cycles):
             self._doubt(self.checked + 1, np.array([simulation.evidence is Evidence.UNDECIDED]))
             self.checked = done
-        if self.followed:
+        if self.following:
             self._compare(stretch, first)
 
     def _doubt(self, first: int, doubtful: Any) -> None:
         if doubtful.any():
             begin = first + int(np.argmax(doubtful))
-            self.doubted_from = min(self.doubted_from or begin, begin)
+            self.undecided_from = min(self.undecided_from or begin, begin)
 
     def _compare(self, stretch: Stretch, first: int) -> None:
         """Let the copies follow, and go no further once one of them has parted."""
         if self.copies is None:
             self.copies = self._made()
         if self.copies is None:
-            self.trusted = first - 1 + stretch.completed
+            self.agreed = first - 1 + stretch.completed
             return
         most, apart = self._most_events, TRUSTED / MARGIN
         distance, whole = self.copies.follow(self.drive, first, stretch, most, apart)
         self._doubt(first, MARGIN * distance > TENSION_TOLERANCE)
         parts = distance > apart
         self.parted = bool(parts.any())
-        self.trusted = first - 1 + (int(parts.argmax()) if self.parted else distance.size)
+        self.agreed = first - 1 + (int(parts.argmax()) if self.parted else distance.size)
         if self.parted or not whole:
-            self.copies, self.followed = None, False
+            self.copies, self.following = None, False
 
     @property
-    def trusted_up_to(self) -> int | None:
+    def trusted_half_cycles(self) -> int | None:
         """Up to which target the run can be trusted at the least, None if that is not known."""
-        return self.trusted if self.parted or self.followed else None
+        return self.agreed if self.parted or self.following else None
 
     def kept(self) -> dict[str, Any]:
-        self.copied = {} if self.followed else None
+        self.copied = {} if self.following else None
         if self.copies is not None:
             self.copied = self.copies.snapshot()
         return super().kept()

@@ -47,8 +47,9 @@ def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> Non
 def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_worth() -> None:
     run = creep(SIX, Cycles("0.01", 150), seed=1)
     assert run.evidence is Evidence.UNDECIDED
-    assert run.undecided_from - 1 <= run.followed == run.trusted_half_cycles < 150
-    assert run.course.startswith(f"known to 1e-9 up to half-cycle {run.followed}; averages hold")
+    assert run.undecided_from - 1 <= run.known_half_cycles == run.trusted_half_cycles < 150
+    known = f"known to 1e-9 up to half-cycle {run.known_half_cycles}; averages hold"
+    assert run.course.startswith(known)
     assert run.summary()["course"] == run.course
     locked = creep(captions(5), Cycles("0.000759", 150))
     assert locked.undecided_from
@@ -59,7 +60,7 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
     level = captions(2, tan_alpha="0")  # both ends reach their thresholds at once
     run = creep(level, Cycles("0.003", 10), twin=True)
     assert run.undecided > 0
-    assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
+    assert run.known_half_cycles == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
 
 
 def held(run: Creep) -> tuple[float, float]:
