@@ -33,7 +33,6 @@ from exactcreep.figures.sweep import (
     CONTROL,
     EXACT,
     LIMIT,
-    SEED,
     STICKING,
     Law,
     Point,
@@ -59,7 +58,7 @@ from exactcreep.laws import (
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.scene import load_scene
-from exactcreep.studies.sweep import sweep
+from exactcreep.studies.sweep import SEED, sweep
 from exactcreep.watch.progress import Hearer
 
 Data = Mapping[str, xr.Dataset]

@@ -37,7 +37,7 @@ from exactcreep.figures.style import (
     setting_text,
     styled,
 )
-from exactcreep.figures.sweep import SEED, draw_velocities, exact_or_same, points_of_runs
+from exactcreep.figures.sweep import draw_velocities, exact_or_same, points_of_runs
 from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
@@ -52,6 +52,7 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+from exactcreep.studies.sweep import SEED
 
 Floats = NDArray[np.float64]
 MOST_LINES = 10
