@@ -1,8 +1,8 @@
-"""Distributions of avalanches (rearrangements): of their size, duration, energy, any column.
+"""Distributions of avalanches (rearrangements): of size, duration, energy, or any column.
 
-They are counted from the table `rearrangements` of a run, after its burn-in, in blocks of whole
-cycles (of targets, for other drives), whose scatter tells the errors: avalanches of one half-cycle
-are not independent.
+The avalanches come from the table `rearrangements` of a run, after its burn-in. Avalanches in the
+same half-cycle are not independent, so standard errors come from blocks of whole cycles (or whole
+targets).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from exactcreep.solvers.tables import ENERGY, NUMBER, REARRANGEMENT_TABLE, TIME
 Floats = NDArray[np.float64]
 BLOCKS = 16
 PER_DECADE, EQUAL = 8, 24
-"""Bins on a logarithmic scale, and all of a linear one."""
+"""Number of bins per decade of a logarithmic scale, and in all on a linear scale."""
 
 
 class Measure(NamedTuple):
@@ -40,12 +40,12 @@ _OWN = {
     "extent": Measure("extent $L$ (sliders from first to last)", NUMBER, True),
 }
 _COLUMNS = {"size": "slips", "energy": "dissipation"}
-"""Of the table, where their names are others."""
+"""Columns of the table whose names differ from the measure's."""
 _PLACED = {
     "half_cycle", "theta", "direction", "began_first", "began_last", "first", "last",
     "displacement", "gravity", "end_forces",
 }  # fmt: skip
-"""Columns of places and of what may be negative, which have a linear scale."""
+"""Columns with a linear scale: positions, and values that may be negative."""
 MEASURES = _OWN | {
     name: Measure(
         name.replace("_", " "),
@@ -57,11 +57,11 @@ MEASURES = _OWN | {
     if name not in (*_OWN, *_COLUMNS.values())
 }
 MEASURES |= {column: MEASURES[name] for name, column in _COLUMNS.items()}
-"""What can be measured of an avalanche, by name: four quantities, and every column of the table."""
+"""All measures of an avalanche by name: four quantities, and every column of the table."""
 
 
 class Avalanches(NamedTuple):
-    """The avalanches of a run: in which of the `blocks` each lies, and `MEASURES` by name."""
+    """The avalanches of a run: the block of each (of `blocks`), and `MEASURES` by name."""
 
     block: NDArray[np.int64]
     blocks: int
@@ -71,9 +71,9 @@ class Avalanches(NamedTuple):
 class Distribution(NamedTuple):
     """A density with its standard error, by bins.
 
-    Bins are equal on the scale of the measure, ``log`` or ``linear``, and `middle` are the middles
-    on it, of whole numbers between the first and the last in a bin; `width` of whole numbers is how
-    many a bin holds. Of `zeros` values the logarithm is not known: they are left out.
+    Bins are equally wide on the measure's scale, ``log`` or ``linear``. `middle` is the middle of a
+    bin on this scale, for whole numbers the middle of those in the bin, and `width` then counts
+    them. On a logarithmic scale, values of zero are left out; `zeros` is their number.
     """
 
     middle: Floats
@@ -107,10 +107,7 @@ def avalanches_of(result: Creep, measures: Iterable[str] = _OWN) -> Avalanches:
 
 
 def edges_of(measure: str, low: float, high: float) -> Floats:
-    """Return the edges of bins, of whole numbers halfway between.
-
-    They are equal on the scale of the measure.
-    """
+    """Return edges of bins, equally spaced on the measure's scale; for whole numbers at k + 1/2."""
     _, _, whole, scale = MEASURES[measure]
     if scale == "linear":
         apart = 1.0 if whole or low == high else 0.0
@@ -122,9 +119,9 @@ def edges_of(measure: str, low: float, high: float) -> Floats:
 
 
 def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -> Distribution:
-    """Return how one of `MEASURES` is distributed; on a logarithmic scale zeros are left out.
+    """Return the distribution of one of `MEASURES`; a logarithmic scale leaves out zeros.
 
-    The error is the error of a ratio of sums over blocks, to first order; nan for one block.
+    The standard error is first order, from ratios of sums over blocks; nan for one block.
     """
     values, logarithmic = found.values[measure], MEASURES[measure].scale == "log"
     counted = (values > 0) | (not logarithmic)

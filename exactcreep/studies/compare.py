@@ -1,8 +1,8 @@
-"""Solvers held against a better one, with the same disorder: one dataset over method and seed.
+"""Compare solvers with a more accurate solver, under the same disorder.
 
-All methods follow the same drive, with targets between the rearrangements that change nothing but
-let positions be compared after each one. `comparison` makes orders in the time step, intervals over
-seeds, a table and an advice of it.
+The drive gets additional targets between rearrangements, so that positions can be compared after
+each rearrangement. `comparison` derives orders in the time step, intervals over seeds, a table and
+advice from the dataset.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ from exactcreep.watch.preparation import clock
 from exactcreep.watch.progress import Hearer, reporter
 
 TIME_STEPS = ("0.1", "0.03", "0.01")
-"""Of Verlet, unless methods are named."""
+"""Time steps of Verlet, unless methods are named."""
 DIGITS = 30
-"""Of the certified solver, unless a truth is named."""
+"""Digits of the certified solver, unless a truth is named."""
 VELOCITY_EVENTS = 100_000
-"""Of the run of `exact` for the mean velocity of each seed; others make as many half-cycles."""
+"""Events of the run of `exact` that measures a velocity; others run as many half-cycles."""
 COMPILED = ("exact", "sliding", "verlet")
-"""Solvers so fast that their velocity is measured; of others only what an event costs."""
+"""Solvers that are fast enough to measure a velocity; for others only the time is measured."""
 
 _LONG = "largest distance of a slider's position from the true one"
 _VARIABLES: dict[str, tuple[Any, str, str]] = {
@@ -75,7 +75,7 @@ _VARIABLES: dict[str, tuple[Any, str, str]] = {
     "evidence": ("", "", "of the events that were compared"),
     "seconds": (math.nan, "s", "wall time per half-cycle, without compilation"),
 }
-"""The columns of each method and seed: the value if it is missing, the unit, the meaning."""
+"""The columns of each method and seed: value if missing, unit, meaning."""
 
 
 @shows_progress
@@ -93,44 +93,44 @@ def compare(
     Parameters
     ----------
     experiment : Experiment
-        Of a scene, or ``Experiment(chain, drive)``; its solver and record do not matter.
+        Chain, drive and start. Its solver and record are ignored.
     methods : sequence of Method, optional
-        Default: `exact`, `certified`, Verlet at the steps 0.1, 0.03 and 0.01 without and with
-        located events, and the sliding limit. A chain without slips (mu_s = mu_d): `sliding`.
+        Default: `exact`, `certified`, Verlet with steps 0.1, 0.03 and 0.01 and with and without
+        located events, and the sliding limit. Without slips (mu_s = mu_d): only `sliding`.
     truth : Method, optional
-        The method whose events are the true events. Default: `certified` with 30 digits.
+        Method whose events count as true. Default: `certified` with 30 digits.
     seeds : int or sequence of int, optional
-        How many, from the experiment's own on, or a list. Default: by the number of sliders alone,
-        1 if nothing is random.
+        A list, or a number of seeds that starts at the experiment's own. Default: by the number of
+        sliders, and 1 if nothing is random.
     events : int, optional
-        True events to compare for each seed, about; the drive may end before. Default: by the
-        number of sliders alone.
+        Approximate number of true events to compare for each seed; the drive may end earlier.
+        Default: by the number of sliders.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
 
     Returns
     -------
     Dataset
-        Over ``method`` and ``seed``: ``agreed`` events, whether one ``differs`` and which
-        (``own_event``, ``true_event``), ``rests`` before it with the largest ``error`` of a
-        position, ``velocity`` and its ``bias`` against `exact`, ``half_cycles``, ``seconds`` per
-        half-cycle; along ``rest`` too: ``errors``, one after each rearrangement. Over ``seed``:
-        ``events`` compared, and how well the truth is known.
+        Over ``method`` and ``seed``: ``agreed`` events, whether an event ``differs`` and which
+        (``own_event``, ``true_event``), the number of ``rests`` before it and the largest ``error``
+        of a position at them, ``velocity``, its ``bias`` against `exact`, ``half_cycles``, and
+        ``seconds`` per half-cycle. Along ``rest``: ``errors``, the largest after each
+        rearrangement. Over ``seed``: ``events`` compared, and ``truth_evidence``.
 
     Raises
     ------
     InputError
-        If an argument is out of range, nothing happens in the experiment, or its first
-        rearrangement is too long for the truth, or never ends.
+        If an argument is out of range, no slider moves, or the first rearrangement never ends or
+        is too long for the truth.
     Interrupted
-        After Ctrl-C; `partial` is the dataset of the seeds that were finished.
+        After Ctrl-C; `partial` is the dataset of the finished seeds.
 
     Notes
     -----
-    Guarantee: events agree if their kind, sliders, directions and order agree; times do not count.
-    Where ``truth_evidence`` says ``proved``, the events of a certified truth solve the equations.
-    `creep` measures the velocities, with its burn-in, over the whole drive or the half-cycles of
-    the first 100 000 events of `exact`; nan if there are none.
+    Guarantee: events agree if their kind, sliders, directions and order agree; times may differ.
+    Where ``truth_evidence`` is ``proved``, the events of the certified truth solve the equations.
+    Velocities come from `creep`, with its burn-in, over the whole drive or the half-cycles of the
+    first 100 000 events of `exact`; nan if there are none.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def compare(
     chain = experiment.chain
     chosen = ladder(chain) if methods is None else _valid(methods)
     best = _best(chain) if truth is None else _valid([truth])[0]
-    few = 300 if chain.n <= 30 else 100  # some seconds of `certified`
+    few = 300 if chain.n <= 30 else 100  # take `certified` some seconds
     most = whole_number(few if events is None else events, "events", least=1, most=MOST_EVENTS)
     members = _members(experiment, seeds)
     say, done, total = reporter(progress), count(), len(members) * (len(chosen) + 2)
@@ -161,7 +161,7 @@ def compare(
         return data.assign_attrs(about, truth=best.label, events=most)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # a run of its own says it
+        warnings.simplefilter("ignore", PhysicsWarning)  # the user's own run will warn
         try:
             for member in members:
 
@@ -179,7 +179,7 @@ def compare(
 def ladder(
     chain: Chain, time_steps: Sequence[Any] = TIME_STEPS, best: Method | None = None
 ) -> list[Method]:
-    """Return the methods that can follow a chain: without slips, the sliding limit alone."""
+    """Return the methods that can follow a chain; without slips only the sliding limit."""
     if chain.slides:
         return [Method("sliding")]
     plain = [Method("verlet", dt=dt) for dt in time_steps]
@@ -193,7 +193,7 @@ def _best(chain: Chain) -> Method:
 
 
 def _members(experiment: Experiment, seeds: Any) -> list[Experiment]:
-    """Return one experiment for each seed: of so many from the experiment's own, or of a list."""
+    """Return one experiment for each seed: seeds are a list, or counted from the experiment's."""
     random = experiment.chain.sigma_mu != 0 or experiment.drive.random
     if seeds is None:
         seeds = 4 if random and experiment.chain.n <= 30 else 1
@@ -273,7 +273,7 @@ def _agreement(own: Trajectory, true_run: Trajectory, ends: Sequence[int]) -> di
     """Return how far a trajectory agrees with the truth, and its errors at all rests."""
     agreement, row = agree(own, true_run), dict[str, Any](evidence=own.evidence.value)
     row |= {"errors": agreement.errors, "rests": agreement.errors.size}
-    if own.log:  # else it has no events that could differ
+    if own.log:  # without events none can differ
         row |= {
             "agreed": agreement.agreed,
             "differs": agreement.differs,
@@ -303,7 +303,7 @@ def _of_velocity(method: Method, experiment: Experiment, best: Creep) -> dict[st
 
 
 def shortened(drive: Drive, targets: int) -> Drive:
-    """Return a drive of the first targets, one at least (of cycles, one whole cycle)."""
+    """Return a drive of the first targets, at least one (for cycles: one whole cycle)."""
     targets = min(max(targets, 1), drive.half_cycles)
     if isinstance(drive, Cycles):
         return Cycles(drive.amplitude, max(targets // 2, 1))

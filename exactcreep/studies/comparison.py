@@ -1,4 +1,4 @@
-"""What the dataset of `compare` says: orders in the time step, intervals, a table, an advice."""
+"""Evaluate the dataset of `compare`: orders in the time step, intervals, a table, and advice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEVEL = 0.95
 
 
 class Interval(NamedTuple):
-    """A number and its interval, nan where it is not known."""
+    """A number and its interval; nan where unknown."""
 
     value: float
     lower: float = math.nan
@@ -49,11 +49,11 @@ def rate_of(count: int, among: float) -> Interval:
 
 
 def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
-    """Return the order in dt of Verlet's position errors, with located events or without.
+    """Return the order in dt of Verlet's position errors, with or without located events.
 
-    Neighbouring steps are compared at the rests that both came to before their first wrong event:
-    the mean of ``log(error ratio) / log(dt ratio)`` over pairs of steps, weighted by the latter
-    squared; then the mean over seeds, with Student's interval of 95 % (nan of a single seed).
+    The order of two neighbouring steps is ``log(error ratio) / log(dt ratio)``, at rests that both
+    reached before a wrong event. The result is its mean over pairs of steps, weighted by the square
+    of ``log(dt ratio)``, then over seeds, with Student's interval of 95 % (nan for one seed).
     """
     family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
     family = family.isel(method=np.argsort(-family.dt.values))
@@ -77,10 +77,9 @@ def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
 def spread(data: xr.Dataset) -> xr.Dataset:
     """Return statistics over the seeds for each method, over ``method`` and ``interval``.
 
-    The value and its interval of ``agreed``, events before the first that differs (median and
-    quartiles; inf where so many seeds met none), the ``rate`` of wrong turns per event (Poisson's
-    95 %), ``error`` (median and quartiles of the largest position error) and ``bias`` of the
-    velocity relative to the velocity of `exact` (Student's 95 %).
+    ``agreed``: events before the first wrong event (median and quartiles; inf where that many seeds
+    had none); ``rate``: wrong events per event (Poisson's 95 %); ``error``: the largest position
+    error (median and quartiles); ``bias``: of the velocity, relative to `exact` (Student's 95 %).
     """
     # velocity - bias is the velocity of exact
     scale = abs(float((data.velocity - data.bias).mean()))
@@ -108,11 +107,11 @@ def _spread(own: xr.Dataset, scale: float) -> dict[str, Interval]:
 
 
 def table(data: xr.Dataset) -> pd.DataFrame:
-    """Return one row for each method: what the seeds say together, and times.
+    """Return one row for each method, with statistics over the seeds.
 
     Columns: ``parted`` (seeds with a wrong event), ``agreed``, ``error`` and ``bias`` as in
-    `spread` with half the width of the latter's interval (``bias_error``), ``velocity``,
-    ``seconds`` per half-cycle and ``ratio`` (to `exact`), medians over the seeds.
+    `spread`, ``bias_error`` (half the width of its interval), ``velocity``, and the medians of
+    ``seconds`` per half-cycle and its ``ratio`` to `exact`.
     """
     known, middle = spread(data), data[["seconds", "velocity"]].median("seed")
     value, low, high = (known.sel(interval=part) for part in Interval._fields)
@@ -132,10 +131,10 @@ def table(data: xr.Dataset) -> pd.DataFrame:
 
 
 def advice(data: xr.Dataset) -> str:
-    """Return what to take for trajectories, and for the mean velocity: methods with their steps.
+    """Recommend a method and step for trajectories, and one for the mean velocity.
 
-    A bias is not seen if its interval over the seeds holds zero; the sentence says how large it may
-    be all the same. Times play no part.
+    A bias counts as zero if its interval over the seeds contains zero; the sentence then states the
+    largest bias in the interval. The recommendation does not depend on times.
     """
     if list(data.solver.values) == ["sliding"]:
         return "Take sliding: this chain has no slips, and the sliding limit is exact."
@@ -170,7 +169,7 @@ def advice(data: xr.Dataset) -> str:
 
 
 def summary(data: xr.Dataset) -> dict[str, Any]:
-    """Return the dataset's numbers and its reductions by names, ready for JSON."""
+    """Return the dataset and the statistics above by name, ready for JSON."""
     known = spread(data)
     methods = {
         name: {part: known[part].sel({"method": name}).values.tolist() for part in known.data_vars}

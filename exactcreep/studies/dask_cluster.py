@@ -14,7 +14,7 @@ from exactcreep.model.numbers import InputError
 
 
 class DaskExecutor(ClientExecutor):
-    """Dask's executor, which takes a result for an error if its worker dies when it has arrived."""
+    """Dask's executor, but a worker that dies after it has sent a result does not spoil it."""
 
     def _wrap_future(self, future: Any) -> Future[Any]:
         """Return a future of the standard library that ends as `future` does."""
@@ -27,7 +27,7 @@ class DaskExecutor(ClientExecutor):
                 own.set_running_or_notify_cancel()
             elif future.status == "error":
                 own.set_exception(result[1])
-            else:  # "finished", or begun anew since
+            else:  # "finished", or dask has restarted the task
                 own.set_result(result)
 
         def cancel(ended: Future[Any]) -> None:
@@ -43,9 +43,9 @@ class DaskExecutor(ClientExecutor):
 def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """Yield an executor that computes on the workers of a dask scheduler.
 
-    `address` is the address of the scheduler, ``tcp://10.0.0.1:8786``, or the path of its
-    ``--scheduler-file``; `timeout` is in seconds. If a worker dies, another one computes its cell
-    again, as often as dask's ``distributed.scheduler.allowed-failures`` says.
+    `address` is the scheduler's address, ``tcp://10.0.0.1:8786``, or the path of its
+    ``--scheduler-file``; `timeout` is in seconds. If a worker dies, another worker computes its
+    cell, at most ``distributed.scheduler.allowed-failures`` times (a setting of dask).
     """
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
@@ -56,5 +56,5 @@ def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise InputError("scheduler", address, f"does not answer: {reason}") from None
     with client:
-        # not pure: dask must never take a cell's result from another one of the same arguments
+        # not pure: dask must not reuse the result of another cell with the same arguments
         yield DaskExecutor(client, pure=False)  # type: ignore[no-untyped-call]

@@ -1,4 +1,4 @@
-"""The events of a run as it recorded them, and the first in which two runs differ."""
+"""The recorded events of a run, and the first event in which two runs differ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from exactcreep.solvers.tables import logged_events
 
 
 class LoggedRearrangement(NamedTuple):
-    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c."""
+    """One rearrangement of a run: the target whose ramp caused it, counted from 1, and theta_c."""
 
     half_cycle: int
     theta: Any
@@ -22,12 +22,12 @@ class LoggedRearrangement(NamedTuple):
 
     @property
     def itinerary(self) -> Itinerary:
-        """What happened, without when."""
+        """The events without their times."""
         return tuple(event.signature for event in self.events)
 
 
 class LoggedEvent(NamedTuple):
-    """One event of a run, and its place: from 1, from 0, and from 0 within its rearrangement."""
+    """An event: its target, from 1; its rearrangement, from 0; its place therein, from 0."""
 
     half_cycle: int
     rearrangement: int
@@ -36,7 +36,7 @@ class LoggedEvent(NamedTuple):
 
     @property
     def signature(self) -> tuple[Any, ...]:
-        """Where and what, without when."""
+        """The place and the kind of the event, without its time."""
         return (*self[:3], *self.event.signature)
 
     def summary(self) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def numbered(log: Sequence[LoggedRearrangement]) -> list[LoggedEvent]:
 def first_difference(
     own: Sequence[LoggedEvent], other: Sequence[LoggedEvent]
 ) -> tuple[int, LoggedEvent | None, LoggedEvent | None]:
-    """Return how many events two runs share, and the first that differ; None: no more events."""
+    """Return how many events two runs share, and the next event of each (None: no more events)."""
     for i, (a, b) in enumerate(zip_longest(own, other)):
         if a is None or b is None or a.signature != b.signature:
             return i, a, b

@@ -25,12 +25,12 @@ def run_members(
     limits: Limits = NO_LIMITS,
     checkpoint: Checkpoint | None = None,
 ) -> list[Creep]:
-    """Run experiments, `total` of them, and return their results in the same order.
+    """Run `total` experiments, and return their results in the same order.
 
-    Each is taken from `experiments` shortly before it begins. The seconds of `limits` are for all
-    together; members not yet begun when they are over have no result, but the first always has one.
-    The other limits are for each. A `checkpoint`, which holds all experiments from the beginning,
-    goes on from there if it was read from a file. Ctrl-C raises `Interrupted`.
+    An experiment is taken from `experiments` shortly before it starts. The seconds of `limits`
+    hold for all members together: later members are then not started, but the first always is. The
+    other limits hold for each member. A `checkpoint` that was read from a file is continued; it
+    contains all experiments. Ctrl-C raises `Interrupted`.
     """
     if total == 1:
         (experiment,) = experiments

@@ -1,4 +1,4 @@
-"""What a scene needs, which solver answers it and why, what that costs, and how far to trust it."""
+"""Choose the solver for a scene: why, what a run costs, and how far to trust it."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from exactcreep.watch.progress import Hearer, reporter
 FLOAT_DIGITS = 15
 """Significant digits that float64 holds."""
 _FIRST = 4  # half-cycles of the first pilot
-_AT_REST = 2**14  # half-cycles of one at rest: the search for a return takes longer until then
-_MOST = 1_000_000  # events of a pilot
-_COUNTED = 20_000  # events that the last pilot has at least whose events are counted
-_PILOT = 0.02  # seconds of processor time that the last pilot takes at least which is timed
-_FOLLOWED = 20_000  # events over which copies a few roundings off are followed
-_TIMED = 200  # events that a solver takes some milliseconds for each: certified, mpmath, reference
+_AT_REST = 2**14  # half-cycles of a pilot at rest: so long the search for a return costs more
+_MOST = 1_000_000  # most events of a pilot
+_COUNTED = 20_000  # least events of the last pilot when events are counted
+_PILOT = 0.02  # least processor time of the last pilot when time is measured, in seconds
+_FOLLOWED = 20_000  # events over which perturbed copies are followed
+_TIMED = 200  # events timed for solvers that take milliseconds each: certified, mpmath, reference
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
-_MANY_SLIPS = 100  # of an end in a swing: below, slips shift the threshold by a percent
-_NEXT_PIVOT = 0.025  # of the descent
+_MANY_SLIPS = 100  # least slips of an end in a swing; then slips shift the threshold by under 1 %
+_NEXT_PIVOT = 0.025  # most change of the descent by one pivot, relative
 _NO_INERTIA = {
     "law": "a theorem tells the velocity without following any slip",
     "sliding": "sliders slide with theta, and never accelerate",
@@ -50,7 +50,7 @@ _NO_INERTIA = {
 
 
 class Need(NamedTuple):
-    """One thing that a scene needs or not, and why; `_needs` lists them."""
+    """Something that a scene needs or does not need, and why; `_needs` lists all of them."""
 
     name: str
     needed: bool
@@ -59,28 +59,28 @@ class Need(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(Result):
-    """Which solver answers a question about a scene, why, what it costs, and what it is worth.
+    """The solver that answers a question about a scene, why, at what cost, and how reliably.
 
     Attributes
     ----------
     experiment, digits, explicit
-        As asked for; the solver that the scene names itself, which a plan never overrides.
+        The arguments; the solver that the scene itself names, which a plan never overrides.
     solver, reason, needs
-        ``law`` if a closed form is the answer; why; what the scene needs.
+        The solver, or ``law`` if a closed form is the answer; why; what the scene needs.
     law : tuple of float
-        The mean velocity by the law that holds; several values where the start decides; empty:
-        none.
+        The mean velocity by the law that holds: several values if the start decides, empty without
+        a law.
     law_name : str
-        Which law that is, in words.
+        The name of the law, in words.
     law_deviation : float
-        By how much runs were measured to differ from it; nan where that is not known.
+        Measured difference between runs and the law; nan if unknown.
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events, seconds : float
-        Of the whole run, from its first half-cycles: events of `exact`, the same on every machine,
-        and processor time on this one; nan where not known.
+        Estimates for the whole run from its first half-cycles: events of `exact`, the same on every
+        machine, and processor time on this machine; nan if unknown.
     course, trusted_half_cycles : str, int or None
-        How far the trajectory can be trusted, as in `Creep`; "" and None where not known.
+        How far the trajectory can be trusted, as in `Creep`; "" and None if unknown.
 
     Examples
     --------
@@ -134,14 +134,12 @@ def plan(
 ) -> Plan:
     """Return which solver answers a question about a chain and a drive, why, and at what cost.
 
-    Rules and theorems choose the solver; the clock only tells the cost.
-
     Parameters
     ----------
     chain : Chain
         Sliders, springs and friction.
     drive : Drive
-        The temperatures, as dilations, that the chain is to follow.
+        The dilations that the chain follows.
     digits : int
         Significant digits of the trajectory.
     record : tuple of str
@@ -154,7 +152,7 @@ def plan(
     Returns
     -------
     Plan
-        The solver and why, the velocity by a law that holds, and what a run costs.
+        The solver and why, the velocity by a law that holds, and the cost of a run.
 
     Raises
     ------
@@ -163,9 +161,9 @@ def plan(
 
     Notes
     -----
-    Guarantee: everything but the seconds depends on the arguments alone. `law_deviation` is the
-    measured distance of runs from the law: 0 if the law is a theorem. The events of `exact` and the
-    seconds are estimates, extrapolated from the first half-cycles.
+    Guarantee: rules and theorems choose the solver, never a measured time; everything but the
+    seconds depends only on the arguments. `law_deviation` was measured in runs: 0 if the law is a
+    theorem. Events and seconds are extrapolated from the first half-cycles.
 
     Examples
     --------
@@ -184,10 +182,10 @@ def plan_scene(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
-    """Return what every member of a scene sets, and its plan: those planned within `max_seconds`.
+    """Return the settings and the plan of every member of a scene that `max_seconds` allows.
 
-    A member whose runs the time cuts short is not planned. A scene that does not name a `record`
-    asks for the velocity alone.
+    A member whose pilot runs exceed the time has no plan. A scene that does not name a `record`
+    asks only for the velocity.
     """
     plans: list[tuple[Mapping[str, Any], Plan]] = []
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
@@ -211,7 +209,7 @@ def _planned(
     experiment: Experiment, digits: Any, explicit: str | None, limits: Limits = NO_LIMITS,
     *, solid: bool = False,
 ) -> Plan:  # fmt: skip
-    """Return the plan of one experiment; `solid`: it speaks SI, of a solid on a slope."""
+    """Return the plan of one experiment; `solid`: the scene describes a solid in SI units."""
     require_uniform(experiment.chain.parameters(), "a plan by laws")
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
@@ -236,7 +234,7 @@ def _chosen(
     experiment: Experiment, digits: int, explicit: str | None, predicted: Prediction | None,
     *, solid: bool,
 ) -> tuple[Any, ...]:  # fmt: skip
-    """Return the solver that the first rule names which holds, why, and a velocity if known."""
+    """Return the solver by the first rule that applies, the reason, and a velocity if known."""
     chain, recorded = experiment.chain, bool(experiment.record)
     slope, relaxed = abs(chain.tan_alpha), experiment.start is None and chain.sigma_mu == 0
     if explicit is not None:
@@ -267,9 +265,10 @@ def _chosen(
 
 
 def _continuous(experiment: Experiment) -> bool:
-    """Return whether the next pivot is worth at most `_NEXT_PIVOT` of the descent, and slips many.
+    """Return whether slips are many, and the next pivot changes the descent by little.
 
-    A swing of theta then moves the ends by `_MANY_SLIPS`, beyond what friction takes up.
+    In a swing of theta each end makes `_MANY_SLIPS` slips after it has overcome friction; one pivot
+    more changes the descent by at most `_NEXT_PIVOT`.
     """
     chain, drive = experiment.chain, experiment.drive
     slope = abs(chain.tan_alpha)
@@ -295,7 +294,7 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
         pilot = creep(
             chain, part, max_events=most, max_seconds=left, progress=False, **how, **about
         )
-        limits.require()  # else what it has counted would depend on the time
+        limits.require()  # otherwise the number of events would depend on the time
         return pilot
 
     def counted(part: Drive) -> _Pilot:
@@ -303,17 +302,17 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
 
     def timed(part: Drive) -> _Pilot:
         seconds = math.inf
-        for _ in range(3):  # the first may have code loaded, or compiled
-            begin = time.process_time()  # what the machine does besides is no cost of the run
+        for _ in range(3):  # the first may have loaded or compiled code
+            begin = time.process_time()  # other processes do not count
             pilot = run(part, _MOST, **own)
             seconds = min(seconds, time.process_time() - begin)
         return _Pilot.of(pilot)._replace(seconds=seconds)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
+        warnings.simplefilter("ignore", PhysicsWarning)  # the user's own run will warn
         followed = run(drive, _FOLLOWED, record=())
         trust = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
-        # how many events are counted is no matter of the clock: an estimate of them is none either
+        # the number of events, counted or estimated, must not depend on a measured time
         pilots = _pilots(
             drive, counted, lambda p: p.events >= _COUNTED or p.half_cycles >= _AT_REST
         )
@@ -330,7 +329,7 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
 
 
 class _Pilot(NamedTuple):
-    """The first half-cycles of a run, and what they take; `cut` short by its most events."""
+    """The first half-cycles of a run, and their cost; `cut` if its limit of events ended it."""
 
     half_cycles: int
     events: int
@@ -347,7 +346,7 @@ def _pilots(
 ) -> list[_Pilot]:
     """Return at least two pilots, each twice as long as the one before, until a pilot is enough.
 
-    The pilots of a chain at rest go on for many half-cycles: it may move again.
+    The pilots of a chain at rest are longer, because it may move again.
     """
     pilots: list[_Pilot] = []
     half_cycles, ended = _FIRST, False
@@ -364,7 +363,7 @@ def _pilots(
 def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
     """Return the cost of all half-cycles: further ones cost as much as the last pilot's.
 
-    The difference of the last two pilots leaves out transients and the overhead of every run.
+    The difference of the last two pilots excludes transients and the overhead of every run.
     """
     (before, less), (reached, most) = [(0, 0.0), *pilots][-2:]
     rate = min(max(most - less, 0) / max(reached - before, 1), most / reached)
@@ -372,7 +371,7 @@ def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
 
 
 def _pace(experiment: Experiment, method: Method, limits: Limits) -> float:
-    """Return how many seconds an event of the first half-cycles takes, nan if there is none."""
+    """Return the seconds per event in the first half-cycles, nan if there is no event."""
     simulation = method.simulation(experiment)
     begin = time.process_time()
     most = replace(limits, events=_TIMED)

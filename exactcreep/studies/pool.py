@@ -1,8 +1,8 @@
-"""Run tasks on threads of this process or on an executor, each with a future of its own.
+"""Run tasks on threads of this process or on an executor, each with its own future.
 
-So the others are saved, and the one that failed is named. joblib does not replace this: its
-generator of results ends at the first task that fails, and on dask (1.6) waits for ever for a task
-whose worker died.
+If a task fails, its name is known and the results of the others are saved. joblib cannot do this:
+its generator of results ends at the first failure, and with dask (1.6) it waits for ever for a
+task whose worker died.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from typing import Any
 from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.watch import interrupts
 
-_GLANCE = 0.25  # seconds between two looks at signals, and at the display of progress
-_FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished
+_GLANCE = 0.25  # seconds between two checks of signals and two updates of the progress display
+_FEWEST_AHEAD = 64  # tasks that an executor has waiting
 
 
 @dataclass
 class Signals:
-    """What a study and its tasks in threads tell each other: to stop, and that one compiles."""
+    """Signals between a study and its tasks in threads: a task shall stop, or one compiles."""
 
     stopped: bool = False
     compiling: bool = False
 
     @property
     def stop(self) -> bool:
-        """Whether tasks shall come back; they hear a signal while the study waits for them."""
+        """Whether tasks shall return early, because the study received a signal."""
         return self.stopped or interrupts.waiting()
 
 
 @dataclass(frozen=True)
 class Pool:
-    """An executor, how many tasks it may hold, and signals if it is threads of this process."""
+    """An executor, the number of tasks that it may hold, and signals if it uses threads."""
 
     executor: Executor
     ahead: int
@@ -46,16 +46,14 @@ class Pool:
     def completed(
         self, function: Callable[..., Any], tasks: Iterable[tuple[int, Any]]
     ) -> Iterator[tuple[int, Future[Any]] | None]:
-        """Yield the key and the future of each task as it ends, and None while none does.
+        """Yield the key and the future of each task as it finishes, and None while none does.
 
-        ``function(task)`` is computed, with the signals if there are any; a task is taken when
-        there is room for it. Something comes back at least four times a second. Of tasks that end
-        together those that failed come last, so that what has finished is saved before one of them
-        ends the study. After a signal that waits for the end of a block no task is taken any more;
-        those in threads come back soon, others are left.
+        It computes ``function(task)``, for threads with the signals. A task is taken when there
+        is room for it. It yields at least four times a second. When several tasks finish together,
+        the failed ones are yielded last, so that the other results are saved first. After a signal
+        no further task starts; tasks in threads return soon, others are abandoned.
 
-        Raises `InputError` if the executor takes no tasks any more; what had finished was yielded
-        before.
+        Raises `InputError` if the executor accepts no more tasks, after the finished results.
         """
         running: dict[Future[Any], int] = {}
         remaining = iter(tasks)
@@ -75,7 +73,7 @@ class Pool:
                 if not ended:
                     yield None
             yield from _finished(running)
-        except (RuntimeError, OSError) as error:  # of `submit`: it has been shut down, or cut off
+        except (RuntimeError, OSError) as error:  # the executor was shut down or lost
             yield from _finished(running)
             raise self.lost(error) from None
         finally:
@@ -99,13 +97,13 @@ def _finished(running: dict[Future[Any], int]) -> Iterator[tuple[int, Future[Any
 
 
 def reason_of(error: BaseException) -> str:
-    """Return the first line of what an error says."""
+    """Return the first line of an error's message."""
     return f"{type(error).__name__}: {error}".partition("\n")[0][:200].rstrip(": ")
 
 
 @contextmanager
 def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]:
-    """Yield a pool of so many threads, default one for each processor, or of an executor."""
+    """Yield a pool on an executor, or on `workers` threads (default: one for each processor)."""
     if executor is not None:
         if workers is not None:
             raise InputError("workers", workers, "belongs to the executor that is given")

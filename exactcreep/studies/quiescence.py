@@ -1,7 +1,7 @@
-"""Rests of creep: in which cycles the centre of mass stands still, and how long it waits to jump.
+"""Rests of creep: the cycles in which the centre of mass stands still, and waiting times of jumps.
 
 Near its threshold a chain creeps in jumps between long rests (Fig. 8 of the paper). A cycle is
-quiescent if x_G ends it where it began to within the size of a jump.
+quiescent if x_G changes during the cycle by no more than the size of a jump.
 """
 
 from __future__ import annotations
@@ -25,21 +25,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Quiescence(Result):
-    """In which cycles a chain stood still, and the waiting times between its jumps.
+    """The cycles in which a chain stood still, and the waiting times between its jumps.
 
     Attributes
     ----------
     jump : float
-        An advance of x_G in a cycle beyond this, down or up, is a jump; unit ``g tau_dyn**2``.
+        Smallest change of x_G in a cycle, down or up, that is a jump; unit ``g tau_dyn**2``.
     cycles : int
-        Cycles after the burn-in, of all runs.
-    fraction : float
-        Share of the cycles without a jump.
-    fraction_error : float
-        Its standard error, from the scatter of the runs; nan for one run alone, whose pieces
-        are not independent: a chain at rest stays so for longer than pieces of any length tell.
+        Number of cycles after the burn-in, in all runs.
+    fraction, fraction_error : float
+        Fraction of cycles without a jump, and its standard error from the scatter of the runs. The
+        error is nan for one run, because its parts are not independent: a rest can be long.
     jumps : int
-        Cycles with a jump.
+        Number of cycles with a jump.
     waiting_mean : float
         Mean number of cycles from one jump to the next; nan without two jumps in a run.
     waiting_ratio : float
@@ -47,12 +45,12 @@ class Quiescence(Result):
     waiting : ndarray of int64
         All waiting times, run by run.
     open_ends : ndarray of int64, shape (runs, 2)
-        Cycles before the first jump of each run and after its last one, which bound a waiting time
-        from below: all cycles, twice, if there is no jump.
+        Cycles before the first jump and after the last jump of each run (lower bounds of a waiting
+        time); without a jump, both are the number of cycles.
     advances : tuple of ndarray
         The advance of x_G in each cycle, run by run; unit ``g tau_dyn**2``.
     first_cycles : tuple of int
-        The cycle of each run, counted from 1, at which its `advances` begin.
+        The cycle, counted from 1, of the first entry of `advances` of each run.
 
     Examples
     --------
@@ -80,11 +78,7 @@ class Quiescence(Result):
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row for each jump: `run`, `cycle`, `advance` and cycles `waited` since the last one.
-
-        Runs and cycles are counted from 0 and 1; `waited` is -1 for the first jump of a run.
-        Advances have the unit ``g tau_dyn**2``.
-        """
+        """One row per jump: `run` from 0, `cycle` from 1, `advance`, cycles `waited` or -1."""
         import pandas as pd  # noqa: PLC0415
 
         runs = []
@@ -99,21 +93,21 @@ class Quiescence(Result):
 
 
 def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quiescence:
-    """Return in which cycles chains stood still, and their waiting times between jumps.
+    """Return the cycles in which chains stood still, and the waiting times between their jumps.
 
     Parameters
     ----------
     runs : Creep or sequence of Creep
         Runs under cycles that recorded ``x_G``; several runs are pooled.
     jump : number, optional
-        An advance of x_G in a cycle beyond this, down or up, is a jump; unit ``g tau_dyn**2``.
+        Smallest change of x_G in a cycle, down or up, that is a jump; unit ``g tau_dyn**2``.
         Default: N D/4 with D = (mu_s - mu_d) cos(alpha). One slip of an end slider moves x_G by
         2 D/N.
 
     Returns
     -------
     Quiescence
-        The share of cycles without a jump, all waiting times, and a table of the jumps.
+        The fraction of cycles without a jump, all waiting times, and a table of the jumps.
 
     Raises
     ------
@@ -123,8 +117,7 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
 
     Notes
     -----
-    Guarantee: none beyond the runs. With chaos rests are statistics, whatever the evidence.
-
+    Guarantee: none beyond the runs. In chaos, averages over rests hold but no single rest does.
     Source: Fig. 8 and its discussion.
 
     Examples
@@ -167,7 +160,7 @@ def _size_of_jump(runs: Sequence[Creep], jump: Number | None) -> float:
 
 
 def _advances(run: Creep) -> NDArray[np.float64]:
-    """Return by how much x_G advanced in every whole cycle after the burn-in."""
+    """Return the advance of x_G in every whole cycle after the burn-in."""
     if not run.drive.cyclic:
         raise InputError("runs", type(run.drive).__name__, "must be driven by Cycles")
     if "x_G" not in run.recorded:
@@ -186,7 +179,7 @@ def _left_out(run: Creep) -> int:
 
 
 def _error(advances: Sequence[NDArray[np.float64]], size: float) -> float:
-    """Return the standard error of the share of quiescent cycles, to first order."""
+    """Return the standard error of the fraction of quiescent cycles, to first order."""
     if len(advances) < 2:
         return math.nan
     lengths = np.array([advance.size for advance in advances], float)

@@ -1,4 +1,4 @@
-"""Which question makes sense for which chain; a refusal names the question that does."""
+"""Refuse a question that makes no sense for a chain, and name the question that does."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.uniform import END_FORCES, EVERYTHING, FRICTION, require_uniform
 
 CHAOTIC = 6
-"""Sliders from which on creep is chaotic, and lasts for a while only."""
+"""From this number of sliders on creep is chaotic and lasts for a limited time."""
 _MOST_SLIPS = 10_000_000
 MOST_SLIDERS = 10_000
-"""Of a chain that is asked about many cycles: a limit of time could not be kept with more."""
+"""Most sliders in a question about many cycles; more could not keep a limit of time."""
 
 
 def require_sense(
@@ -22,8 +22,8 @@ def require_sense(
 ) -> None:
     """Raise `InputError` if a question makes no sense for a chain.
 
-    The questions are ``fate`` and ``survival`` at an amplitude, ``intercept`` and ``threshold``: of
-    creep for ever, or of an advance in the last of so many `cycles`.
+    The questions are ``fate`` and ``survival`` at an amplitude, ``intercept``, and ``threshold``
+    (creep for ever, or with `cycles` an advance in the last of them).
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
@@ -40,7 +40,7 @@ def require_sense(
         allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
         raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
     if question in ("fate", "survival"):
-        # a slip relaxes at most about twice the static excess
+        # one slip relaxes at most about twice the static excess
         step = 2 * (chain.largest_mu_s - chain.mean_mu_d + chain.sigma_mu)
         if amplitude * chain.l0 > _MOST_SLIPS * step:
             allowed = f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to"

@@ -1,9 +1,8 @@
-"""Sweeps: every member of a scene as one cell of a labelled grid, on threads or many machines.
+"""Sweeps: run every member of a scene as one cell of a labelled grid, on threads or many machines.
 
-A cell is a pure function of its experiment, wherever and in whichever order cells are computed.
-Each one that finishes is saved at once as a small file of its own (0.6 kB, 1 ms; the file of a
-whole `Creep` takes a hundred times as long), named by the digest of its experiment: a sweep that is
-stopped, in whatever way, goes on from there, and a grid that grows keeps what it had.
+A cell depends only on its experiment. Each finished cell is saved at once in a small file (0.6 kB,
+1 ms; saving a whole `Creep` takes 100 times as long) whose name is the digest of its experiment. So
+a sweep that was stopped can continue, and a larger grid reuses the cells of a smaller one.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ _CELL_FORMAT = "exactcreep cell 1"
 _CELL = names(Place.CELL)
 _TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
 """Names in a grid that no dimension may have."""
-_MOST_FAILURES = 10  # of cells, as long as none has succeeded
+_MOST_FAILURES = 10  # cells that may fail before one succeeds
 Cell = dict[str, Any]
 
 
@@ -71,19 +70,19 @@ def sweep(
 
     Parameters
     ----------
-    scene : Scene, or the name of a built-in one, or a path, or a list
-        Its `[vary]` spans the grid; ``run.seed`` may vary, too. Or a list of experiments, or of
-        pairs of a chain and a drive: they are numbered along the one dimension ``experiment``.
+    scene : Scene, name of a built-in scene, path, or list
+        The grid is spanned by `[vary]`, which may include ``run.seed``. A list of experiments, or
+        of pairs of a chain and a drive, is numbered along the dimension ``experiment``.
     executor : concurrent.futures.Executor, optional
-        Where the cells are computed: threads, processes, or a cluster (see
+        Computes the cells: threads, processes, or a cluster (see
         `exactcreep.studies.dask_cluster`). It is not shut down.
     workers : int, optional
-        Without an executor: so many threads; default one for each processor.
+        Number of threads if there is no executor. Default: one for each processor.
     out : path, optional
-        A directory, made if need be. Every cell is saved in it when it has finished, and the grid
-        as ``sweep.nc`` at the end or after Ctrl-C. Default: nothing is saved.
+        Directory, created if missing, for every finished cell, and for the grid ``sweep.nc``, which
+        is written at the end or after Ctrl-C. Default: nothing is saved.
     resume : bool
-        Take the cells that `out` holds instead of computing them again.
+        Reuse the cells in `out` instead of computing them again.
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
@@ -91,27 +90,26 @@ def sweep(
     -------
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
-        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. Where
+        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. If
         ``run.seed`` varies, velocity_mean is the mean over the seeds, and velocity_mean_error its
         standard error: from their scatter if there are six or more, else from velocity_error.
 
-        What the scene records at targets follows as ``recorded_x_G`` and so on along
-        ``half_cycle`` (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or
-        -1).
+        Recorded quantities follow as ``recorded_x_G`` etc. along ``half_cycle``, padded with nan
+        (or -1), with ``recorded_theta`` unless the drive is cyclic.
 
     Raises
     ------
     InputError
-        If a member is out of range; if `out` holds cells and ``resume`` is not given, holds files
-        of another scene or damaged cells, or is in use; if a worker has another version, the
-        executor is lost, or cells failed. With `out` the other cells are computed first.
+        If a member is out of range; if `out` is in use, has damaged cells or files of another
+        scene, or has cells and ``resume`` is false; if a worker has another version, the executor
+        is lost, or cells fail. With `out` the other cells are finished first.
     KeyboardInterrupt
         After Ctrl-C; finished cells are saved.
 
     Notes
     -----
-    Guarantee: a cell depends on its experiment alone: the dataset of a sweep that was stopped and
-    resumed is the same bit for bit. (Machines of different kinds agree as far as their mathematics
+    Guarantee: a cell depends only on its experiment: a sweep that was stopped and resumed gives the
+    same dataset bit for bit. (Different kinds of machines agree as far as their mathematics
     libraries do.)
 
     Examples
@@ -122,7 +120,7 @@ def sweep(
     >>> dict(grid.sizes), grid.velocity_mean.dims
     ({'tan_alpha': 2, 'seed': 3}, ('tan_alpha',))
 
-    Chains and drives without a scene:
+    A list of chains and drives instead of a scene:
 
     >>> pairs = [(Chain(n, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
     ...          for n in (2, 3)]
@@ -160,7 +158,7 @@ def sweep(
 
 
 class _Listed(Scene):
-    """Experiments of a list, as a scene that varies their number."""
+    """A list of experiments, as a scene that varies their number."""
 
     def __init__(self, listed: Sequence[Any]) -> None:
         experiments = []
@@ -182,11 +180,11 @@ class _Listed(Scene):
 
 
 class CellsFailed(InputError):
-    """Cells that came to nothing; all others have been computed and saved."""
+    """Some cells failed; all others have been computed and saved."""
 
 
 class _Cells:
-    """The cells of a sweep: what each is, and what it came to, None before that."""
+    """The cells of a sweep: the experiment of each, and its result or None."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.settings = scene, scene.settings()
@@ -195,7 +193,7 @@ class _Cells:
         self.folder: CellFolder | None = None
 
     def keep_in(self, folder: CellFolder | None) -> None:
-        """Take the cells that a folder holds, and save all others in it."""
+        """Read the cells in a folder, and save all others there."""
         self.folder = folder
         if folder is not None:
             self.values = [folder.load(experiment) for experiment in self.experiments]
@@ -203,10 +201,10 @@ class _Cells:
     def compute(self, pool: Pool, progress: Hearer) -> None:
         """Compute the missing cells, and save each cell as it finishes.
 
-        A cell that fails ends the sweep: at once, or at its end where the others are saved.
+        A failed cell ends the sweep: immediately, or after all others if these can be saved.
         """
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
-        # a slider of a half-cycle costs about the same everywhere
+        # each slider costs about the same in every half-cycle
         weights = {k: member.drive.half_cycles * member.chain.n for k, member in todo.items()}
         say, total, whole = reporter(progress), len(self.values), sum(weights.values())
         loaded, failed = total - len(todo), dict[int, CellsFailed]()
@@ -230,7 +228,7 @@ class _Cells:
                         if self.folder is None or hopeless:
                             raise
                     except KeyboardInterrupt:
-                        if not interrupted():  # in another process alone
+                        if not interrupted():  # Ctrl-C reached only a worker process
                             raise
                     else:
                         self.keep(index, cell)
@@ -245,13 +243,13 @@ class _Cells:
             raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
 
     def keep(self, index: int, cell: Cell) -> None:
-        """Note what a cell came to, and save it where there is a folder."""
+        """Store the result of a cell, and save it if there is a folder."""
         if self.folder is not None:
             self.folder.save(self.experiments[index], cell)
         self.values[index] = cell
 
     def _value(self, pool: Pool, future: Future[Cell], index: int) -> Cell:
-        """Return what a cell came to; an error in it names the cell."""
+        """Return the result of a cell; an error in it names the cell."""
         where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
         try:
             value = future.result()
@@ -260,7 +258,7 @@ class _Cells:
             raise CellsFailed(error.field, error.value, allowed) from None
         except (CancelledError, BrokenExecutor) as error:
             raise pool.lost(error) from None
-        except Exception as error:  # of a worker: it died of this cell, or has no memory for it
+        except Exception as error:  # a worker's: it crashed, or had too little memory
             raise CellsFailed("cell", where, f"failed: {reason_of(error)}") from error
         if value["version"] != __version__:
             allowed = f"must run the same version as this program, {__version__}"
@@ -268,7 +266,7 @@ class _Cells:
         return value
 
     def finished(self) -> xr.Dataset:
-        """Return the grid of what has been computed, and save it where there is a folder."""
+        """Return the grid of the computed cells, and save it if there is a folder."""
         dataset = _assembled(self.scene, self.experiments, self.values)
         if self.folder is not None:
             self.folder.write(dataset)
@@ -276,7 +274,7 @@ class _Cells:
 
 
 def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cell:
-    """Return what a sweep keeps of one experiment; `signals` of a sweep in the same process."""
+    """Return the cell of one experiment; `signals` belong to a sweep in the same process."""
 
     def glance(progress: Progress) -> None:
         if signals is not None:
@@ -302,7 +300,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
 def cell_folder(
     out: str | os.PathLike[str] | None, scene: Scene, *, resume: bool
 ) -> Iterator[CellFolder | None]:
-    """Yield the directory of a sweep, which no other process may use meanwhile; None: none."""
+    """Yield the directory of a sweep, locked against other processes, or None."""
     if out is None:
         yield None
         return
@@ -314,10 +312,7 @@ def cell_folder(
 
 
 class CellFolder:
-    """The directory in which the cells of a sweep are saved, one file each, with their grid.
-
-    It knows its scene: what a scene says besides what varies is written in it first of all.
-    """
+    """The directory of a sweep: one file for each cell, the grid, and the settings of its scene."""
 
     def __init__(self, path: Path, scene: Scene, *, resume: bool) -> None:
         self.path, self.cells, self.grid = path, path / "cells", path / "sweep.nc"
@@ -345,7 +340,7 @@ class CellFolder:
             raise InputError("out", os.fspath(self.path), allowed)
 
     def write(self, dataset: xr.Dataset) -> None:
-        """Write the grid; in place of an earlier one of this scene, and of nothing else."""
+        """Write the grid; replace an earlier grid of this scene, but no other file."""
         self._require_own_grid()
         write_file(self.grid, netcdf({None: dataset}), "out")
 
@@ -367,7 +362,7 @@ class CellFolder:
 
 
 def _cell(experiment: Experiment, held: Mapping[str, Any]) -> Cell:
-    """Return what a file holds of a cell; raise an error if it holds something else."""
+    """Return the cell in a file; raise an error if the file holds another experiment."""
     value, recorded = dict(held), dict(held["recorded"])
     for name in _CELL:
         entry = TYPES[name](value[name])
@@ -378,7 +373,7 @@ def _cell(experiment: Experiment, held: Mapping[str, Any]) -> Cell:
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
-    """Return one member; nothing is recorded that the scene does not ask for by name."""
+    """Return one member; it records only quantities that the scene names."""
     record = setting.get("run.record", scene.tables["run"].get("record", []))
     experiment = scene.experiment({**setting, "run.record": record})
     if logs := LOGS.keys() & experiment.record:
@@ -388,13 +383,13 @@ def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
 
 
 def _digest(experiment: Experiment) -> str:
-    """Return the name under which the cell of an experiment is saved."""
+    """Return the file name of a cell without its ending."""
     description = {"version": __version__, "experiment": experiment.description()}
     return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
 
 
 def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
-    """Return the name of the dimension of each varied key: its last part, if no other has it."""
+    """Return the dimension of each varied key: its last part, or the whole key if ambiguous."""
     short = [key.rpartition(".")[2] for key in vary]
     return {
         key: name if short.count(name) == 1 and name not in _TAKEN else key.replace(".", "_")
@@ -403,7 +398,7 @@ def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
 
 
 def _coordinate(values: list[Any]) -> NDArray[Any]:
-    """Return the values of a varied key as numbers, or as text unless all are numbers."""
+    """Return the values of a varied key, as numbers if all of them are, else as text."""
     try:
         numbers = [exact_number(value, "value") for value in values]
     except InputError:
@@ -418,14 +413,14 @@ def _text(value: Any) -> str:
 
 
 def _tables(scene: Scene) -> str:
-    """Return what a scene says of all members, as JSON."""
+    """Return the settings that all members of a scene share, as JSON."""
     return _text({name: dict(table) for name, table in scene.tables.items()})
 
 
 def _assembled(
     scene: Scene, experiments: list[Experiment], values: Sequence[Cell | None]
 ) -> xr.Dataset:
-    """Return the cells as one dataset; cells not computed are marked by ``finished``."""
+    """Return the cells as one dataset; ``finished`` is false for cells not computed."""
     dimension_of = dimensions(scene.vary)
     shape = tuple(len(options) for options in scene.vary.values())
     dims, cells = tuple(dimension_of.values()), [value or {} for value in values]
@@ -514,9 +509,9 @@ def _chain_of(one: Experiment) -> dict[str, Any]:
 
 
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
-    """Return the parameters that all experiments have in common, rationals as strings.
+    """Return the parameters that all experiments share; rationals are strings.
 
-    Lists of a chain are strings of numbers with spaces; those of a drive are left out.
+    A list of the chain is a string of numbers and spaces; lists of the drive are left out.
     """
     described = [
         {**_chain_of(one), "drive": one.drive.kind, **one.drive.parameters(), "kind": None}

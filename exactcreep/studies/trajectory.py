@@ -1,7 +1,6 @@
-"""What a method does along the drive of an experiment, and how far two trajectories agree.
+"""Follow an experiment with a method, and find how far two trajectories agree.
 
-What one of them has not come to is no difference: a trajectory that was cut short is silent about
-what comes later.
+An event that a trajectory did not reach because it was cut short does not count as a difference.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from exactcreep.studies.event_log import (
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 MOST_EVENTS = 100_000
-"""Certified events that may be compared: some minutes of the certified solver."""
+"""Most certified events that are compared: some minutes of the certified solver."""
 _WORDS = {"dt": "dt = {}", "locate": "located", "digits": "{} digits"}
 
 
@@ -46,9 +45,9 @@ class Method:
     Parameters
     ----------
     solver : str
-        Its name: ``exact``, ``certified``, ``verlet``, ... (see `exactcreep.solvers`).
+        Name of the solver: ``exact``, ``certified``, ``verlet``, ... (see `exactcreep.solvers`).
     **options
-        The solver's own.
+        Options of this solver.
 
     Examples
     --------
@@ -64,7 +63,7 @@ class Method:
 
     @property
     def label(self) -> str:
-        """The name in tables and pictures: the solver, and the options that tell methods apart."""
+        """Name in tables and pictures: the solver, and the options that distinguish methods."""
         words = [form.format(self.options[k]) for k, form in _WORDS.items() if self.options.get(k)]
         return ", ".join([self.solver, *words])
 
@@ -79,7 +78,7 @@ class Method:
         Raises
         ------
         InputError
-            If there is no such solver, it has no such option, or an option is out of range.
+            If there is no such solver or option, or an option is out of range.
         """
         return solver_named(self.solver, dict(self.options))
 
@@ -89,19 +88,19 @@ class Method:
         Parameters
         ----------
         experiment : Experiment
-            Only its chain, start and seed count.
+            Provides the chain, the start and the seed.
         record : tuple of str
             Quantities to record: names among the `records` of the solver.
 
         Returns
         -------
         Simulation
-            The chain before the first target; its `follow` takes it along a drive.
+            The chain before the first target; its `follow` follows a drive.
 
         Raises
         ------
         InputError
-            As `algorithm`, and if the solver does not take this chain.
+            As for `algorithm`, and if the solver does not take this chain.
         """
         chain, start = experiment.chain, experiment.initial
         return self.algorithm().simulation(chain, start, experiment.seed, record)
@@ -111,7 +110,7 @@ class Method:
 class Trajectory:
     """The events of a method, and the displacements `x` at every target reached, (targets, n).
 
-    It has `ended` if the solver proved a runaway or gave up by itself.
+    `ended` is true if the solver proved a runaway or gave up by itself.
     """
 
     log: list[LoggedRearrangement]
@@ -121,7 +120,7 @@ class Trajectory:
 
     @property
     def reached(self) -> int:
-        """How many targets were reached."""
+        """Number of targets reached."""
         return len(self.x)
 
     @cached_property
@@ -134,9 +133,9 @@ class Trajectory:
 class Agreement:
     """How far a trajectory agrees with the known trajectory.
 
-    `agreed` counts the events before the first different pair, `own` and `known` (None: no event;
-    both None: all agree), `compared` the rests before it. `errors` has the largest difference of a
-    displacement at each rest that both trajectories reached.
+    `agreed`: events before the first different pair, `own` and `known` (None: no event; both None:
+    all agree). `compared`: rests before it. `errors`: the largest difference of a displacement at
+    each rest that both trajectories reached.
     """
 
     agreed: int
@@ -152,11 +151,11 @@ class Agreement:
 
 
 def agree(own: Trajectory, known: Trajectory) -> Agreement:
-    """Return which events of two trajectories are the same, and how far apart their rests are.
+    """Return which events of two trajectories agree, and the distances of their rests.
 
-    Events are the same if their places, kinds, sliders and directions are the same. An event is
-    missing from a trajectory that reached the target of the event, or ended by itself before it. An
-    event beyond the end of a trajectory that was cut short is not missing.
+    Events agree if their places, kinds, sliders and directions agree. A trajectory lacks an event
+    if it reached the event's target, or ended by itself before it. An event after the point where a
+    trajectory was cut short is not lacking.
     """
     agreed, mine, other = first_difference(own.events, known.events)
     for event, silent, telling in ((mine, known, own), (other, own, known)):
@@ -171,7 +170,7 @@ def agree(own: Trajectory, known: Trajectory) -> Agreement:
 
 
 def apart(own: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
-    """Return the largest difference of two lists of numbers or middles, rounded; nan of none."""
+    """Return the largest difference between two lists of numbers or balls; nan if empty."""
     pairs = zip(own, other, strict=True)
     gaps = [abs(exact_value(a) - exact_value(b)) for a, b in pairs]
     return nearest_float(max(gaps)) if gaps else math.nan
@@ -185,9 +184,9 @@ def trajectory(
     enough: float = math.inf,
     limits: Limits = NO_LIMITS,
 ) -> Trajectory:
-    """Return what a method makes of an experiment's drive up to target `until`, from 1.
+    """Return the trajectory of a method along an experiment's drive up to target `until`, from 1.
 
-    After `enough` events no further target is begun; where the limits are used up it is cut short.
+    No target begins after `enough` events. The trajectory is cut short when `limits` are reached.
     """
     record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
     simulation = method.simulation(experiment, record)
@@ -205,14 +204,14 @@ def trajectory(
 
 
 def beyond(events: int) -> int:
-    """Return after how many events a run that need not be longer than `events` is cut short."""
+    """Return the limit of events at which a run of about `events` events is cut short."""
     return 2 * events + 100
 
 
 def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
     """Return the drive with a target between any two rearrangements, as far as is needed.
 
-    With them the half-cycle that each one belongs to; `InputError` if no slider ever slips.
+    Also returns the half-cycle of each target. Raises `InputError` if no slider ever slips.
     """
     drive, seed = experiment.drive, experiment.seed
     simulation = Method("exact").simulation(experiment, ("events",))
@@ -220,7 +219,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
     ends: list[int] = []
     for q in range(1, drive.half_cycles + 1):
         loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
-        for most in (beyond(events), beyond(MOST_EVENTS)):  # the latter of the very first alone
+        for most in (beyond(events), beyond(MOST_EVENTS)):  # the second only for the first event
             left = Limits(most).after(simulation.tally.events)
             stretch = advance(simulation, drive, q, left, done=q - 1)
             loads += [float(each.theta) for each in rearrangements(stretch.recorded)]
@@ -230,7 +229,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
         theta += between
         ends += [q] * len(between)
         if stretch.stop is Stop.BUDGET and theta:
-            break  # a half-cycle may have more events than memory holds
+            break  # more events in this half-cycle might not fit in memory
         theta.append(drive.exact_target(q, seed))
         ends.append(q)
         if stretch.stop is not Stop.DONE or simulation.tally.events >= events:

@@ -1,4 +1,4 @@
-"""What a chain does for ever: computed, proved, and over many starts."""
+"""The fate of a chain, computed or proved, and statistics over many starts."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""The rate at which creep escapes from its chaos once the early arrests are over.
+"""The rate at which chaotic creep ends, once an early phase of arrests is over.
 
-In transient chaos (Lai and Tél) the starts that outlive an early phase are arrested at a constant
-rate. Lives are whole cycles, geometric in each phase. The likelihood of two such phases tells how
-well the late rate is known, whatever the share and the rate of the early phase may be.
+In transient chaos (Lai and Tél) the starts that survive an early phase are arrested at a constant
+rate. Lifetimes are whole cycles, geometrically distributed in each phase. The likelihood of the two
+phases gives the late rate and its interval, for any share and rate of the early phase.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from exactcreep.model.numbers import InputError
 
 CONFIDENCE = 0.95
-"""Of every interval."""
+"""Coverage of every interval."""
 _TAIL = (1 - CONFIDENCE) / 2
-_WIDTH = 1.9599639845400545  # standard deviations of a normal estimate to the end of its interval
-_TOLD = 0.8  # standard deviations, at least, from a late phase in which nothing is arrested
-_EARLY = 1.92  # gain of log-likelihood from which on an early phase is told
-_STRAGGLERS = 0.1  # starts of the early phase that are expected to outlive the cut
-_DOUBTED = 0.01  # less probable lifetimes are not geometric
-_FEWEST_ARRESTS = 5  # from which on their distribution is tested
+_WIDTH = 1.9599639845400545  # half width of a normal interval of 95 %, in standard deviations
+_TOLD = 0.8  # a late rate is reported if it differs from 0 by so many standard deviations
+_EARLY = 1.92  # least gain of log-likelihood for which an early phase is accepted
+_STRAGGLERS = 0.1  # expected number of early starts that survive the cut
+_DOUBTED = 0.01  # lifetimes with a smaller probability are not geometric
+_FEWEST_ARRESTS = 5  # fewest arrests for a test of their distribution
 _EARLY_RATES, _LATE_RATES, _HALVINGS = 24, 60, 10
 _LONGEST_HORIZON = 10**9
 
@@ -32,12 +32,12 @@ Floats = NDArray[np.float64]
 
 
 class Rate(NamedTuple):
-    """The escape rate: arrests per cycle of the starts that outlive the early phase.
+    """The escape rate: arrests per cycle of the starts that survive the early phase.
 
-    `low` and `high` are its interval of 95 %. All three are nan, and `reason` says why, where
-    lifetimes do not tell the late phase from the early one, or later arrests do not come at a
-    constant rate. After `cut` cycles the early phase is over, and `before` starts were arrested up
-    to it; `exponential` is the probability of later lifetimes at least as far from geometric.
+    `low` and `high` are its interval of 95 %. The early phase ends after `cut` cycles, in which
+    `before` starts were arrested. `exponential` is the probability of later lifetimes at least as
+    far from geometric. Rate and interval are nan, and `reason` says why, if the lifetimes do not
+    separate the phases, or if later arrests do not come at a constant rate.
     """
 
     rate: float
@@ -50,7 +50,7 @@ class Rate(NamedTuple):
 
 
 class _Lives(NamedTuple):
-    """Different lives, in whole cycles; each of them is `number` times there."""
+    """Different lifetimes in whole cycles; each occurs `number` times."""
 
     cycles: Floats
     arrested: NDArray[np.bool_]
@@ -74,14 +74,14 @@ class _Lives(NamedTuple):
         return float(self.number @ self.cycles)
 
     def log_probability(self, rates: Floats) -> Floats:
-        """Return the log-probability of each life at each rate, shape (rates, lives)."""
+        """Return the log-probability of each lifetime at each rate, shape (rates, lives)."""
         rate = rates[:, None]
         stays = np.log1p(-rate) * (self.cycles - self.arrested)
         return stays + np.where(self.arrested, np.log(np.maximum(rate, 1e-300)), 0.0)
 
 
 class _Profile(NamedTuple):
-    """The largest log-likelihood of each late rate, and the early phase that comes with it."""
+    """The largest log-likelihood for each late rate, and the early phase that attains it."""
 
     late: Floats
     likelihood: Floats
@@ -94,11 +94,11 @@ class _Profile(NamedTuple):
 
     @property
     def told(self) -> float:
-        """How many standard deviations the data are from a late phase without arrests."""
+        """Distance of the data from a late phase without arrests, in standard deviations."""
         return math.sqrt(2 * max(self.likelihood.max() - self.likelihood[0], 0.0))
 
     def at(self, deviations: float) -> float:
-        """Return the late rate so many standard deviations above the most likely one, or below."""
+        """Return the late rate at a signed distance from the most likely rate."""
         signs = np.sign(np.arange(self.late.size) - self.best)
         fallen = np.maximum(self.likelihood.max() - self.likelihood, 0.0)
         root = np.maximum.accumulate((signs * np.sqrt(2 * fallen))[1:])
@@ -106,14 +106,14 @@ class _Profile(NamedTuple):
 
 
 def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
-    """Return at which rate starts are arrested once an early phase is over.
+    """Return the rate at which starts are arrested once an early phase is over.
 
     Parameters
     ----------
     lifetimes : array_like of int, shape (arrested,)
         Cycles; 0 for a start that never advanced.
     censored : array_like of int, shape (others,)
-        Cycles that the others have been seen to move.
+        Cycles that the other starts were observed to move.
 
     Returns
     -------
@@ -123,17 +123,17 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     Raises
     ------
     InputError
-        If a number of cycles is negative or no whole number.
+        If a number of cycles is negative or not whole.
 
     Notes
     -----
-    Each start belongs to one of two phases; the early phase is arrested at a higher rate. Lives are
-    geometric, or longer than was seen. The interval is a profile likelihood over the early phase.
-    An early phase with the share s of all starts has the prior 1 - s: otherwise a few survivors
-    could always be a late phase of their own. The interval is wide if early and late arrests cannot
-    be told apart. There is no rate if the early phase reaches beyond the horizon, or if a late
-    phase without arrests is within 0.8 standard deviations or within the interval. The lower end is
-    corrected for this condition, as for a normal estimate.
+    Each start belongs to one of two phases; the early phase has the higher rate of arrests.
+    Lifetimes are geometric, or longer than observed. The interval is a profile likelihood over the
+    early phase. An early phase that contains the share s of all starts has the prior 1 - s;
+    otherwise a few survivors could always be a late phase. The interval is wide if early and late
+    arrests cannot be separated. There is no rate if the early phase reaches beyond the horizon, or
+    if a late phase without arrests is within 0.8 standard deviations or within the interval. The
+    lower end is corrected for this condition, as for a normal estimate.
 
     Guarantee: none. In tests/studies/fates/test_escape.py (mixtures of two phases, 400 samples
     each) the interval held the late rate in 90 to 99 % of the samples with a rate. For horizons up
@@ -149,7 +149,7 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     """
     ends, others = _whole("lifetimes", lifetimes), _whole("censored", censored)
     lives = _Lives.of(ends, others)
-    if lives.lived == lives.arrests:  # each has lived for one cycle at most
+    if lives.lived == lives.arrests:  # no start lived longer than one cycle
         if not ends.size:
             return _refused("no rate: no start was followed for a cycle")
         return _refused(f"no rate: every start was arrested up to cycle {ends.max(initial=0):.0f}")
@@ -176,7 +176,7 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
         needed = max(2 * longest, 2 / late, 20 / profile.early[best] if cut else 0)
         why = f"lives up to a horizon of {longest} cycles do not tell late arrests from early ones"
         helps = f"one of {_rounded_up(needed)}"
-        if not others.size:  # a longer horizon would show no more
+        if not others.size:  # a longer horizon would show the same
             why = f"the lives of {ends.size} starts, all arrested, do not tell late from early ones"
             helps = f"{4 * ends.size} starts"
         return _refused(f"no rate: {why}; {helps} would do", cut, before, likely)
@@ -223,7 +223,7 @@ def _profile(lives: _Lives) -> _Profile:
 
 
 def _shares(base: Floats, more: Floats, count: Floats) -> Floats:
-    """Return the share of the early phase that makes the lives most likely, for each early rate."""
+    """Return the most likely share of the early phase, for each early rate."""
     low, high = np.zeros(len(more)), np.full(len(more), 0.999)
     for _ in range(_HALVINGS):
         share = (low + high) / 2
@@ -233,7 +233,7 @@ def _shares(base: Floats, more: Floats, count: Floats) -> Floats:
 
 
 def _deviations_below(told: float) -> float:
-    """Return how far below a normal estimate its interval begins if it is told beyond `_TOLD`."""
+    """Return how many standard deviations below the estimate the interval begins."""
 
     def beyond(true: float) -> float:
         return float(scipy.stats.norm.logsf(told - true) - scipy.stats.norm.logsf(_TOLD - true))
@@ -245,12 +245,12 @@ def _deviations_below(told: float) -> float:
 
 
 def _geometric(ends: Floats, others: Floats) -> float:
-    """Return the probability of lives at least as far from geometric, nan for a few.
+    """Return the probability of lifetimes at least as far from geometric, nan if there are few.
 
-    At a constant rate arrests are spread evenly over the cycles lived by all (Kolmogorov and
-    Smirnov); compared at whole cycles, which makes the test a cautious one.
+    At a constant rate arrests are uniform over the total of all cycles lived (test of Kolmogorov
+    and Smirnov). Comparing at whole cycles makes the test conservative.
     """
-    number = ends.size - (not others.size)  # the last arrest of all ends the comparison
+    number = ends.size - (not others.size)  # if all are arrested, the last arrest ends the total
     if number < _FEWEST_ARRESTS:
         return math.nan
     every = np.sort(np.concatenate([ends, others]))

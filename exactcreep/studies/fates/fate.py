@@ -1,14 +1,14 @@
-"""What a chain without disorder does in the end: it rests, is locked, or creeps.
+"""Find out what a chain without disorder does in the end: it rests, locks, or creeps.
 
-Which of these depends on the start so finely that float64 may find another fate than the equations
-have; evidence says which of the two a result speaks of.
+The fate depends so finely on the start that float64 may find another fate than the equations have;
+the evidence of a result says whether it is proved or computed in float64.
 
 *Locked in the limit.* A slider next to an end may start just before that end stops, y above its
 threshold. If mu_s/(mu_s - mu_d) is a whole number it is y - y^2/(6 D) above it half a cycle later,
-with D = (mu_s - mu_d) c: nothing acts on y to first order, a marginal cycle. Then y falls like 6 D
-over the number of half-cycles, and the forces change by 1.5 D/k^2 in cycle k. Such an approach is
-recognized by equal slips in every cycle, which leave at least one slider at rest, and by changes
-that fall at least like 1/k^2 and have less to go than any slider at rest needs to slip. No proof.
+with D = (mu_s - mu_d) c. So y is marginal to first order, and falls like 6 D over the number of
+half-cycles; the forces change by 1.5 D/k^2 in cycle k. Such an approach is recognized, not proved:
+every cycle has the same slips, at least one slider rests, and the changes fall at least like 1/k^2
+and sum to less than any resting slider needs to slip.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 from exactcreep.watch.progress import Hearer, reporter
 
-_TRIED = 100  # cycles in float64 before a proof of at least as many is tried
+_TRIED = 100  # cycles in float64 before a proof of at least as many cycles is tried
 _SAYING = 0.1  # seconds between two reports of progress
 _SILENT = reporter(None)
 
@@ -68,7 +68,7 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) finds
+        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) detects
         that the forces return with a period up to 1000: bit for bit, or to within rounding for at
         least 100 cycles in a row.
     max_seconds : number, optional
@@ -79,12 +79,12 @@ def fate(
     Returns
     -------
     Fate
-        Its `outcome` is `LIMIT` if the chain has not settled; chaotic creep never does.
+        Its `outcome` is `LIMIT` if the chain has not settled; chaotic creep never settles.
 
     Raises
     ------
     InputError
-        If an argument is out of range, the chain has disorder (no tension ever returns then; see
+        If an argument is out of range, the chain has disorder (then no tension ever returns; see
         `survival`), or no slips (mu_s = mu_d).
 
     Examples
@@ -106,7 +106,7 @@ def fate(
 
 
 def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
-    """Warn that a proof may never come if the chain creeps on and on in float64."""
+    """Warn that a proof may be impossible if the chain creeps chaotically in float64."""
     cycles = min(drive.cycles, _TRIED)
     if chain.n < CHAOTIC or cycles < _TRIED:
         return
@@ -126,7 +126,7 @@ def numerical_fate(
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] = _SILENT,
 ) -> tuple[Fate, Stop]:
-    """Follow a trajectory from `start` to its end; return its fate, and what ended it."""
+    """Follow a trajectory from `start` until it settles; return its fate, and why it ended."""
     while True:
         stop, reason = course.follow(replace(limits, pause=clock() + _SAYING))
         say("cycles", course.cycles, course.drive.cycles, "cycles")
@@ -164,7 +164,7 @@ def numerical_fate(
 
 
 def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
-    """Return how the forces approach a locked cycle, and its facts; None: they do not."""
+    """Return how the forces approach a locked cycle, and the facts of the approach, or None."""
     chain, approach = course.simulation.chain, course.approaching()
     if approach is None:
         return None
@@ -179,7 +179,7 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     if not resting:
         return None
     left = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
-    # what the ends have left decides how often they slip
+    # the room that the ends have left decides how often they slip
     room = float(left[[0, *(n - 1 for n in resting), -1]].min())
     if approach.ahead >= room:
         return None

@@ -26,38 +26,37 @@ class Fate(Result):
     Attributes
     ----------
     chain, amplitude, start, solver
-        As asked for; cycles +A, -A.
+        The arguments; cycles are +A, -A.
     outcome : Outcome
         `AT_REST`, `CYCLING` (locked: slips return the same tensions without an advance),
         `CREEPING` (the same tensions after a period, with an advance), `RUNAWAY`, or `LIMIT` (it
         has not settled, and `reason` says what ended the search).
     evidence : Evidence
-        `PROVED`: for ever. `COMPUTED`: the float64 chain came back to the same state bit for bit.
-        `UNDECIDED`: it came back to within rounding, or a comparison lay within its bound.
+        `PROVED`: for ever. `COMPUTED`: in float64 the same state returned bit for bit.
+        `UNDECIDED`: it returned to within rounding, or a comparison was within its error bound.
     cycles : int
-        Whole cycles that were followed.
+        Number of whole cycles that were followed.
     settled_after, period : int or None
-        After so many cycles every period has this `itinerary` and this `advance`, and ends with
-        the same tensions; where a proved cycle has avalanches, the tensions approach the cycle and
-        the advance lies in its enclosure. None: not settled.
+        After `settled_after` cycles every period has this `itinerary` and this `advance`, and ends
+        with the same tensions. If a proved cycle has avalanches, the tensions approach the cycle,
+        and `advance_enclosure` holds the advance of every period. None: not settled.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int
-        The last cycle, up to `settled_after` if that is known, in which x_G advanced, down or up
-        the incline, by more than 2**-40 of friction and weight, (mu_s + |tan_alpha|) cos(alpha);
-        0: none.
+        Last cycle (up to `settled_after` if known) in which x_G moved, down or up the incline, by
+        more than 2**-40 (mu_s + |tan_alpha|) cos(alpha); 0: none.
     marginal : bool
-        Locked in the limit: the tensions approach a locked cycle like 1/k after k cycles. Then
-        `settled_after` counts the cycles after which the slips of every cycle are the same.
+        Locked in the limit: after k cycles the distance from a locked cycle falls like 1/k. From
+        `settled_after` on, every cycle has the same slips.
     itinerary : tuple or None
         See `Period`.
     advance_enclosure : Enclosure or None
-        The advance, of a solver that encloses it.
+        The advance, if the solver encloses it.
     reason : str
-        For a runaway what proves it, for a limit which it is; else how the chain returns, if not
-        exactly.
+        What proves a runaway; which limit ended the search; or how the chain returns if it does not
+        return exactly.
     report : mapping
-        What only this solver knows.
+        Facts that only this solver reports.
 
     Examples
     --------
@@ -84,30 +83,20 @@ class Fate(Result):
 
     @property
     def direction(self) -> str:
-        """Which way the chain creeps or runs away; ``none`` if it does neither.
-
-        ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, the axis from slider 1 to N.
-        """
+        """``downhill``, ``uphill``, on the level ``+x`` (slider 1 to N) or ``-x``, or ``none``."""
         ways = {Outcome.RUNAWAY: self.chain.heading, Outcome.CREEPING: self.advance or 0.0}
         return direction_of(ways.get(self.outcome, 0), self.chain.tan_alpha)
 
     @property
     def velocity(self) -> float | None:
-        """The advance of x_G per half-cycle once the chain has settled, unit ``g tau_dyn**2``.
-
-        0 at rest or locked; None if it has not settled, or runs away.
-
-        Notes
-        -----
-        Guarantee: `advance` divided by the half-cycles of a period, rounded.
-        """
+        """Advance of x_G per half-cycle once settled, ``g tau_dyn**2``; None: not settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
     worded = ("outcome", "evidence", "direction", "settled_after", "reason")
 
     @property
     def finding(self) -> str:
-        """What the chain does for ever, after how many cycles, and how sure that is."""
+        """What the chain does for ever, from which cycle on, and how sure that is, in words."""
         when = ""
         if self.outcome is Outcome.LIMIT:
             when = f"not settled in {cycles_text(self.cycles)}"
@@ -137,6 +126,6 @@ class Fate(Result):
 
 
 def movers(sliders: Sequence[int], signs: Sequence[int]) -> str:
-    """Return who moves in an event, and which way: ``1 up, 5 down``."""
+    """Return which sliders move in an event, and in which direction: ``1 up, 5 down``."""
     pairs = zip(sliders, signs, strict=True)
     return ", ".join(f"{n} {'down' if sign > 0 else 'up'}" for n, sign in pairs)

@@ -1,24 +1,24 @@
-"""What a chain does for ever, proved: the certified solver followed until it comes back.
+"""Prove what a chain does for ever, by following the certified solver until it returns.
 
-*Lone slips.* The slip of an end alone, from its threshold, moves it by 2 D whatever the state is.
-When the lone slips since an avalanche add up to nothing, the tensions have returned exactly.
+*Lone slips.* A slip of an end alone, from its threshold, moves it by 2 D whatever the state is. If
+the lone slips since an avalanche add up to zero, the tensions have returned exactly.
 
-*Avalanches.* States at the end of a cycle have a *shape* f (the forces of sliders 2 .. N - 1) and a
-*load* u = (F_1 - F_N)/2. Every rearrangement begins with an end at its threshold; a change of u
-therefore only shifts the theta at which it happens: along one itinerary the shape goes on by
-itself, f -> G(f), and u -> u + tau(f). No contraction ever acts on u: the direction in which all
-tensions change alike is neutral, whatever happens. What can bring u back is a symmetry. To exchange
-the ends of the chain, with theta -> -theta, leaves the equations as they are and turns u into -u.
-Let the second half of a period be the mirror image of the first: the avalanches are, and so are
-the sums of the lone slips between them. In the mirror's frame each half then is f -> H(f), u ->
-tau(f) - u, with G = H H, and a period moves u by ``tau(H(f)) - tau(f)``. Where G contracts, by rho
-over a period, these moves are bounded by a geometric series: the load stays within ``|dtau| |H(f) -
-f|/(1 - rho)`` for ever, and tends to a limit.
+*Avalanches.* A state at the end of a cycle consists of a *shape* f (the forces of sliders
+2 .. N - 1) and a *load* u = (F_1 - F_N)/2. Every rearrangement begins at an end of the chain, so a
+change of u only shifts the theta at which it happens. Along one itinerary the shape therefore
+evolves independently, f -> G(f), and u -> u + tau(f). The load never contracts: a change of all
+tensions by the same amount is a neutral direction. But a symmetry can bring u back. Exchanging the
+ends of the chain and replacing theta by -theta leaves the equations unchanged and turns u into -u.
+Suppose the second half of a period is the mirror image of the first, in its avalanches and in the
+sums of the lone slips between them. In the mirrored frame each half is f -> H(f), u -> tau(f) - u,
+with G = H H, and a period moves u by ``tau(H(f)) - tau(f)``. Where G contracts by rho over a
+period, these moves are bounded by a geometric series: the load stays within
+``|dtau| |H(f) - f|/(1 - rho)`` for ever, and converges.
 
-The balls prove, for all states of a joint set of shapes and loads at once, that they share one
-itinerary over a period, and enclose the derivatives of G and tau over it. The shapes are measured
-in the norm of a discrete Lyapunov equation, in which a map contracts as its spectrum does. A
-period that avalanches take part in and that has no such symmetry leaves the load undecided.
+The balls prove that all states of a joint set of shapes and loads share one itinerary over a
+period, and enclose the derivatives of G and tau over it. Shapes are measured in the norm of a
+discrete Lyapunov equation, in which a map contracts according to its spectrum. If a period contains
+avalanches and lacks this symmetry, the load remains undecided.
 """
 
 from __future__ import annotations
@@ -55,23 +55,23 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
-_MOST_PERIOD = 1000  # cycles: a longer period is not found
-_BITS = 192  # to begin with
-_PROOF_BITS = 128  # of conclusions from the derivatives
-_CLOSE = 2.0**-40  # how nearly a shape has to return before a proof is tried
-_BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter period
-_CLOSER = 0.25  # how much more nearly before it is tried once more
-_LEAST = 2.0**-100  # half width of the joint set
-_ROOM = 4.0  # how much larger than needed the joint set is
+_MOST_PERIOD = 1000  # cycles: the longest period that is detected
+_BITS = 192  # initial precision
+_PROOF_BITS = 128  # precision of conclusions from the derivatives
+_CLOSE = 2.0**-40  # distance at which a shape has returned well enough for a proof
+_BETTER = 2.0**-8  # required gain of this distance over a shorter period
+_CLOSER = 0.25  # required gain of this distance before the next attempt
+_LEAST = 2.0**-100  # least half width of the joint set
+_ROOM = 4.0  # factor by which the joint set is larger than necessary
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
 class _Leaping(CertifiedSimulation):
-    """A certified simulation that raises its precision in leaps: most of a transient is lost."""
+    """A certified simulation that raises its precision in large steps, since transients cost it."""
 
     leap = 4
     gap: Any = None
-    """How far beyond all targets so far ``l0 theta`` could have gone without a further event."""
+    """How far beyond all targets so far ``l0 theta`` could have gone without another event."""
 
     def _arrive(self, target: Fraction) -> None:
         mechanics, n = self.mechanics, self.start.chain.n
@@ -88,12 +88,12 @@ def quiet(*_: Any) -> Any:
 
 
 class ProvedFate(NamedTuple):
-    """A fate, what happened until it was known, and between which amplitudes the same happens.
+    """A fate, the events until it was known, and the range of amplitudes with the same events.
 
-    The times of events are the middles of their enclosures. Neither the itinerary nor any theta_c
-    depends on the amplitude, as long as every theta_c is reached, and none beyond: `between` are
-    the largest theta_c and the least at which another event would have followed, rounded inward.
-    None if the proof holds for this amplitude alone.
+    The times of events are the midpoints of their enclosures. The itinerary and theta_c do not
+    depend on the amplitude as long as theta reaches the same theta_c. So `between` is the largest
+    theta_c reached and the least at which another event would have followed, rounded inward. It is
+    None if the proof holds only for this amplitude.
     """
 
     fate: Fate
@@ -109,14 +109,14 @@ def proved_fate(
     say: Callable[..., None] = quiet,
     enough: Callable[[list[LoggedRearrangement]], bool] = quiet,
 ) -> ProvedFate:
-    """Follow a chain until it is proved what it does for ever, or what has happened is `enough`."""
+    """Follow a chain until its fate is proved, or until `enough` accepts the events so far."""
     proof = _Proof(chain, drive, start, limits)
     fate = proof.fate(say, enough)
     return ProvedFate(fate, proof.log, proof.between(fate))
 
 
 class _Proof:
-    """One certified trajectory, looked at after every cycle."""
+    """One certified trajectory, examined after every cycle."""
 
     def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
@@ -124,25 +124,24 @@ class _Proof:
         solver = Certified(digits=digits, most_digits=30_000)
         self.simulation = _Leaping(Start(chain, start, 0), ("events",), solver)
         self.halves: list[HalfCycle] = []
-        self.names: dict[tuple[HalfCycle, ...], int] = {}  # of cycles, by their itineraries
+        self.names: dict[tuple[HalfCycle, ...], int] = {}  # number of each cycle by its itineraries
         self.cycles: list[int] = []
         self.log: list[LoggedRearrangement] = []
-        self.travel: list[Enclosure] = []  # x_G at the ends of cycles, from the start on
+        self.travel: list[Enclosure] = []  # x_G at the ends of cycles, beginning with the start
         self.shapes: list[NDArray[np.float64]] = []  # forces of the inner sliders there
         self.known: dict[Any, int] = {}  # since the last avalanche: slips of each slider -> cycle
         self.slips = [0] * chain.n
         pairs = zip(chain.each("mu_s"), chain.each("mu_d"), strict=True)
         self.excesses: list[Fraction] = [high - low for high, low in pairs]
-        # of periods that were not proved: how nearly the shape has to return, or the cycle from
-        # which on it is tried in any case
+        # for a period that was not proved: the distance, or the cycle, at which it is tried again
         self.again: dict[int, tuple[float, int]] = {}
         self.tried = 0
         self.doubt = ""
 
     def between(self, fate: Fate) -> Bracket | None:
-        """Return between which amplitudes all that has happened is the same; see `ProvedFate`."""
+        """Return the range of amplitudes with the same events; see `ProvedFate`."""
         settled = fate.settled_after is not None and "contraction" not in fate.report
-        # a start beyond the amplitude is ramped back first, and further the smaller the amplitude
+        # a start with |theta| > A is first ramped back, and the smaller A the further
         within = abs(exact_value(self.start.theta)) <= fate.amplitude
         if not settled or not within or fate.evidence is not Evidence.PROVED:
             return None
@@ -178,7 +177,7 @@ class _Proof:
         return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _approach(self) -> Fate | None:
-        """Return the fate if the shapes approach a cycle like 1/k; no ball contains such a cycle.
+        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose.
 
         See `exactcreep.studies.fates.fate`.
         """
@@ -210,7 +209,7 @@ class _Proof:
         return self.halves[2 * cycle - 2 : 2 * cycle]
 
     def _returned(self, cycle: int) -> Fate | None:
-        """Return the fate if lone slips have brought back the tensions."""
+        """Return the fate if lone slips have restored the tensions."""
         for one in joined.from_iterable(self._cycle(cycle)):
             if not lone(one):
                 self.known.clear()
@@ -219,12 +218,12 @@ class _Proof:
             for n, sign in zip(sliders, signs, strict=True):
                 self.slips[n - 1] += sign
         moves = [k * excess for k, excess in zip(self.slips, self.excesses, strict=True)]
-        if self.chain.n == 2:  # where both sliders move alike, the tension returns
+        if self.chain.n == 2:  # the tension returns whenever both sliders move alike
             moves = [moves[1] - moves[0]]
         held = self.simulation.mechanics.rest.coefficients.tolist()
         key = (tuple(moves), tuple(held))
         before = self.known.setdefault(key, cycle)
-        if not any(self._cycle(cycle)):  # theta has been everywhere it will ever be
+        if not any(self._cycle(cycle)):  # theta has covered its whole range
             before = cycle - 1
         if before == cycle:
             return None
@@ -236,7 +235,7 @@ class _Proof:
         return self._settled(before, cycle - before, moved)
 
     def _slip(self, excess: Fraction) -> Any:
-        """Return 2 D, the way of a lone slip of an end, of ``mu_s - mu_d``."""
+        """Return 2 D, the length of a lone slip of an end, from ``mu_s - mu_d``."""
         return 2 * self.simulation.mechanics.arithmetic.times_cosine(self.chain, excess)
 
     def _contracted(self, cycle: int) -> Fate | None:
@@ -252,7 +251,7 @@ class _Proof:
             if apart > near and cycle < later:
                 best = min(best, apart)
                 continue
-            # what comes to a period in turns returns somewhat better after several
+            # an approach that alternates comes somewhat closer after several periods
             if apart > best * _BETTER:
                 continue
             last, ago = self.halves[-2 * period :], self.halves[-4 * period : -2 * period]
@@ -278,13 +277,13 @@ class _Proof:
         return None
 
     def _repeats(self, begin: int, halves: list[HalfCycle], moved: Enclosure) -> bool:
-        """Return whether the period after cycle `begin` has these events, and such an advance."""
+        """Return whether the period after cycle `begin` has these events and this advance."""
         a, b = (self.travel[cycle] for cycle in (begin, begin + len(halves) // 2))
         off = abs(b.middle - a.middle - moved.middle) + a.radius + b.radius
         return self.halves[2 * begin :][: len(halves)] == halves and off <= moved.radius
 
     def _invariant(self, word: _Word) -> tuple[Enclosure, float]:
-        """Return advance and contraction of a set that is never left, or raise `Undecided`."""
+        """Return advance and contraction of an invariant set, or raise `Undecided`."""
         inner = self.chain.n - 2
         point = self._followed(word, np.zeros((inner, inner)), 0.0)
         first, second = _floats(point.first), _floats(point.second)
@@ -309,9 +308,9 @@ class _Proof:
             return joint.advance, contraction(joint, point, norm, inverse, reach, load)
 
     def _followed(self, word: _Word, spread: NDArray[np.float64], load: float) -> Passed:
-        """Follow the states around the present one over one period.
+        """Follow all states around the present state over one period.
 
-        Raises `Undecided` if they do not all follow the given itinerary.
+        Raises `Undecided` if not all of them have the given itinerary.
         """
         present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
         arithmetic, doubt, noted = present.arithmetic, "they part", None
@@ -337,7 +336,7 @@ class _Proof:
             *first, load_row = [row[: n - 2] for row in rows]
             second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()
-            # as many lone slips later as after the last avalanche, in the mirror
+            # add the lone slips that follow the last avalanche, in the mirrored frame
             shape.reverse()
             for place, slips in zip((0, -1), word.late, strict=True):
                 if shape:
@@ -355,8 +354,8 @@ class _Proof:
             )
 
     def _settled(self, before: int, period: int, moved: Enclosure, **proof: float) -> Fate:
-        """Return what the chain does for ever from the end of cycle `before` on."""
-        last = self.halves[-2 * period :]  # it ends a whole number of periods after `before`
+        """Return the fate of a chain whose period `period` begins after cycle `before`."""
+        last = self.halves[-2 * period :]  # ends a whole number of periods after `before`
         itinerary = tuple((q, one) for q, half in enumerate(last, start=1) for one in half)
         outcome, reason = Outcome.CREEPING, ""
         if not itinerary:
@@ -373,7 +372,7 @@ class _Proof:
         self, outcome: Outcome, until: int, reason: str,
         proof: Mapping[str, float] | None = None, **known: Any,
     ) -> Fate:  # fmt: skip
-        """Return the fate as far as it is known; look for the last advance up to cycle `until`."""
+        """Return the fate as far as it is known; search the last advance up to cycle `until`."""
         simulation, last = self.simulation, 0
         for cycle, (a, b) in enumerate(pairwise(self.travel[: until + 1]), 1):
             if abs(b.middle - a.middle) > max(a.radius + b.radius, self.chain.no_advance):
@@ -394,9 +393,9 @@ class _Proof:
 
 
 def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
-    """Return what happened in a run; of times that are enclosed, the middles.
+    """Return the events of a run, with midpoints of enclosed times.
 
-    A time is where Newton's method begins, or is printed: no more is asked of it.
+    These times are printed, or start a Newton iteration; neither needs a bound.
     """
     times = recorded["event_time"]
     if times.dtype == object:
@@ -411,7 +410,7 @@ def _half_cycles(log: list[LoggedRearrangement], first: int, last: int) -> list[
 
 
 def lone(itinerary: Itinerary) -> bool:
-    """Return whether it is a slip of one end alone, or of both at once far apart."""
+    """Return whether it is a slip of one end alone, or of both ends at once far apart."""
     if len(itinerary) != 2:
         return False
     (start, sliders, signs), (stop, stopped, ways) = itinerary
@@ -431,7 +430,7 @@ def mirrored(one: Itinerary, n: int) -> Itinerary:
 class _Word(NamedTuple):
     """The rearrangements of a period whose second half mirrors the first.
 
-    Lone slips commute: between two avalanches only their sums count, for each end.
+    Lone slips commute, so only their sums between two avalanches count, for each end.
     """
 
     halves: list[HalfCycle]
@@ -440,7 +439,7 @@ class _Word(NamedTuple):
 
     @classmethod
     def of(cls, halves: list[HalfCycle], n: int) -> _Word | None:
-        """Return the word of a period, None if it has no such symmetry."""
+        """Return the word of a period, None if it lacks this symmetry."""
         avalanches: list[Itinerary] = []
         places: list[int] = []
         between: list[list[int]] = [[0, 0]]
@@ -467,13 +466,13 @@ class _Word(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """What a set of states has come to over one period, both halves in the frame of the first."""
+    """A set of states after one period, both halves in the frame of the first."""
 
     first: Any  # derivative of the shape over the first half, and over the second
     second: Any
-    load_row: list[Any]  # derivative of the load over the first half, but for its sign
-    moved: list[Any]  # shape after half a period less that at the beginning
-    returned: list[Any]  # shape after a period less that at the beginning
+    load_row: list[Any]  # derivative of the load over the first half, except for its sign
+    moved: list[Any]  # change of the shape in half a period
+    returned: list[Any]  # change of the shape in a period
     radii: list[Any]  # of the present shape
     load_radius: Any
     advance: Enclosure
@@ -489,14 +488,14 @@ def contraction(
 ) -> float:
     """Return rho; raise `Undecided` unless the balls prove that the joint set is never left."""
     inner = len(point.moved)
-    # L, and its inverse as a ball: L is what it is, exactly, in floats
+    # L in exact floats, and a ball for its inverse
     to = _matrix(norm)
     back = to.inv()
     rho = two_norm(to * joint.second * joint.first * back)
     if not rho < 1:
         raise Undecided(f"the contraction {float(rho):.4g} is not proved")
-    # how long a vector is at most whose entries are these balls, or lie between these and their
-    # negatives: there no sign may cancel another
+    # largest length of a vector whose entries lie in these balls, or between the balls and their
+    # negatives, where signs must not cancel
     d, returned, unsure = (
         _length((by * flint.arb_mat(inner, 1, way)).entries())
         for by, way in ((to, point.moved), (to, point.returned), (_matrix(abs(norm)), point.radii))
@@ -504,8 +503,8 @@ def contraction(
     away = (2 * unsure + returned / (1 - rho) + d).upper()
     row = flint.arb_mat(1, inner, joint.load_row) * back
     drift = (_length(row.entries()) * d / (1 - rho)).upper()
-    # the cube that was followed, `spread` times [-1, 1]^inner, holds a ball of radius `reach` of
-    # the norm, but for what the floats that made it lack to be L^-1 reach
+    # the cube that was followed, `spread` times [-1, 1]^inner, contains a ball of radius `reach` in
+    # this norm, except for the rounding errors of L^-1 reach
     gap = to * _matrix(inverse * reach) - _matrix(np.eye(inner) * reach)
     lacking = sum(map(abs, gap.entries()), flint.arb(0))
     if inner and not away < reach - 2 * lacking:
@@ -521,7 +520,7 @@ def _matrix(values: NDArray[np.float64]) -> Any:
 
 
 def _floats(matrix: Any) -> NDArray[np.float64]:
-    """Return the middles of an arb_mat."""
+    """Return the midpoints of an arb_mat."""
     return np.array([float(x) for x in matrix.entries()]).reshape(matrix.nrows(), matrix.ncols())
 
 
@@ -541,8 +540,8 @@ def _length(entries: Sequence[Any]) -> Any:
 def two_norm(matrix: Any) -> Any:
     """Return a bound of the largest singular value of a matrix of balls.
 
-    ``|A|^2 = |A^T A|``, ``|B|^(2^k) = |B^(2^k)|`` for a symmetric B, and the entries taken as a
-    vector have a norm at least as large, by a factor whose root tends to 1.
+    It uses ``|A|^2 = |A^T A|`` and ``|B|^(2^k) = |B^(2^k)|`` for symmetric B. The Frobenius norm is
+    an upper bound, and its ratio to the largest singular value tends to 1 after the root.
     """
     power = matrix.transpose() * matrix
     for _ in range(_SQUARINGS):

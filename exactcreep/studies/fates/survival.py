@@ -1,9 +1,9 @@
-"""How long creep lasts: many starts of one chain, and when each of them is arrested.
+"""Measure how long creep lasts: many starts of one chain, and when each of them is arrested.
 
-Chaotic creep cannot be proved to last; how long it does can be measured. Nearly identical starts
-creep for very different times: some are arrested, locked or at rest, within a few cycles, the
+Chaotic creep cannot be proved to last, but its duration can be measured. Nearly identical starts
+creep for very different times: some are arrested (locked or at rest) within a few cycles, the
 others at a constant rate, as in transient chaos (Lai and Tél). The lifetime of a start is the last
-cycle in which x_G advanced; one that is not arrested when the horizon is reached is censored.
+cycle in which x_G advanced. A start that is not arrested at the horizon is censored.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
-"""Of the tensions of starts, unit m g."""
+"""Size of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
 _WORDS = {
     "locked": "locked", "at_rest": "at rest", "creeping": "still creeping",
@@ -53,10 +53,10 @@ _WORDS = {
 
 
 class Share(NamedTuple):
-    """How many of the starts, which part of them, and an interval of the probability.
+    """A number of starts, its fraction of all starts, and an interval of the probability.
 
-    Guarantee: the interval (Clopper and Pearson) covers the probability of independent starts in at
-    least 95 % of such studies.
+    Guarantee: the interval (Clopper and Pearson) covers the probability for independent starts in
+    at least 95 % of such studies.
     """
 
     starts: int
@@ -66,7 +66,7 @@ class Share(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """The Kaplan-Meier estimate: which part outlives each number of cycles; nan: no variance."""
+    """The Kaplan-Meier estimate of the fraction that survives; interval nan without variance."""
 
     cycles: NDArray[np.float64]
     moving: NDArray[np.float64]
@@ -75,7 +75,7 @@ class Curve(NamedTuple):
 
 
 class StartRecord(NamedTuple):
-    """What one start came to; `_COLUMNS` says what most of it means."""
+    """The result of one start; `_COLUMNS` describes most of the fields."""
 
     start: int  # its number, from 1
     outcome: str
@@ -113,12 +113,11 @@ class Survival(Result):
     Attributes
     ----------
     chain, amplitude, size, starts, cycles, seed, dormant
-        As asked for.
+        The arguments.
     records : tuple of StartRecord
-        What every start that was begun came to, in their order: all `starts`, unless a limit ended
-        the computation.
+        Results of the starts in order: all `starts`, unless a limit ended the computation.
     reason : str
-        Which limit ended the computation, and censored the starts that it cut short; or "".
+        The limit that ended the computation and censored the running starts; or "".
 
     Examples
     --------
@@ -145,58 +144,53 @@ class Survival(Result):
 
     @cached_property
     def arrested(self) -> NDArray[np.bool_]:
-        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,)."""
+        """Which starts are arrested: at rest, or locked (if only in the limit); shape (starts,)."""
         return self._came_to(Outcome.AT_REST, Outcome.CYCLING)
 
     @cached_property
     def durations(self) -> NDArray[np.int64]:
-        """Cycles up to the last advance of an arrested start, and those seen of another.
-
-        Shape (starts,). Periodic creep goes on for ever, and counts as seen up to the horizon.
-        """
+        """Cycles up to the last advance of an arrested start, else observed cycles; (starts,)."""
         seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
         return np.where(self.arrested, self._column("last_advance"), seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
-        """The last cycle with an advance of each start that is arrested, shape (arrested,)."""
+        """Last cycle with an advance of each arrested start, shape (arrested,)."""
         return self.durations[self.arrested]
 
     @property
     def censored(self) -> NDArray[np.int64]:
-        """How many cycles each start that is not arrested has been seen, shape (others,)."""
+        """Observed cycles of each start that is not arrested, shape (others,)."""
         return self.durations[~self.arrested]
 
     @cached_property
     def rate(self) -> Rate:
-        """Arrests per cycle of the starts that outlive the early phase, with an interval of 95 %.
+        """Arrests per cycle after the early phase, a `Rate` with an interval of 95 %.
 
-        A `Rate`: its numbers are nan, and its `reason` says why, where lifetimes do not tell one.
+        Its numbers are nan, and its `reason` says why, if the lifetimes give no rate.
 
         Notes
         -----
-        Guarantee: none; `exactcreep.studies.fates.escape.escape_rate` says how often intervals of
-        samples with known rates held these.
-
-        Source: transient chaos, Lai and Tél, Transient Chaos (2011).
+        Guarantee: none; see `exactcreep.studies.fates.escape.escape_rate` for tests of the
+        interval. Source: transient chaos, Lai and Tél, Transient Chaos (2011).
         """
         return escape_rate(self.lifetimes, self.censored)
 
     @cached_property
     def curve(self) -> Curve:
-        """Which part of the starts outlives each number of cycles, by Kaplan and Meier.
+        """The fraction of starts that survive each number of cycles, by Kaplan and Meier.
 
-        A `Curve` of arrays of shape (steps,), a step after each lifetime and each censoring.
+        A `Curve` of arrays of shape (steps,), with a step at each lifetime and each censoring.
 
         Notes
         -----
         Guarantee: its interval of 95 % (log-log) holds for many independent starts; nan where
-        none, or all of them, are moving.
+        none or all of them are moving.
         """
         times = scipy.stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
         moving = scipy.stats.ecdf(times).sf
         with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
-            warnings.simplefilter("ignore", RuntimeWarning)  # no interval where all move, or none
+            warnings.simplefilter("ignore", RuntimeWarning)  # no interval if all or none move
             between = moving.confidence_interval(CONFIDENCE, method="log-log")
         low, high = between.low.probabilities, between.high.probabilities
         return Curve(moving.quantiles.astype(float), moving.probabilities, low, high)
@@ -208,23 +202,17 @@ class Survival(Result):
 
     @property
     def moving(self) -> Share:
-        """The starts that are not arrested at the horizon, whether they advance or not.
-
-        A `Share`: how many, which part of all that were followed, and its interval.
-        """
+        """The `Share` of starts that are not arrested at the horizon, advancing or not."""
         return self._share(~self.arrested)
 
     @property
     def creeping(self) -> Share:
-        """The starts that still creep at the horizon, either way, or run away.
-
-        A `Share`; `fractions` says what counts as creeping.
-        """
+        """The `Share` of starts that creep, either way, or run away at the horizon."""
         return self._share(self._creeping)
 
     @property
     def directions(self) -> dict[str, Share]:
-        """The starts among `creeping`, by their direction: see `Fate.direction`."""
+        """The shares of `creeping` by direction: see `Fate.direction`."""
         ways, creeping = self._column("direction"), self._creeping
         words = np.unique(ways[creeping]).tolist()
         return {word: self._share(creeping & (ways == word)) for word in words}
@@ -250,18 +238,18 @@ class Survival(Result):
 
     @cached_property
     def fractions(self) -> dict[str, Share]:
-        """Which part of the starts does what in the end, with intervals of Clopper and Pearson.
+        """The share of starts by fate, with intervals of Clopper and Pearson.
 
-        ``locked`` and ``at_rest`` are arrested; ``creeping`` are those that creep periodically, or
-        have come further than ever, either way, within the last `dormant` cycles (and the last
-        half); ``dormant`` those with disorder whose inner sliders have not slipped for so long;
-        ``runaway`` those proved never to come to rest; ``undecided`` all others.
+        ``locked`` and ``at_rest`` are arrested. ``creeping``: creeps periodically, or has reached a
+        new extreme of x_G within the last `dormant` cycles (and the last half). ``dormant``: with
+        disorder, no inner slider has slipped for `dormant` cycles. ``runaway``: provably never
+        rests. ``undecided``: all others.
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
     def evidence(self) -> Evidence:
-        """How well it is known: `COMPUTED` in float64, `UNDECIDED` if one of the starts is."""
+        """`COMPUTED` in float64, or `UNDECIDED` if one of the starts is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     @property
@@ -270,7 +258,7 @@ class Survival(Result):
 
     @property
     def finding(self) -> str:
-        """How soon creep ends, with its interval, and what the starts came to."""
+        """How soon creep ends, with its interval, and the fates of the starts, in words."""
         rate = self.rate
         ends = "it is not known how soon creep ends" + f" ({rate.reason})" * bool(rate.reason)
         if self.records and self._kinds["runaway"].all():
@@ -309,10 +297,7 @@ class Survival(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """What every start came to along ``start``, and `curve` along ``step``.
-
-        Its attributes are the parameters, `rate` and `reason`.
-        """
+        """The result of every start along ``start``, and `curve` along ``step``."""
         columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})
             for name, text in _COLUMNS.items()
@@ -329,7 +314,7 @@ class _Task(NamedTuple):
     asked: Survival
     numbers: range
     until: float | None
-    """When it has to end, in seconds since the epoch: clocks of other machines know that."""
+    """When it has to end, in seconds since the epoch, which all machines share."""
 
 
 def start_of(chain: Chain, size: Any, seed: int, number: int) -> tuple[State, int]:
@@ -370,16 +355,16 @@ def survival(
         Number of cycles to follow each start.
     seed : int
         Below 2**32. Start k, from 1, is ``State.perturbed(chain, size, start_seed=key, seed=key)``
-        with ``key = 2**32 seed + k``: with disorder every start has its own.
+        with ``key = 2**32 seed + k``; a chain with disorder has new disorder in every start.
     dormant : int
-        With disorder a chain whose inner sliders have not slipped for so many cycles is dormant.
+        A chain with disorder is dormant if no inner slider has slipped for so many cycles.
     executor : concurrent.futures.Executor, optional
-        Where starts are followed: threads, processes, or a cluster. It is not shut down.
+        Follows the starts: threads, processes, or a cluster. It is not shut down.
     workers : int, optional
-        Without an executor: so many threads; default one for each processor.
+        Number of threads if there is no executor. Default: one for each processor.
     max_seconds : number, optional
-        Wall time after which the result so far is returned; `reason` then says so. Further starts
-        are not begun.
+        Wall time after which no further start begins, and the result so far is returned; `reason`
+        then says so.
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
@@ -398,10 +383,10 @@ def survival(
     -----
     Without disorder a start is arrested when its tensions return without an advance, or approach
     such a cycle like 1/k (see `Fate.marginal`). With disorder tensions never return, and only rest
-    counts: a chain whose ends alone slip is dormant, and may wake up.
+    counts: a chain in which only the ends slip is dormant, and may wake up.
 
-    Guarantee: results do not depend on the executor, nor on the number of threads. In chaos a
-    trajectory in float64 is no solution of the equations, but has the statistics of one.
+    Guarantee: results do not depend on the executor or the number of threads. In chaos a float64
+    trajectory does not solve the equations, but has the same statistics as a solution.
 
     Examples
     --------
@@ -415,7 +400,7 @@ def survival(
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
-    start_of(chain, spread, key, 1)  # refuses a size
+    start_of(chain, spread, key, 1)  # raises an error for a bad size
     wait_for = whole_number(dormant, "dormant", least=1)
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     until = None if max_seconds is None else time.time() + limits.seconds
@@ -435,7 +420,7 @@ def survival(
             if ended is not None:
                 records += ended[1].result()
             say("starts", len(records), count, "starts")
-    if not records:  # another process was to follow the first
+    if not records:  # another process was meant to follow the first start
         raise KeyboardInterrupt
     records.sort(key=lambda record: record.start)
     over = len(records) < count or any(record.over for record in records)
@@ -444,7 +429,7 @@ def survival(
 
 
 def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
-    """Follow the starts of a task; once the time is over only start 1 is begun."""
+    """Follow the starts of a task; after the time limit only start 1 begins."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if signals is not None:

@@ -1,1 +1,1 @@
-"""The amplitude above which a chain creeps, by four meanings of the word."""
+"""The amplitude above which a chain creeps, in four meanings of the word."""

@@ -1,4 +1,4 @@
-"""Search for amplitudes: scans, bisection, decimals."""
+"""Ranges, bisection and decimals of amplitudes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Bracket = tuple[Fraction, Fraction]
 
 
 class Span(NamedTuple):
-    """Where a threshold is looked for: between two amplitudes, or in scans, one after the other."""
+    """The range of a search for a threshold: a bracket, or scans one after the other."""
 
     bracket: Bracket | None
     scans: list[Bracket]
@@ -27,7 +27,7 @@ class Span(NamedTuple):
     def of(
         cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any, points: Any = 1
     ) -> Span:
-        """Return the span that is asked for; the default decides nothing about the edge."""
+        """Return the span for these arguments; the defaults do not affect the edge found."""
         between = None
         if bracket is not None:
             if low is not None or high is not None:
@@ -68,7 +68,7 @@ def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
 def bisected(
     low: Fraction, high: Fraction, width: Fraction, above: Callable[[Fraction], bool]
 ) -> Iterator[Bracket]:
-    """Yield a bracket and those within it, at whose ends `above` differs, to a relative width."""
+    """Yield ever smaller brackets whose ends `above` tells apart, down to a relative width."""
     yield low, high
     while high - low > width * high:
         middle = (low + high) / 2

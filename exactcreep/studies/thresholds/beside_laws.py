@@ -1,4 +1,4 @@
-"""The base of all thresholds: the laws and theorems beside which they stand."""
+"""What all thresholds share: the laws and theorems to compare them with."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
-    """Return what the laws predict for a chain or its mirror image, as decimals; None: no law.
+    """Return the laws' predictions for a chain or its mirror image, as decimals; None: no law.
 
-    For friction or ends that differ, Eq. 22 is ``h/l0`` of `differing_intercept`.
+    If friction or end forces differ, Eq. 22 is ``h/l0`` of `differing_intercept`.
     """
     context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
 
@@ -52,7 +52,7 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
 
 
 class BesideLaws(Result):
-    """A threshold of a chain: one of two kinds, with the laws and theorems beside it."""
+    """A threshold of a chain of either kind, with the laws and theorems for comparison."""
 
     chain: Chain
     digits: int
@@ -68,9 +68,9 @@ class BesideLaws(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """What was looked at, with the chain and all single numbers and texts as attributes.
+        """The searched amplitudes; the chain and all single numbers and texts are attributes.
 
-        Of `Threshold` its `windows` along ``edge``; of `Intercept` the velocities along
+        `Threshold` has its `windows` along ``edge``; `Intercept` has the velocities along
         ``amplitude``, in the units of the fields.
         """
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}

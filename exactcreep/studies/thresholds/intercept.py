@@ -1,4 +1,4 @@
-"""Where the straight part of v(A) meets zero: what one reads off the paper's figures."""
+"""The amplitude at which the straight part of v(A) meets zero, as one reads it off a figure."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ from exactcreep.watch.progress import Hearer, reporter
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS = 8
-"""Amplitudes of a straight line."""
+"""Fewest amplitudes for a straight line."""
 UNLIKELY = 0.01
-"""Probability of a chi2 as large, below which a line is not believed."""
-_FLAT = 1e-6  # of the slope: less is rounding
+"""A line is rejected if so large a chi2 has a probability below this."""
+_FLAT = 1e-6  # a relative slope below this is rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -53,22 +53,22 @@ class Intercept(BesideLaws):
     Attributes
     ----------
     chain, cycles, seed, size
-        As asked for.
+        The arguments.
     amplitudes, velocities, errors : ndarray, shape (points,)
-        What was measured: the velocity per half-cycle, unit ``g tau_dyn**2``, and its standard
-        error; where that is not known, the largest of the others.
+        Velocities per half-cycle, unit ``g tau_dyn**2``, and their standard errors. An unknown
+        error is replaced by the largest known error.
     fit : tuple of float
         The range of the line, in units of Eq. 22.
     intercept, error, slope, slope_error : float
         With standard errors; nan if not known.
     systematic : float
-        The larger shift of the intercept if only the lower, or only the upper half of the
-        amplitudes is fitted; inf if one of them has no slope.
+        Larger shift of the intercept if only the lower, or only the upper half of the amplitudes is
+        fitted; inf if a half has no slope.
     chi2, chi2_probability : float
-        Of the line, and the probability of one as large.
+        chi2 of the line, and the probability of so large a value.
     law_seuil, law_slope : float
-        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique. If friction or ends
-        differ, h/l0 and ``(q - p) l0`` of `differing_velocity`.
+        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique. If friction or end
+        forces differ, h/l0 and ``(q - p) l0`` of `differing_velocity`.
     reason : str
         Why the evidence is undecided; "" if it is not.
 
@@ -104,12 +104,12 @@ class Intercept(BesideLaws):
 
     @property
     def evidence(self) -> Evidence:
-        """How well it is known: `COMPUTED` in float64, or `UNDECIDED`; `reason` then says why."""
+        """`COMPUTED` in float64, or `UNDECIDED`; `reason` then says why."""
         return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
 
     @property
     def finding(self) -> str:
-        """Where the straight part meets zero, how sure that is, and what the paper's law says."""
+        """The intercept with its uncertainty, and the paper's law, in words."""
         if math.isnan(self.intercept):
             return "it is not known where the straight part of v(A) meets zero"
         where = f"A = {with_error(self.intercept, self.error)} ({self.evidence.value})"
@@ -144,13 +144,13 @@ def intercept(
     """Return the amplitude at which the straight part of v(A) meets zero.
 
     This is the threshold in the paper's figures and in Eq. 22. It is the only threshold of a chain
-    with disorder, and makes sense for long chains without.
+    with disorder. It also makes sense for long chains without disorder.
 
     Parameters
     ----------
     chain : Chain
-        Of at least two sliders, with slips, which friction holds (on a slope below mu_d); disorder
-        is welcome. Friction may differ and ends may be pulled; springs expand alike.
+        At least two sliders with slips, on a slope below mu_d, with or without disorder. Friction
+        may differ and end forces may act; all springs must expand alike.
     cycles : int
         Number of cycles at each amplitude.
     points : int
@@ -165,28 +165,27 @@ def intercept(
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
-        Wall time after which the velocities so far are returned, with the line through them if
-        there are at least 8; `reason` then says so.
+        Wall time after which the velocities so far are returned, with their line if there are at
+        least 8; `reason` then says so.
 
     Returns
     -------
     Intercept
-        The measured velocities, the line through them, and how well it fits.
+        The measured velocities, the line through them, and the quality of the fit.
 
     Raises
     ------
     InputError
-        If an argument is out of range, the question has no sense for the chain, or Eq. 22 is
-        not positive, a fit is out of the range of the model, or `cycles` are too few to tell
-        standard errors.
+        If an argument is out of range, the question makes no sense for the chain, Eq. 22 is not
+        positive, the fit is outside the range of the model, or `cycles` are too few for standard
+        errors.
 
     Notes
     -----
     Guarantee: none; the line is a weighted least-squares fit of velocities measured in float64.
-    `error` is statistical, `systematic` is the change with the range of the fit, and `evidence` is
-    `UNDECIDED` where chi2 has a probability below 1 %.
-
-    Source: Eqs. 20 and 22, and the figures of v(A).
+    `error` is statistical, and `systematic` is the change with the range of the fit. `evidence` is
+    `UNDECIDED` if chi2 has a probability below 1 %. Source: Eqs. 20 and 22, and the figures of
+    v(A).
 
     Examples
     --------
@@ -213,7 +212,7 @@ def intercept(
         try:
             run = creep(chain, drive, max_seconds=limits.seconds_left, **begin)
         except Interrupted:
-            if not limits.passed():  # no block of the caller takes the result so far
+            if not limits.passed():  # the user interrupted, not the limit of time
                 raise
         if limits.passed():
             over = limits.reason(Stop.DEADLINE)
@@ -238,7 +237,7 @@ def intercept(
 
 
 def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
-    """Return where the line of the law meets zero, and its slope; two where both are possible."""
+    """Return where the law's line meets zero, and its slope (two if both are possible)."""
     if chain.unlike:
         driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
         least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
@@ -249,11 +248,11 @@ def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
 
 
 def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:
-    """Return what the weighted line tells; unknown errors are set to the largest of the others."""
+    """Return the weighted line; an unknown error is replaced by the largest known error."""
     count = amplitudes.size
     unknown = np.isnan(errors)
     errors[unknown] = errors[~unknown].max()
-    # a settled chain moves without scatter: it gets the largest weight of the others
+    # a settled chain moves without scatter: it gets the largest weight among the others
     scatter = errors[errors > 0]
     weights = 1 / np.maximum(errors, scatter.min() if scatter.size else 1.0)
 

@@ -1,9 +1,9 @@
-"""Does a chain creep at one amplitude: in the last of so many cycles, or for ever?
+"""Does a chain creep at one amplitude: in the last of a number of cycles, or for ever?
 
-*In the last cycle* asks for an advance by more than 1e-6 down the incline (where weight and end
-forces drive the chain). The answer is exact, but the chain may lock a little later. An advance
-uphill does not count: a chain that locks moves up, too, by less and less. *For ever* asks float64
-first, and the certified solver where float64 errs.
+*In the last cycle* x_G has to advance by more than 1e-6 in the direction in which weight and end
+forces drive the chain. The answer is exact, but the chain may lock a little later. An advance
+uphill does not count: a chain that locks also moves up, by less and less. *For ever* is computed in
+float64, and by the certified solver where float64 is unreliable.
 """
 
 from __future__ import annotations
@@ -32,23 +32,21 @@ from exactcreep.studies.thresholds.amplitudes import Bracket
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import reporter
 
-_MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up
+_MOST_EVENTS = 10**6  # for each slider (at least 20); no edge is so high that a run needs more
 ADVANCE = Fraction(1, 10**6)
-"""By which x_G has to move in the last cycle."""
+"""Least advance of x_G in the last cycle."""
 MOST_CYCLES = 10_000
-"""Of a float64 course whose fate is asked for."""
+"""Most cycles of a float64 trajectory whose fate is sought."""
 CERTIFIED_CYCLES = 1_000
-"""Of a certified one."""
-_TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
+"""Most cycles of a certified trajectory."""
+_TWIN = Fraction(1, 10**13)  # distance of two starts that must have the same fate in float64
 Log = list[LoggedRearrangement]
 _SILENT = reporter(None)
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
 
 
 class GivenUp(RuntimeError):
-    """A run on which the search depends came to a limit of its solver.
-
-    Its text names the amplitude, and the limit.
+    """A run that the search needs reached a limit of its solver; the message names the amplitude.
 
     Examples
     --------
@@ -64,23 +62,23 @@ class GivenUp(RuntimeError):
 
 
 class Observation(NamedTuple):
-    """What the chain does at one amplitude."""
+    """The behaviour of the chain at one amplitude."""
 
     creeps: bool
     evidence: Evidence
     log: Log
-    outcome: Outcome | None  # of the last cycle, or for ever; None: it goes on to change
+    outcome: Outcome | None  # in the last cycle, or for ever; None: it keeps changing
     outcome_evidence: Evidence
-    direction: str = "none"  # which way it creeps
+    direction: str = "none"  # of creep
     fate: Fate | None = None
-    between: Bracket | None = None  # amplitudes at which it does the same
+    between: Bracket | None = None  # amplitudes with the same behaviour
 
 
 @dataclass(eq=False)
 class Question:
-    """Does x_G advance down the incline in the last cycle at this amplitude?
+    """Does x_G advance in the last cycle at this amplitude, in the direction of its weight?
 
-    `solver` decides, and reports to `say`; each of its `runs` is made once.
+    `solver` decides, and reports to `say`; no run is made twice.
     """
 
     chain: Chain
@@ -92,33 +90,33 @@ class Question:
     runs: dict[Fraction, Observation] = field(default_factory=dict, init=False)
 
     def decided(self, amplitude: Fraction, digits: int) -> Observation:
-        """Return what the deciding solver finds at an amplitude of so many digits."""
+        """Return the answer of the deciding solver at an amplitude with `digits` digits."""
         if amplitude not in self.runs:
             self.say("deciding", len(self.runs) + 1, 0, "runs")
             options = {} if self.solver == "exact" else {"digits": digits}
             if self.solver == "certified":
-                # an exact tie outside Q(c) is undecided at any precision: do not try very many
+                # an exact tie outside Q(c) stays undecided at any precision, so digits are limited
                 options["most_digits"] = 4 * digits + 1000
             self.runs[amplitude] = self.tried(amplitude, self.solver, options)
         return self.runs[amplitude]
 
     def decided_at_its_end(self, amplitude: Fraction, digits: int) -> Observation:
-        """Return the same of a run that is followed to its end, where it had not been."""
+        """Return the same for a run that is followed to its end, even if it had stopped early."""
         fate = self.decided(amplitude, digits).fate
         if fate is not None and fate.outcome is Outcome.LIMIT:
             self.runs[amplitude] = self.tried(amplitude, self.solver, {})
         return self.runs[amplitude]
 
     def report(self) -> dict[str, int]:
-        """Return how many runs it took."""
+        """Return the number of runs."""
         return {"deciding_runs": len(self.runs)}
 
     def unsettled(self, amplitude: Fraction) -> bool:
-        """Return whether no number of cycles that is followed shows what the chain does."""
+        """Return whether the chain does not settle within the cycles that are followed."""
         return False
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
-        """Return whether float64 is no witness at one of two amplitudes, or between them."""
+        """Return whether float64 is unreliable at one of two amplitudes, or between them."""
         return False
 
     def creeps(self, amplitude: Fraction) -> bool:
@@ -147,8 +145,8 @@ class Question:
     def _followed(
         self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
     ) -> tuple[Stretch, Evidence]:
-        """Follow all cycles, or to a runaway; `GivenUp` and `OutOfTime` where that fails."""
-        self.limits.require()  # short runs end before they ask
+        """Follow all cycles, or until a runaway; raise `GivenUp` or `OutOfTime` at a limit."""
+        self.limits.require()  # short runs never check the time themselves
         algorithm = solver_named(solver, options)
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         most = _MOST_EVENTS * max(self.chain.n, 20)
@@ -163,7 +161,7 @@ class Question:
         return stretch, simulation.evidence
 
     def _last_advance(self, stretch: Stretch) -> Enclosure:
-        """Return by how much x_G moves in the last cycle where weight and end forces drive it."""
+        """Return the advance of x_G in the last cycle, in the direction of weight and forces."""
         values = [0, 0, 0, *stretch.recorded["x_G"].tolist()]
         begin, end = (enclosure(values[k]) for k in (-3, -1))
         return _difference(end, begin) if self.chain.heading < 0 else _difference(begin, end)
@@ -173,14 +171,14 @@ class Question:
 class WithoutSlips(Question):
     """Does a chain that slides with theta advance in a cycle by more than `least`, exactly?
 
-    It is proved if every slider that may be the pivot gives the same answer; else their mean, the
-    answer of `sliding`, is taken.
+    The answer is proved if every possible pivot gives the same; else it follows from the mean over
+    the pivots, as in `sliding`.
     """
 
     least: Fraction = ADVANCE
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
-        return True  # it is not asked
+        return True  # float64 is never used
 
     def creeps(self, amplitude: Fraction) -> bool:
         return self.tried(amplitude, self.solver, {}).creeps
@@ -209,11 +207,11 @@ def _difference(a: Enclosure, b: Enclosure) -> Enclosure:
 def _last_outcome(
     last: Log, evidence: Evidence, *, returned: bool
 ) -> tuple[Outcome | None, Evidence]:
-    """Return what the chain does in the last cycle of a run, and how well that is known."""
+    """Return the outcome in the last cycle of a run, and its evidence."""
     if not last:
         return Outcome.AT_REST, evidence
     if all(fates.lone(rearrangement.itinerary) for rearrangement in last):
-        # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
+        # a lone slip from its threshold moves a slider by 2 D, so the moves cancel exactly or not
         moves: Counter[int] = Counter()
         for rearrangement in last:
             start = rearrangement.events[0]
@@ -226,14 +224,14 @@ def _last_outcome(
 class Lasting(Question):
     """Does the chain creep for ever at this amplitude?
 
-    Twins that start almost alike tell where float64 is no witness: there the fate is the certified
-    one (`certified`), or, where that is not known either, the answer is listed as `sensitive`.
+    Two starts that differ by 1e-13 show where float64 is unreliable. There the certified solver
+    decides (`certified`); if it cannot, the amplitude is listed as `sensitive`.
     """
 
     certified: dict[Fraction, bool] = field(default_factory=dict, init=False)
     sensitive: dict[Fraction, bool] = field(default_factory=dict, init=False)
     locked: Log = field(default_factory=list, init=False)
-    """Of the last run that was proved not to creep."""
+    """The last run that provably does not creep."""
     windows: list[Observation] = field(default_factory=list, init=False)
     """Proofs that hold between two amplitudes."""
 
@@ -241,8 +239,8 @@ class Lasting(Question):
         return {**super().report(), "certified_points": len(self.certified)}
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
-        """Return the fate in float64, and where x_G has come to apart from a steady advance."""
-        self.limits.require()  # a chain that settles at once ends before it asks
+        """Return the fate in float64, and x_G minus the steady part of its advance."""
+        self.limits.require()  # a chain that settles at once never checks the time itself
         drive = Cycles(amplitude, self.cycles)
         course = solvers.SettlingChain(self.chain, drive, start)
         fate, stop = numerical_fate(course, start, self.limits)
@@ -265,7 +263,7 @@ class Lasting(Question):
         return self._course(amplitude, self.start)[0]
 
     def creeps(self, amplitude: Fraction) -> bool:
-        """Return whether the chain creeps: what has not settled has not locked."""
+        """Return whether the chain creeps; a chain that has not settled has not locked."""
         for answers in (self.certified, self.sensitive):
             if amplitude in answers:
                 return answers[amplitude]
@@ -310,7 +308,7 @@ class Lasting(Question):
         parted: Fraction | None = None
 
         def far_beyond(log: Log) -> bool:
-            """Return whether the runs part so far below that the search goes on there."""
+            """Return whether the runs differ far below, so that the search continues there."""
             nonlocal parted
             parted = parting(self.locked, log) if parted is None else parted
             return parted is not None and abs(amplitude - parted) * 10 ** (digits - 1) > amplitude
@@ -330,7 +328,7 @@ class Lasting(Question):
 
 
 def parting(log: Log, other: Log) -> Fraction | None:
-    """Return theta_c of what one of two runs alone comes to, None if they do not part so."""
+    """Return theta_c of the event that only one of two runs has, or None."""
     for mine, its in zip(log, other, strict=False):
         if (mine.half_cycle, mine.itinerary) == (its.half_cycle, its.itinerary):
             continue
@@ -341,7 +339,7 @@ def parting(log: Log, other: Log) -> Fraction | None:
 
 
 def side_by_side(lower: Observation, upper: Observation) -> tuple[Log, Log]:
-    """Return what happened in both, that which settled earlier gone on with its last period."""
+    """Return the events of both runs; the run that settled earlier repeats its last period."""
 
     def gone_on(trial: Observation, beside: Observation) -> Log:
         log, fate, longer = list(trial.log), trial.fate, beside.fate

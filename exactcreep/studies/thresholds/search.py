@@ -1,14 +1,14 @@
-"""The search for the amplitude at which creep begins: scan, bisection, two deciding runs.
+"""Search for the amplitude at which creep begins: scan, bisection, two deciding runs.
 
-A scan in float64 finds where the answer to a question changes; bisection narrows the edge as far as
-float64 tells. One event differs across the edge, and tells where it lies.
-Two runs of the chosen solver, at the decimals that enclose this amplitude, then show that the
-answers differ; what leads to these decimals need not be trusted.
+A scan in float64 finds an interval in which the answer to a question changes, and bisection narrows
+it as far as float64 allows. The first event that differs across the edge gives its amplitude. Then
+two runs of the chosen solver, at decimals that enclose this amplitude, show that the answers
+differ. Only these two runs have to be trusted.
 
-*The deciding event.* Every rearrangement begins with an end of the chain at its threshold, and the
-forces add up to N s: along one itinerary neither theta_c nor what follows depends on the amplitude.
-The amplitude decides one thing alone: whether theta turns before it comes to the next theta_c. So
-two runs part where the amplitude is that theta_c, and one run along the itinerary tells it.
+*The deciding event.* Every rearrangement begins at an end of the chain, and the forces add up to
+N s: along one itinerary neither theta_c nor later events depend on the amplitude. The amplitude
+decides only whether theta reaches the next theta_c before it turns. So two runs part where the
+amplitude equals that theta_c, which one run along the itinerary computes.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from exactcreep.studies.thresholds.questions import Log, Observation, Question, 
 from exactcreep.watch.limits import OutOfTime
 
 MOST_DIGITS = {"certified": 5_000, "exact": 12}
-"""Digits of an amplitude that each solver is asked to tell."""
+"""Most digits of an amplitude by solver."""
 SPARE = 2
-"""Digits of a bracket beyond those asked for."""
+"""Additional digits of a bracket."""
 _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
-_STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
-_LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
-_OF_A_GUESS = 3  # digits beyond these, of an edge that an itinerary tells
-_BITS_LOST = 64  # of a run along an itinerary, and a quarter of one for every event
+_STRAY = 10**5  # widths by which rounding may have shifted a float64 bracket
+_LATER = (4, 16, 64)  # factors on the number of cycles, after which a transient may be over
+_OF_A_GUESS = 3  # additional digits of an edge computed along an itinerary
+_BITS_LOST = 64  # bits that a run along an itinerary may lose, and a quarter of a bit per event
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Difference:
 
     @classmethod
     def of(cls, lower: Observation, upper: Observation) -> Difference | None:
-        """Return the difference of what happens on both sides, None if no event differs."""
+        """Return the difference between both sides, None if no event differs."""
         _, *sides = first_difference(*map(numbered, side_by_side(lower, upper)))
         return cls(*sides) if any(sides) else None
 
@@ -61,10 +61,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class Edge:
-    """Where creep, or an advance in some cycle, `begins` or ends, and both sides of this edge.
+    """An amplitude at which creep, or an advance in some cycle, `begins` or ends.
 
-    It is between two decimals, None before any are known; `evidence` is for both sides. Two runs
-    decide the other fields, see `Threshold`; `doubt` says why the edge is not known, or is "".
+    It lies between two decimals (None if unknown); `evidence` holds for both sides. The other
+    fields come from the two deciding runs, see `Threshold`; `doubt` says why the edge is unknown.
     """
 
     lower: str | None = None
@@ -89,7 +89,7 @@ class Edge:
 
 
 class Unfinished(OutOfTime):
-    """The time was over before a search was; `edges` are what it had come to by then."""
+    """The time ended before the search did; `edges` are the results so far."""
 
     def __init__(self, limit: OutOfTime, *edges: Edge) -> None:
         super().__init__(str(limit))
@@ -97,9 +97,9 @@ class Unfinished(OutOfTime):
 
 
 def first_edge(question: Question, span: Span, digits: int) -> Edge:
-    """Return the edge in the bracket of a span, or the first of its scans, to so many digits.
+    """Return the edge in the bracket of a span, or the first edge of its scans, to `digits` digits.
 
-    Raises `Unfinished` if the time is over.
+    Raises `Unfinished` if the time ends first.
     """
     reached: list[Edge] = []
     try:
@@ -111,9 +111,9 @@ def first_edge(question: Question, span: Span, digits: int) -> Edge:
 
 
 def all_edges(question: Question, span: Span, digits: int) -> tuple[Edge, ...]:
-    """Return every edge of the scans of a span: the first to so many digits, others in float64.
+    """Return every edge of a span's scans: the first to `digits` digits, others in float64.
 
-    Raises `Unfinished` if the time is over.
+    Raises `Unfinished` if the time ends first.
     """
     scanned: list[Scanned] = []
     reached: list[Edge] = []
@@ -160,7 +160,7 @@ def _scanned(question: Question, span: Span) -> Iterator[Scanned]:
 
 
 def _first_bracket(question: Question, span: Span, digits: int) -> Bracket:
-    """Return the bracket that was given, or the first of the scans."""
+    """Return the given bracket, or the first bracket of the scans."""
     if span.bracket is None:
         low, high, _ = next(_scanned(question, span))
         return low, high
@@ -170,7 +170,7 @@ def _first_bracket(question: Question, span: Span, digits: int) -> Bracket:
 
     low, high = span.bracket
     for creeps in (question.creeps, decided):
-        if (creeps(low), creeps(high)) == (False, True):  # where float64 tells them apart
+        if (creeps(low), creeps(high)) == (False, True):  # float64 sees the edge
             return low, high
     shown = f"{nearest_float(low)} {nearest_float(high)}"
     raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
@@ -184,9 +184,9 @@ def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
 
 
 def _in_floats(question: Question, low: Fraction, high: Fraction, begins: bool) -> Edge:
-    """Return an edge bisected for in float64; between points of the scan where none settles.
+    """Return an edge bisected in float64, or between points of the scan where creep never settles.
 
-    How long a transient lives changes from float to float: there is no edge to bisect for.
+    There the length of a transient changes from float to float, and bisection finds no edge.
     """
     if question.unsettled(high if begins else low):
         return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
@@ -195,9 +195,9 @@ def _in_floats(question: Question, low: Fraction, high: Fraction, begins: bool) 
 
 
 def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[Edge]:
-    """Yield the edge in a bracket, above which the chain creeps, closer and closer.
+    """Yield ever narrower brackets of an edge above which the chain creeps.
 
-    The last one has all digits, and two runs of the deciding solver have decided it, unless creep
+    The last bracket has all digits and is decided by two runs of the deciding solver, unless creep
     does not settle there.
     """
     yield _rounded(*bracket)
@@ -211,7 +211,7 @@ def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[E
         return
     unit = unit_of(high, digits + SPARE)
     guess: Fraction | None = None
-    if not question.float_fails(low, high):  # else bisection would find an edge of its own
+    if not question.float_fails(low, high):  # otherwise bisection would find a spurious edge
         for low, high in bisected(*bracket, _NARROW, question.creeps):
             yield _rounded(low, high)
         guess, error = _guessed(question, low, high, digits)
@@ -226,11 +226,11 @@ def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[E
 def _guessed(
     question: Question, low: Fraction, high: Fraction, digits: int
 ) -> tuple[Fraction, Fraction]:
-    """Return where the event that decides a float64 bracket puts the edge, and by how much it errs.
+    """Return the edge computed from the event that decides a float64 bracket, and its error.
 
     Digits are claimed only as far as the float64 edge and the itinerary's edge agree.
     """
-    room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
+    room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # the ends may be equal
     ends = (question.tried(amplitude, "exact", {}) for amplitude in (low - room, high + room))
     guess = deciding_amplitude(question, *side_by_side(*ends), digits + SPARE + _OF_A_GUESS)
     if guess is None or abs(guess - high) > _STRAY * (high - low + room):
@@ -240,7 +240,7 @@ def _guessed(
 
 
 class _Decimals(NamedTuple):
-    """The decimals k * unit; the deciding solver is asked once at each."""
+    """The decimals k * unit; the deciding solver runs once at each."""
 
     question: Question
     unit: Fraction
@@ -256,7 +256,7 @@ class _Decimals(NamedTuple):
         return self.trial(k).evidence is Evidence.PROVED
 
     def stands(self, k: int) -> bool:
-        """Return whether a run that was not followed to its end comes to what was taken for it."""
+        """Return whether a run that stopped early gives the same answer when followed further."""
         taken = self.creeps(k)
         return self.question.decided_at_its_end(k * self.unit, self.digits).creeps == taken
 
@@ -266,7 +266,7 @@ class _Decimals(NamedTuple):
         return deciding_amplitude(self.question, *runs, self.digits + _OF_A_GUESS)
 
     def cell(self, amplitude: Fraction) -> tuple[int, int]:
-        """Return the neighbours between which an amplitude is; the lower one may be equal."""
+        """Return the neighbours of an amplitude; the lower one may equal it."""
         below = math.floor(amplitude / self.unit)
         return below, below + 1
 
@@ -276,10 +276,9 @@ class _Decimals(NamedTuple):
 
 
 def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> Edge:
-    """Return the edge between two neighbours among decimals, as two runs show.
+    """Return the edge between two neighbouring decimals, shown by two runs.
 
-    It is where it is guessed to be, or further on in the bracket of float64, or, if that errs,
-    outside.
+    The search starts at the guess, then uses the float64 bracket, then looks outside it.
     """
     below, above = decimals.around(*bracket)
     if guess is not None:
@@ -290,7 +289,7 @@ def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> E
         below, above = _closed_in(decimals, below, above)
         stands = decimals.stands(below) and decimals.stands(above)
     if decimals.question.solver == "certified":
-        # an end that lies exactly on the edge may be undecided; one unit further out it is not
+        # a decimal exactly on the edge may be undecided; the next decimal outside is not
         if not decimals.proved(below) and not decimals.creeps(below - 1):
             below -= 1
         if not decimals.proved(above) and decimals.creeps(above + 1):
@@ -306,7 +305,7 @@ def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> E
 
 
 def _bracketed(decimals: _Decimals, below: int, above: int, bracket: Bracket) -> tuple[int, int]:
-    """Return decimals between which creep begins: these two, or some further out."""
+    """Return decimals between which creep begins: these two, or two further out."""
     low, high = bracket
     first, last = decimals.around(low, high)
     step = last - first
@@ -324,7 +323,7 @@ def _bracketed(decimals: _Decimals, below: int, above: int, bracket: Bracket) ->
 
 
 def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
-    """Return two neighbours among decimals between which creep begins."""
+    """Return two neighbouring decimals between which creep begins."""
 
     def cut(k: int) -> None:
         nonlocal below, above
@@ -345,7 +344,7 @@ def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
 
 
 def _with_sides(edge: Edge, lower: Observation, upper: Observation) -> Edge:
-    """Return an edge with what happens on both sides of it."""
+    """Return an edge with the events on both sides of it."""
     return replace(
         edge,
         direction=upper.direction,
@@ -356,7 +355,7 @@ def _with_sides(edge: Edge, lower: Observation, upper: Observation) -> Edge:
 
 
 def _settled(question: Question, edge: Edge) -> Iterator[Edge]:
-    """Yield an edge with what the transient below it comes to in float64, much later."""
+    """Yield an edge with the later end of the transient below it, found in float64."""
     most = _LATER[-1] * question.cycles
     for times in _LATER:
         later = replace(question, cycles=times * question.cycles)
@@ -372,14 +371,14 @@ def _settled(question: Question, edge: Edge) -> Iterator[Edge]:
 def deciding_amplitude(question: Question, log: Log, other: Log, digits: int) -> Fraction | None:
     """Return the amplitude at which two runs part to `digits` digits, None if rounding parts them.
 
-    Beyond it they may part once more, and the edge lie further on.
+    Above this amplitude they may part again; then the edge lies further up.
     """
     shared, *sides = first_difference(numbered(log), numbered(other))
     event = min(filter(None, sides), key=lambda side: side[:2], default=None)
     if event is None or event.number:
         return None
     bits = math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4
-    ways = -1, 1  # of theta in even half-cycles, and in odd ones
+    ways = -1, 1  # direction of theta in even and in odd half-cycles
     way = ways[event.half_cycle % 2]
     try:
         with balls_of(bits).active():
@@ -388,6 +387,6 @@ def deciding_amplitude(question: Question, log: Log, other: Log, digits: int) ->
                 question.limits.require()
                 itinerary.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)
             load = itinerary.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
-    except ArithmeticError:  # it is the itinerary of no chain: rounding had made it
+    except ArithmeticError:  # no chain has this itinerary: it is an artefact of rounding
         return None
     return way * exact_value(load) / question.chain.l0

@@ -1,4 +1,4 @@
-"""The amplitude above which a chain creeps for ever, or after so many cycles: to any digits."""
+"""The amplitude above which a chain creeps for ever, or advances in a cycle, to any digits."""
 
 from __future__ import annotations
 
@@ -41,43 +41,43 @@ _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direc
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Threshold(BesideLaws):
-    """An edge of what a chain does, with the laws beside it.
+    """The amplitude at which creep begins, with the laws for comparison.
 
     Attributes
     ----------
     chain, digits, solver
         The arguments.
     criterion, cycles : str, int
-        ``lasting``: in so many cycles the chain has to settle; ``horizon``: in the last of them (of
-        `after`) it has to advance.
+        ``lasting``: the chain has to settle within `cycles`; ``horizon``: it has to advance in the
+        last of them (`after`).
     compare : str
-        Which law it may be compared with.
+        The law that the edge may be compared with.
     lower, upper : str or None
         Decimals: the chain does not creep (``horizon``: not advance in the last cycle) at `lower`,
         and does at `upper`. Where creep does not settle: the last point of the scan that locked,
-        and the first that outlived the cycles. None for one slider.
+        and the first that did not within `cycles`. None for one slider.
     evidence : Evidence
-        Of what happens at `lower` and at `upper`.
+        Holds for the behaviour at `lower` and at `upper`.
     direction : str
-        Which way the chain creeps (or advances) at `upper`; ``none`` if that is not known.
+        Direction of the creep (or advance) at `upper`; ``none`` if unknown.
     outcome_at_lower, outcome_evidence : Outcome or None, Evidence
-        `AT_REST` (no event in a whole cycle), `CYCLING` (slips that return the chain to the same
-        state), within `cycles` or 64 times as many in float64; else None. `PROVED` if the run is
-        and the cycle has lone slips alone; otherwise seen to return, to within rounding. With
-        ``mu_s = mu_d`` what it does for ever: `CREEPING` is by at most 1e-6 in a cycle.
+        `AT_REST` (no event in a whole cycle) or `CYCLING` (slips that return the chain to the same
+        state) within `cycles`, or 64 times as many in float64; else None. `PROVED` if the run is
+        proved and the cycle has only lone slips; otherwise the state returns to within rounding.
+        With ``mu_s = mu_d`` the fate for ever: `CREEPING` is then at most 1e-6 in a cycle.
     deciding_event : Difference or None
-        None if no event differs: the advance itself passes 1e-6 there.
+        First event that differs between both sides. None: the advance itself passes 1e-6.
     fates : pair of Fate or None
-        Of ``lasting``: what the chain does for ever at `lower` and at `upper`.
+        For ``lasting``: what the chain does for ever at `lower` and at `upper`.
     sensitive : tuple of float
-        Amplitudes at which starts 1e-13 apart part in float64, and no certified run told the fate
-        either: there the answer of float64 stands, and may be wrong.
+        Amplitudes at which starts 1e-13 apart differ in float64, and no certified run found the
+        fate. The answer of float64 was taken there, and may be wrong.
     windows : tuple of Edge or None
-        If asked for: every edge of the scan; all but the first in float64.
+        On request: every edge of the scan; all but the first in float64.
     report : mapping
-        How many runs it took.
+        Numbers of runs.
     reason : str
-        Which limit ended the search, or that creep does not settle; "" if it was completed.
+        The limit that ended the search, or that creep does not settle; "" if it was completed.
 
     Examples
     --------
@@ -106,27 +106,23 @@ class Threshold(BesideLaws):
 
     @property
     def law_seuil(self) -> str | None:
-        """The amplitude N m/(2 l0) of Eq. 22, as a decimal; `law_corrected` has what it drops.
+        """N m/(2 l0) of Eq. 22 as a decimal, with ``m = (mu_d - |tan_alpha|) cos(alpha)``.
 
-        Here m = (mu_d - abs(tan_alpha)) cos(alpha); rounded to `digits` digits. If friction or ends
-        differ, it is h/l0 of `differing_intercept`.
+        If friction or end forces differ, it is h/l0 of `differing_intercept`.
         """
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
     @property
     def law_corrected(self) -> str | None:
-        """The amplitude (N m + D)/(2 l0), as a decimal: Eq. 22 with the excess friction D.
+        """(N m + D)/(2 l0) as a decimal: Eq. 22 with the excess ``D = (mu_s - mu_d) cos(alpha)``.
 
-        D = (mu_s - mu_d) cos(alpha); source ``derivations/thresholds.py``.
+        Source: ``derivations/thresholds.py``.
         """
         return laws_beside(self.chain, self.digits)["law_corrected"]
 
     @property
     def law_two_sliders(self) -> str | None:
-        """The edge ``(mu_s c - s)/l0`` of two relaxed sliders, as a decimal; None for others.
-
-        c and s are the cosine and the sine of abs(alpha).
-        """
+        """``(mu_s c - s)/l0`` of two relaxed sliders, c = cos(alpha), s = |sin(alpha)|, or None."""
         return laws_beside(self.chain, self.digits)["law_two_sliders"]
 
     @property
@@ -136,7 +132,7 @@ class Threshold(BesideLaws):
 
     @property
     def finding(self) -> str:
-        """Between which amplitudes the edge lies, and how sure that is."""
+        """The amplitudes around the edge, and how sure they are, in words."""
         what = "creep for ever" if self.criterion == "lasting" else f"an {self.what}"
         if self.lower is None or self.upper is None:
             return f"it is not known where {what} begins"
@@ -190,28 +186,28 @@ def threshold(
 ) -> Threshold:
     """Return the least amplitude of temperature cycles at which a relaxed chain creeps for ever.
 
-    Windows of rest may lie above it. With `after`, return the least amplitude at which it advances
-    in cycle `after`; it may lock later. For long chains, which creep chaotically, see `survival`;
-    for chains with disorder, see `intercept`.
+    Windows of rest may lie above it. With `after`, return the least amplitude at which the chain
+    advances in cycle `after`; it may lock later. For long chains, which creep chaotically, use
+    `survival`; for chains with disorder, use `intercept`.
 
     Parameters
     ----------
     chain : Chain
-        Without disorder; without `after` of at most five sliders. Friction may differ and ends may
-        be pulled; springs expand alike.
+        Without disorder, and unless `after` is given with at most five sliders. Friction may differ
+        and end forces may act; all springs must expand alike.
     after : int, optional
-        Number of cycles; in the last of them x_G has to advance by more than 1e-6 g tau_dyn**2
-        downhill, or where weight and end forces drive the chain. Default: the chain has to creep
-        for ever, either way; see `fate`.
+        Number of cycles. In the last one x_G has to advance by more than 1e-6 g tau_dyn**2
+        downhill, or in the direction of weight and end forces. Default: the chain has to creep for
+        ever, in either direction; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
         Ends of the scan. Default: 1/2 and 2 times Eq. 22, extended to N (mu_s c - s)/l0 if nothing
         creeps, and to 0 if the chain creeps at the lower end.
     points : int
-        Equal steps of the scan.
+        Number of equal steps of the scan.
     bracket : pair of numbers, optional
-        Instead of a scan: the chain does not creep at the first, and creeps at the second.
+        Replaces the scan: the chain does not creep at the first number, and creeps at the second.
     windows : bool
         Whether to list all edges of the scan: the first to all digits, the others in float64.
     solver : str
@@ -225,28 +221,28 @@ def threshold(
     Returns
     -------
     Threshold
-        Two amplitudes, as decimals, between which the edge is, with the laws beside them.
+        Two decimal amplitudes around the edge, with the laws for comparison.
 
     Raises
     ------
     InputError
-        If an argument is out of range, the question has no sense for the chain, a bracket is empty
-        or does not straddle an edge, or nothing creeps in the scan.
+        If an argument is out of range, the question makes no sense for the chain, a bracket is
+        empty or contains no edge, or nothing creeps in the scan.
     GivenUp
-        If a run comes to a limit of its solver.
+        If a run reaches a limit of its solver.
 
     Notes
     -----
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
-    advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
-    claim is made between its points. With ``mu_s = mu_d`` the sliding limit decides, in rationals
-    and cos(alpha): creep for ever begins at N m/(2 l0), with ``m = mu_d cos(alpha) -
+    advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan:
+    nothing is claimed between its points. With ``mu_s = mu_d`` the sliding limit decides, in
+    rationals and cos(alpha): creep for ever begins at N m/(2 l0), with ``m = mu_d cos(alpha) -
     abs(sin(alpha))``, and odd chains never creep where ``N abs(tan_alpha) < mu_d``. Creep for ever
-    may go down the incline, or up it as four sliders do near ``tan_alpha = 0``.
+    may go downhill, or uphill as for four sliders near ``tan_alpha = 0``.
 
     Examples
     --------
-    Two relaxed sliders creep from (mu_s c - s)/l0 on:
+    Two relaxed sliders creep above (mu_s c - s)/l0:
 
     >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
     >>> found.lower, found.criterion, found.evidence.value
@@ -259,7 +255,7 @@ def threshold(
     most = after or MOST_CYCLES
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket, points)
-    if solver not in tuple(MOST_DIGITS):  # it may be no word at all
+    if solver not in tuple(MOST_DIGITS):  # it may not even be a text
         raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
@@ -277,7 +273,7 @@ def threshold(
         asked: Any = Lasting if lasting else Question
         if chain.slides:
             asked = partial(WithoutSlips, least=Fraction(0) if lasting else ADVANCE)
-            solver, span = "sliding", span._replace(points=1)  # it advances the more the larger A
+            solver, span = "sliding", span._replace(points=1)  # its advance grows with A
         question = asked(chain, most, State.relaxed(chain), limits, solver, say)
         try:
             if windows:
