@@ -193,13 +193,9 @@ class Chain(Shown):
     @cached_property
     def rates(self) -> dict[int, Fraction]:
         """By how much the force on a slider (from 0) grows with ``l0 theta``, where it changes."""
-        if self.n == 1:
-            return {}
-        if not self.expansion:
+        if self.n > 1 and not self.expansion:
             return {0: Fraction(-1), self.n - 1: Fraction(1)}
-        around = (Fraction(0), *self.expansion, Fraction(0))
-        changes = (left - right for left, right in pairwise(around))
-        return {slider: change for slider, change in enumerate(changes) if change}
+        return rates_of(self.expansion)
 
     if not TYPE_CHECKING:  # a type checker knows the attributes
 
@@ -426,6 +422,16 @@ class Chain(Shown):
 
     def _units(self) -> dict[str, str]:
         return {"l0": "g tau_dyn^2"}
+
+
+def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:
+    """Return by how much forces on sliders (from 0) grow with ``l0 theta``, where they change.
+
+    Spring k expands by ``l0 expansion[k] theta``.
+    """
+    around = (Fraction(0), *expansion, Fraction(0))
+    changes = (left - right for left, right in pairwise(around))
+    return {slider: change for slider, change in enumerate(changes) if change}
 
 
 def _each(values: Any, name: str, count: int, of: str) -> tuple[Fraction, ...]:

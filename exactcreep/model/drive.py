@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model import keyed_disorder
+from exactcreep.model.chain import Chain, rates_of
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -24,6 +25,55 @@ from exactcreep.model.numbers import (
 
 MOST_TARGETS = 10**12
 """More is a mistake; up to here the number of a target is exact in float64."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A ramp on which each spring has a dilation of its own: from `begin` to `end`.
+
+    All dilations reach their ends together. A solver follows it as a chain of `expansion` from
+    theta = 0 to 1, the part of the way that is done.
+    """
+
+    begin: tuple[Fraction, ...]
+    end: tuple[Fraction, ...]
+
+    def at(self, part: Any, number: Callable[[Fraction], Any]) -> list[Any]:
+        """Return the dilation of each spring after that part of the way, as a `number`."""
+        if part == 1:
+            return [number(b) for b in self.end]
+        ends = zip(self.begin, self.end, strict=True)
+        return [number(a) + part * number(b - a) for a, b in ends]
+
+    def expansion(self, chain: Chain) -> tuple[Fraction, ...]:
+        """Return what each spring of a chain expands by on the whole way."""
+        ends = zip(chain.each("expansion"), self.begin, self.end, strict=True)
+        return tuple(weight * (b - a) for weight, a, b in ends)
+
+    @staticmethod
+    def kept(leg: Leg | None) -> list[list[Fraction]]:
+        """Return a leg as a snapshot keeps it: a list without entries if there is none."""
+        return [] if leg is None else [list(leg.begin), list(leg.end)]
+
+    @classmethod
+    def restored(cls, kept: Any, chain: Chain) -> Leg | None:
+        """Return a leg of a chain as it was `kept`, or raise `ValueError`."""
+        if kept == []:
+            return None
+        springs = [Fraction] * (chain.n - 1)
+        if not isinstance(kept, list) or any([*map(type, end)] != springs for end in kept):
+            raise ValueError("it holds no leg")
+        begin, end = map(tuple, kept)
+        return cls(begin, end)
+
+    def mirrors(self, chain: Chain) -> bool:
+        """Return whether a chain that is the mirror image of itself stays so."""
+        expansion = self.expansion(chain)
+        return expansion == expansion[::-1]
+
+    def rates(self, chain: Chain) -> dict[int, Fraction]:
+        """Return by how much forces change on the whole way, over l0; see `Chain.rates`."""
+        return rates_of(self.expansion(chain))
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,6 +101,28 @@ class Drive(Shown):
     def half_cycles(self) -> int:
         """Number of targets."""
         raise NotImplementedError
+
+    @property
+    def springs(self) -> int:
+        """How many springs have a dilation of their own at each target; 0: all have the same."""
+        return 0
+
+    def leg(self, q: int, start: Any) -> Leg | None:
+        """Return the way to target q if each spring has a dilation of its own.
+
+        Parameters
+        ----------
+        q : int
+            Number of the target, from 1.
+        start : number or ndarray
+            The dilation at which the chain starts.
+
+        Returns
+        -------
+        Leg or None
+            From the target before, of the first from the start.
+        """
+        return None
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
         """Return theta_first .. theta_(first + count - 1) as float64, shape (count,).
@@ -215,23 +287,39 @@ class GaussianSteps(Drive):
 
 @dataclass(frozen=True, repr=False)
 class Listed(Drive):
-    """A drive whose targets are listed one by one, exactly."""
+    """A drive whose targets are listed one by one, exactly: numbers, or one for each spring."""
 
-    theta: tuple[Fraction, ...]
+    theta: tuple[Any, ...]
 
     @property
     def half_cycles(self) -> int:
         return len(self.theta)
 
+    @property
+    def springs(self) -> int:
+        first = self.theta[0]
+        return len(first) if isinstance(first, tuple) else 0
+
     @cached_property
     def _floats(self) -> NDArray[np.float64]:
+        if self.springs:
+            return np.array([[nearest_float(value) for value in row] for row in self.theta])
         return np.array([nearest_float(value) for value in self.theta])
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
         return self._floats[first - 1 : first - 1 + count].copy()
 
-    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+    def exact_target(self, q: int, seed: int = 0) -> Any:
         return self.theta[q - 1]
+
+    def leg(self, q: int, start: Any) -> Leg | None:
+        if not self.springs:
+            return None
+        if q > 1:
+            return Leg(self.theta[q - 2], self.theta[q - 1])
+        given = start.tolist() if isinstance(start, np.ndarray) else [start] * self.springs
+        begin = tuple(exact_number(value, "start.theta") for value in given)
+        return Leg(begin, self.theta[0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -240,25 +328,43 @@ class Path(Listed):
 
     Parameters
     ----------
-    theta : sequence of numbers
-        At least one; each is kept exactly.
+    theta : sequence of numbers, or of sequences of n - 1 numbers
+        At least one target; each number is kept exactly. A target is the dilation of all springs,
+        or a list of one for each. From target to target all dilations change in proportion.
 
     Examples
     --------
     >>> Path(["0.001", 0, "-1/300"]).theta
     (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
+
+    A warm front passes along a chain of three sliders, and leaves it:
+
+    >>> front = Path([["0.001", 0], ["0.001", "0.001"], [0, "0.001"], [0, 0]])
+    >>> creep(Chain(3, 1000, "0.5", "0.6", tan_alpha=0), front).x_G > 0
+    True
     """
 
-    theta: tuple[Fraction, ...]
+    theta: tuple[Any, ...]
     kind: ClassVar[str] = "path"
 
-    def __init__(self, theta: Iterable[Number]) -> None:
+    def __init__(self, theta: Iterable[Number] | Iterable[Sequence[Number]]) -> None:
         if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
             raise InputError("theta", theta, "must be a list of numbers")
-        values = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        values = tuple(_target(value, f"theta[{i}]") for i, value in enumerate(theta))
         if not values:
             raise InputError("theta", [], "must hold at least one number")
+        widths = [len(value) if isinstance(value, tuple) else 0 for value in values]
+        for i, width in enumerate(widths):
+            if width != widths[0]:
+                allowed = f"must hold as many numbers as theta[0], {widths[0] or 1}"
+                raise InputError(f"theta[{i}]", width or 1, allowed)
+        if widths[0] and all(len({*value}) == 1 for value in values):
+            values = tuple(value[0] for value in values)  # all springs alike
         vars(self).update(theta=values)
+
+    def parameters(self) -> dict[str, Any]:
+        targets = [list(value) if self.springs else value for value in self.theta]
+        return {"kind": self.kind, "theta": targets}
 
     @classmethod
     def of(cls, drive: Drive, seed: int = 0) -> Path:
@@ -288,3 +394,12 @@ class Path(Listed):
             raise InputError("drive", name, "must count its time in targets, as a path does")
         count = whole_number(drive.half_cycles, "drive.half_cycles", least=1, most=10**6)
         return cls(drive.exact_target(q, seed) for q in range(1, count + 1))
+
+
+def _target(value: Any, field: str) -> Any:
+    """Return a target as a rational, or a tuple of one for each spring."""
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+        return exact_number(value, field)
+    if not len(value):
+        raise InputError(field, [], "must be a number, or a list of one for each spring")
+    return tuple(exact_number(one, f"{field}[{k}]") for k, one in enumerate(value))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.enclosure import is_finite, same, same_numbers
+from exactcreep.model.enclosure import is_finite, same_numbers
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -44,8 +44,8 @@ class State(Shown):
         With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational `mu_s`.
     draws : ndarray of int64, shape (n,)
         How many coefficients each slider has had, at least 1.
-    theta : number
-        The dilation.
+    theta : number, or ndarray of shape (n - 1,)
+        The dilation; of each spring where they differ.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class State(Shown):
     displacements: NDArray[Any]
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
-    theta: Scalar
+    theta: Any  # a number, or an array of one for each spring
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients", "draws"):
@@ -68,12 +68,18 @@ class State(Shown):
             array = checked(getattr(self, name), f"state.{name}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        if not _is_number(self.theta):
-            raise InputError("state.theta", self.theta, "must be a number")
         n = self.displacements.size
         if n == 0:
             raise InputError("state.displacements", (0,), "must hold at least one slider")
-        for name, size in (("tensions", n - 1), ("coefficients", n), ("draws", n)):
+        sizes = [("tensions", n - 1), ("coefficients", n), ("draws", n)]
+        if isinstance(self.theta, list | tuple | np.ndarray):
+            array = _numbers(self.theta, "state.theta")
+            array.flags.writeable = False
+            object.__setattr__(self, "theta", array)
+            sizes.append(("theta", n - 1))
+        elif not _is_number(self.theta):
+            raise InputError("state.theta", self.theta, "must be a number")
+        for name, size in sizes:
             shape = getattr(self, name).shape
             if shape != (size,):
                 raise InputError(f"state.{name}", shape, f"must have the shape ({size},)")
@@ -112,9 +118,9 @@ class State(Shown):
         if not isinstance(other, State):
             return NotImplemented
         return all(
-            same_numbers(getattr(self, name), getattr(other, name))
-            for name in ("draws", "tensions", "displacements", "coefficients")
-        ) and same(self.theta, other.theta)
+            same_numbers(np.array(getattr(self, name)), np.array(getattr(other, name)))
+            for name in ("draws", "tensions", "displacements", "coefficients", "theta")
+        )
 
     def __hash__(self) -> int:
         return hash(self.draws.tobytes())  # whole numbers, of one type in every equal state
@@ -136,15 +142,13 @@ class State(Shown):
         InputError
             If a number is not finite.
         """
-        for name in ("tensions", "displacements", "coefficients"):
-            array = getattr(self, name)
+        for name in ("tensions", "displacements", "coefficients", "theta"):
+            array = np.array(getattr(self, name))
             if array.dtype != object and np.isfinite(array).all():
                 continue
-            for value in array.tolist():
+            for value in array.ravel().tolist():
                 if not is_finite(value):
                     raise InputError(f"state.{name}", value, "must hold finite numbers")
-        if not is_finite(self.theta):
-            raise InputError("state.theta", self.theta, "must be a finite number")
 
     @classmethod
     def relaxed(cls, chain: Chain, seed: int = 0) -> State:

@@ -12,12 +12,13 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
-from exactcreep.model.enclosure import as_float
+from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.remarks import THETA_BEYOND_ONE, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.model.uniform import EXPANSION
 from exactcreep.solvers.interface import Solver
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
@@ -99,7 +100,7 @@ class Experiment:
         seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
             drive = Path.of(drive, seed)
-        solver_named(self.solver, options)
+        algorithm = solver_named(self.solver, options)
         vars(self).update(
             drive=drive,
             seed=seed,
@@ -110,15 +111,18 @@ class Experiment:
             twin=bool(self.twin),
             accuracy=_valid_accuracy(self.accuracy, drive),
         )
+        _check_springs(self.chain, drive, self.initial, algorithm)
         self.chain.require_dilation(self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
-        self.chain.require_dilation(self.theta, "start.theta", self.theta)
+        widest = float(np.abs(self.theta).max(initial=0.0))
+        self.chain.require_dilation(widest, "start.theta", self.theta)
 
     @property
-    def theta(self) -> float:
-        """The dilation at which the chain starts."""
-        return 0.0 if self.start is None else as_float(self.start.theta)
+    def theta(self) -> Any:
+        """The dilation at which the chain starts: a float, or an array of one for each spring."""
+        theta = 0.0 if self.start is None else self.start.theta
+        return floats(theta) if isinstance(theta, np.ndarray) else as_float(theta)
 
     @cached_property
     def widest(self) -> float:
@@ -222,6 +226,22 @@ def _valid_start(start: Any, chain: Chain) -> State | None:
         raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
     start.require_finite()
     return start
+
+
+def _check_springs(chain: Chain, drive: Drive, start: State, solver: Solver) -> None:
+    """Raise `InputError` if dilations of springs do not fit to chain, start or solver."""
+    if not drive.springs:
+        if isinstance(start.theta, np.ndarray):
+            allowed = "must be one number for a drive whose targets are numbers"
+            raise InputError("start.theta", start.theta.tolist(), allowed)
+        return
+    if drive.springs != chain.n - 1:
+        allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
+        raise InputError("drive.theta", drive.springs, allowed)
+    if EXPANSION not in solver.takes:
+        allowed = f"must be numbers, the same for every spring, for the solver {solver.name}"
+        raise InputError("drive.theta", "lists", allowed)
+    drive.leg(1, start.theta)  # a start that is not known exactly is refused
 
 
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:

@@ -230,6 +230,9 @@ class Solver(ABC):
 
         The outcome is `LIMIT` after the events of `limits`, or soon after its time is over.
         """
+        if isinstance(state.theta, np.ndarray):
+            allowed = "must be one number: theta ramps alike for all springs"
+            raise InputError("state.theta", state.theta.tolist(), allowed)
         return self.rearrange_from(self._start(chain, state, seed), direction, limits)
 
     def simulation(

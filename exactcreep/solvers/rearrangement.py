@@ -209,7 +209,8 @@ class Rearrangement(Result):
     @property
     def theta(self) -> Scalar:
         """The dilation theta_c at which the chain rearranges."""
-        return self.initial.theta
+        theta: Scalar = self.initial.theta
+        return theta
 
     def energy(self, t: ArrayLike) -> Energy:
         """Return where the energy is at some time(s).

@@ -22,14 +22,22 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import compiled
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Drive, Leg
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import mirrored
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.loop import follow, prepare
-from exactcreep.solvers.exact.pack import Origin, place, restore, series_of, side_by_side, snapshot
+from exactcreep.solvers.exact.pack import (
+    Origin,
+    place,
+    restore,
+    series_of,
+    side_by_side,
+    snapshot,
+    turn,
+)
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
 
@@ -64,7 +72,7 @@ class ExactCopies(PerturbedCopies):
     """
 
     def __init__(self, chain: Chain, origin: Origin, seed: int, targets: Targets) -> None:
-        self._targets, self._seed = targets, seed
+        self._targets, self._seed, self._chain = targets, seed, chain
         pull = max(map(abs, chain.end_forces))
         largest = nearest_float(chain.largest_mu_s + abs(chain.tan_alpha) + pull)
         self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
@@ -95,35 +103,64 @@ class ExactCopies(PerturbedCopies):
         high, low = self._targets(drive, first, stretch.completed, self._seed)
         tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]
         passed = high, low, tensions, slips
+        start, count = self._origin.state.theta, len(high) if drive.springs else 0
+        ways = (drive.leg(first + k, start) for k in range(count))
+        legs = [leg for leg in ways if leg is not None]
         at_first = np.zeros(0)
         settled_by_rules = stretch.doubts is not None and bool((stretch.doubts[:1] > 0).any())
         tense = self._origin.numbers[TENSION : TENSION_LOW + 1].any()
         # what the rules have settled is undecided from there anyway
         if first == 1 and tense and not settled_by_rules:
-            at_first = self._near_start([rows[:1] for rows in passed], most_events)
-        distance, whole = self._pass(passed, most_events, apart)
+            at_first = self._near_start([rows[:1] for rows in passed], legs[:1], most_events)
+        distance, whole = self._pass(passed, legs, most_events, apart)
         both = min(distance.size, at_first.size)
         distance[:both] = np.maximum(distance[:both], at_first[:both])
         return distance, whole
 
     def _near_start(
-        self, passed: Sequence[NDArray[np.float64]], most_events: int
+        self, passed: Sequence[NDArray[np.float64]], legs: Sequence[Leg], most_events: int
     ) -> NDArray[np.float64]:
         """Return how far a run is at its first target from copies that are far off, over `_FAR`."""
         now, distance = self._now.view(np.int64), np.zeros(0)  # field by field it takes longer
         at_start = now.copy()
         for block in _BLOCKS:
             self._begin(_FAR * self._nudge, (block, block))
-            away, _ = self._pass(passed, most_events, np.inf)
+            away, _ = self._pass(passed, legs, most_events, np.inf)
             distance = np.maximum(away / _FAR, distance) if distance.size else away / _FAR
             now[:] = at_start
         self._begin(self._nudge, (1, 2))
         return distance
 
     def _pass(
-        self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float
-    ) -> tuple[NDArray[np.float64], bool]:
-        """Pass targets: ``l0 theta`` of each, in two parts, and tensions and slips of the run."""
+        self, passed: Sequence[NDArray[np.float64]], legs: Sequence[Leg], most_events: int,
+        apart: float,
+    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+        """Pass targets: ``l0 theta`` of each, in two parts, and tensions and slips of the run.
+
+        One after the other along `legs`, if each spring has a dilation of its own.
+        """
+        distances, whole = [np.zeros(0)], True
+        for q, leg in enumerate(legs):
+            turn(self._chain, leg, self._cell, self._now)
+            origin = self._origin._replace(numbers=self._numbers).at_leg(self._chain, leg)
+            target = self._at_target._replace(began=(origin.numbers[0], *origin.began[1:]))
+            alone = [rows[q : q + 1] for rows in passed]
+            away, whole = self._pass_at_once(
+                alone, most_events, apart, origin.numbers, target, mirrored=False
+            )
+            distances.append(away)
+            if not whole or away[0] > apart:
+                return np.concatenate(distances), whole and q + 1 == len(legs)
+        if not legs:
+            own = self._numbers, self._at_target
+            return self._pass_at_once(passed, most_events, apart, *own, mirrored=self._mirrored)
+        return np.concatenate(distances), whole
+
+    def _pass_at_once(
+        self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float,
+        numbers: NDArray[np.float64], target: AtTargets, *, mirrored: bool,
+    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+        """Pass targets; tensions of the copies are told from `numbers` and `target`."""
         most = len(passed[0])
         distance, reached = np.zeros(most), np.zeros(COPIES, dtype=np.int64)
         ends = np.array([most])
@@ -131,8 +168,8 @@ class ExactCopies(PerturbedCopies):
         while goes_on:
             goes_on = follow_copies(
                 self._cell, self._whole, self._deviate, self._series, self._now,
-                _NO_LOG, self._numbers, self._at_target, *passed, distance, reached, ends, apart,
-                most_events, MOST_WORK, self._size, self._mirrored,
+                _NO_LOG, numbers, target, *passed, distance, reached, ends, apart,
+                most_events, MOST_WORK, self._size, mirrored,
             )  # fmt: skip
             if self._series is None and goes_on:
                 self._series = series_of(self._numbers.shape[2])

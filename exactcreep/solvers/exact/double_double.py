@@ -35,7 +35,7 @@ def two_sum(a, b):
     return total, (a - (total - part)) + (b - part)
 
 
-def two_product(a: float, b: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+def two_product(a: Any, b: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
     """Return the rounded products of floats, and what rounding took from them, exactly.
 
     Guarantee: barring overflow, the two results add up to ``a * b`` (Dekker).

@@ -88,10 +88,12 @@ at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the
 ) = range(22)  # rows of `cell`, see above  # fmt: skip
 CELLS = 22
 OF_CHAIN = slice(FRICTION, CELLS)
-"""Rows of `cell` that stay as the chain makes them."""
+"""Rows of `cell` that stay as the chain makes them; on a leg its own rates (`pack.turn`)."""
 DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
 WHOLES = 4
-IN_SNAPSHOTS = [FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED]
+IN_SNAPSHOTS = [
+    FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED, RATE, RATE_LOW,
+]  # fmt: skip
 """Rows of `cell` that tell all of a chain at rest, with those of `whole` before EVENT."""
 
 # rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import compiled
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
@@ -78,6 +79,8 @@ class Origin(NamedTuple):
                 continue
             for i, value in enumerate(values.tolist()):
                 numbers[row : row + 2, i] = split(rational(value))
+        if isinstance(state.theta, np.ndarray):  # forces as they stand: see `turn`
+            return cls(state, numbers, *_of_chain(chain), (0.0, 0.0))
         theta = state.theta if type(state.theta) is float else rational(state.theta)
         numerator, denominator = theta.as_integer_ratio()
         l0 = chain.l0
@@ -97,6 +100,19 @@ class Origin(NamedTuple):
         present = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
         _read(work.cell, work.whole, work.now, self.began, self.state.draws, *present)
         return present
+
+    def at_leg(self, chain: Chain, leg: Leg) -> Origin:
+        """Return what tensions are told from along a leg: those of its beginning, and its load."""
+        start = self.state.theta
+        given = start.tolist() if isinstance(start, np.ndarray) else [start] * (chain.n - 1)
+        passed = Leg(tuple(map(rational, given)), leg.begin).expansion(chain)
+        numbers, ramps = self.numbers.copy(), [split(chain.l0 * ramp) for ramp in passed]
+        high, low = np.array([*ramps, (0.0, 0.0)]).T
+        total, error = two_sum.py_func(numbers[..., TENSION, :], -high)
+        numbers[..., TENSION, :] = total
+        numbers[..., TENSION_LOW, :] += error - low
+        shares = np.transpose([split(share) for share in leg.expansion(chain)])
+        return self._replace(numbers=numbers, expansion=shares, load=(0.0, 0.0))
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
         """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
@@ -270,6 +286,26 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
         tables.append(room[begin : begin + height * columns].reshape(height, columns))
         begin += height * columns
     return tables
+
+
+def turn(chain: Chain, leg: Leg, cell: NDArray[np.float64], now: NDArray[Any]) -> None:
+    """Let ``l0 theta`` go from 0 to l0 along a leg on which each spring has its own dilation.
+
+    What theta has added so far becomes part of the forces at rest. Several simulations stand in
+    `cell` and `now` one after the other.
+    """
+    own = slice(PAD, PAD + chain.n)
+    rate, rate_low = cell[:, layout.RATE, own], cell[:, layout.RATE_LOW, own]
+    theta, theta_low = now["theta"][:, None], now["theta_low"][:, None]
+    by, lost = two_product(theta, rate)
+    force, rounded = two_sum.py_func(cell[:, layout.FORCE, own], by)
+    cell[:, layout.FORCE, own] = force
+    cell[:, layout.FORCE_LOW, own] += rounded + (lost + rate * theta_low + rate_low * theta)
+    rate[:] = rate_low[:] = 0.0
+    for slider, change in leg.rates(chain).items():
+        rate[:, slider], rate_low[:, slider] = split(change)
+    now["theta"] = now["theta_low"] = 0.0
+    now["chain"]["even"] = 0
 
 
 def snapshot(

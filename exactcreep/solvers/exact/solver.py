@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
-from exactcreep.model.drive import Cycles, Drive, Path
+from exactcreep.model.drive import Cycles, Drive, Leg, Path
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
@@ -34,6 +34,7 @@ from exactcreep.solvers.exact.pack import (
     restore,
     roomier,
     snapshot,
+    turn,
 )
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
@@ -71,7 +72,8 @@ class ExactSimulation(Simulation):
     ) -> None:
         self.chain = chain
         self.record = record
-        self.origin = Origin.of(chain, state)
+        self.origin = self.start = Origin.of(chain, state)
+        self.leg: Leg | None = None  # if each spring has a dilation of its own
         self.work = placed(chain, self.origin, seed, _logging(record), used)
         self._under_way: list[NDArray[Any]] = []  # logged slips of a rearrangement that goes on
 
@@ -118,6 +120,9 @@ class ExactSimulation(Simulation):
             way = np.ones(count)
             way[first % 2 :: 2] = -1.0  # odd targets are warm
             return way * high, way * low
+        if drive.springs:  # to the end of each leg
+            full = np.tile(split(self.chain.l0), (count, 1))
+            return full[:, 0], full[:, 1]
         if isinstance(drive, Path):  # the bits of Cycles with the same targets
             top, bottom = self.chain.l0.as_integer_ratio()
             listed = drive.theta[first - 1 : first - 1 + count]
@@ -142,8 +147,13 @@ class ExactSimulation(Simulation):
         while done < count:
             left = before + limits.events_left - self.events
             self._room_for_more()
+            until, ahead = count, targets.part(done)
+            leg = drive.leg(first + done, self.start.state.theta)
+            if leg is not None:
+                self._take(leg)
+                until, ahead = done + 1, ahead._replace(began=self.origin.began)
             reason, reached = loop.follow(
-                *self.work, high[done:], low[done:], targets.part(done), left, MOST_WORK, False
+                *self.work, high[done:until], low[done:until], ahead, left, MOST_WORK, False
             )
             done += reached
             if logs:
@@ -156,6 +166,12 @@ class ExactSimulation(Simulation):
                 break
         recorded = targets.rows.recorded(self.record, done) | tables.joined(logs)
         return Stretch(done, recorded, *ended, doubts=targets.doubts[:done])
+
+    def _take(self, leg: Leg) -> None:
+        """Set out on a leg, unless it is under way."""
+        if self.leg is None or self.load() == split(self.chain.l0):
+            turn(self.chain, leg, self.work.cell[None], self.work.now)
+            self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
         """Return room for what the loop writes at `count` targets."""
@@ -236,7 +252,9 @@ class ExactSimulation(Simulation):
 
     def state(self) -> State:
         """Return the present state."""
-        theta = dilation(self.chain, self.load())
+        theta: Any = dilation(self.chain, self.load())
+        if self.leg is not None:
+            theta = np.array(self.leg.at(theta, nearest_float))
         return State.owning(*self.origin.read(self._present), theta)
 
     def velocities(self) -> NDArray[np.float64]:
@@ -263,10 +281,10 @@ class ExactSimulation(Simulation):
     def snapshot(self) -> dict[str, Any]:
         """Return how far the chain is, at rest; see `Simulation.snapshot`."""
         work = self.work
-        taken = snapshot(work.cell, work.whole, work.now[0], self.chain.n)
+        taken: dict[str, Any] = snapshot(work.cell, work.whole, work.now[0], self.chain.n)
         if work.log.tables is not None:
             taken["energy"] = work.log.tables.sums.view(np.float64).copy()
-        return taken
+        return taken | {"leg": Leg.kept(self.leg)}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Go on from a snapshot; see `Simulation.restore`."""
@@ -275,9 +293,13 @@ class ExactSimulation(Simulation):
         names = like.keys() | (snapshot.keys() - {"energy"})
         taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
         require_like(like, taken)
+        leg = Leg.restored(taken["leg"], self.chain)
         restore(taken, work.cell, work.whole, work.now[0])
         loop.prepare(work.cell, work.whole, work.deviate, work.now)
         self._under_way = []
+        if leg is not None:
+            work.now["chain"]["even"] = 0
+            self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
         if work.log.tables is not None:
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
 
@@ -291,6 +313,7 @@ class ExactSimulation(Simulation):
         if mine.clock is not None and its.clock is not None:
             its.clock[:] = mine.clock
         its.now[:] = mine.now
+        other.leg, other.origin = self.leg, self.origin
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
@@ -298,7 +321,7 @@ class ExactSimulation(Simulation):
         """Return perturbed copies of it that begin where it began; None of one slider."""
         if self.chain.n == 1:
             return None
-        return ExactCopies(self.chain, self.origin, self.seed, self.targets)
+        return ExactCopies(self.chain, self.start, self.seed, self.targets)
 
     @property
     def evidence(self) -> Evidence:

@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.drive import Leg
+from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, mirrored
@@ -38,7 +40,7 @@ class Rest:
     tensions: NDArray[Any]
     displacements: NDArray[Any]
     forces: NDArray[Any]
-    theta: Any
+    theta: Any  # on the way along a `Leg`: what part of it is done
     coefficients: NDArray[np.float64]  # as in `State`
     draws: NDArray[np.int64]
     slips: NDArray[np.int64]  # of each slider, since the last target
@@ -49,6 +51,7 @@ class Rest:
     # F_n / c of the sliders (from 0) that have just reached their threshold
     pinned: dict[int, Fraction] = field(default_factory=dict)
     amplification: float = 1.0  # of errors, by ramps on which rates differ
+    leg: Leg | None = None  # if each spring has a dilation of its own
     fresh: bool = True  # whether this is the start, which may not be at rest
     evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
@@ -73,6 +76,8 @@ class ChainAtRest(ABC):
     ----------
     rates : dict of int to Fraction
         By how much forces change with ``l0 theta``, of the sliders (from 0) of which they do.
+    stretches : dict of int to float
+        How much more uncertain their rooms are than forces: 1/|rate|, rounded up.
     rules : Rules
         Over the numbers that it has.
     asked : tuple of int
@@ -88,31 +93,26 @@ class ChainAtRest(ABC):
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
         self.contacts = Contacts(self.chain, self.seed)
-        self.rates = self.chain.rates
-        # the most that a room is more uncertain than a force: 1/min |rate|, rounded up
-        least = min(map(abs, self.rates.values()), default=Fraction(1))
-        self.stretch = 1 if least >= 1 else math.nextafter(nearest_float(1 / least), math.inf)
-        largest = max(map(abs, self.rates.values()), default=Fraction(1))
-        # what a start of each slider makes of the errors of forces
-        self.growth = {n: nearest_float(largest / abs(rate)) for n, rate in self.rates.items()}
         self.rules = rules(self._sign)
         self.asked: tuple[int, ...] = ()
+        self.stretch: float = 1  # how much more uncertain it is than a force
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.loads = loads_of(arithmetic, self.chain)
         self.frictions = frictions_of(arithmetic, self.chain)
-        self.expansion: Any = 1  # of each spring by theta
-        if self.chain.expansion:
-            self.expansion = arithmetic.vector(self.chain.expansion)
         self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
         self.rest = self._at_start(state)
+        self._take_rates()
         self.thresholds = self.contacts.thresholds(self.rest.coefficients, arithmetic)
         largest = max(abs(self.rest.forces)) + max(self.thresholds)
         self.rest.force_slack = 4 * arithmetic.roundoff * largest
 
     def _at_start(self, state: State) -> Rest:
         vector = self.arithmetic.vector
-        tensions, exact = vector(state.tensions), None
+        tensions, exact, leg = vector(state.tensions), None, None
+        if isinstance(state.theta, np.ndarray):
+            leg = Leg(*2 * (tuple(exact_value(theta) for theta in state.theta.tolist()),))
+            state = replace(state, theta=0)
         if self.arithmetic.encloses:
             exact = ExactState.of(self.chain, self.field, state)
         return Rest(
@@ -125,7 +125,32 @@ class ChainAtRest(ABC):
             slips=np.zeros(self.chain.n, dtype=np.int64),
             mirrored=mirrored(self.chain, state),
             exact=exact,
+            leg=leg,
         )
+
+    def turn(self, leg: Leg) -> None:
+        """Let theta be the part that is done of the way to a target; the chain stands at rest."""
+        rest = self.rest
+        rest.leg, rest.theta, rest.theta_slack = leg, self.arithmetic.number(0), 0
+        rest.mirrored = rest.mirrored and leg.mirrors(self.chain)
+        if rest.exact is not None:
+            rest.exact.theta = self.field.rational(Fraction(0))
+        self._take_rates()
+
+    def _take_rates(self) -> None:
+        """Take what theta does to springs and sliders from the chain, or the leg under way."""
+        leg, chain, number = self.rest.leg, self.chain, nearest_float
+        self.rates = chain.rates if leg is None else leg.rates(chain)
+        shares = chain.expansion if leg is None else leg.expansion(chain)
+        self.expansion: Any = self.arithmetic.vector(shares) if shares else 1  # of each spring
+        sizes = {n: abs(rate) for n, rate in self.rates.items()}
+        self.stretches = {
+            n: 1 if size == 1 else math.nextafter(number(1 / size), math.inf)
+            for n, size in sizes.items()
+        }
+        largest = max(sizes.values(), default=Fraction(1))
+        # what a start of each slider makes of the errors of forces
+        self.growth = {n: number(largest / size) for n, size in sizes.items()}
 
     @property
     def tally(self) -> Tally:
@@ -151,9 +176,15 @@ class ChainAtRest(ABC):
         # a zero that was rounded may be none
         return sign, sign == 0 and (bool(slack > 0) or not bool(x == 0))
 
-    def ask(self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
-        """Return what a rule says, and count it if that is in doubt."""
-        self.asked = asked
+    def ask(
+        self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any,
+        stretch: float = 1,
+    ) -> Any:  # fmt: skip
+        """Return what a rule says, and count it if that is in doubt.
+
+        It is about numbers that are more uncertain than forces by the factor `stretch`.
+        """
+        self.asked, self.stretch = asked, stretch
         answer, doubt = told(*of)
         self.rest.tally.undecided += doubt
         return answer
@@ -179,7 +210,7 @@ class ChainAtRest(ABC):
         if way == 0:
             return False
         room, starts = self._first_starts(way)
-        if not starts or (target is not None and not self._before(way, room, target)):
+        if not starts or (target is not None and not self._before(way, room, target, starts)):
             if target is not None:
                 self._move_theta(way, self._reach(way, target), target)
             return False
@@ -227,8 +258,10 @@ class ChainAtRest(ABC):
             sign, order = way if rate > 0 else -way, -1
             room = self.room(n, sign)
             if starts:
-                pair, slack = (n, starts[0][0]), 2 * self.rest.force_slack * self.stretch
-                order = self.ask(pair, self.rules.order, room, nearest, slack)
+                pair = n, starts[0][0]
+                stretch = max(self.stretches[k] for k in pair)
+                slack = 2 * self.rest.force_slack * stretch
+                order = self.ask(pair, self.rules.order, room, nearest, slack, stretch=stretch)
             if order < 0:
                 nearest, starts = room, []
             if order <= 0:
@@ -256,12 +289,15 @@ class ChainAtRest(ABC):
             return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
         return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
 
-    def _before(self, way: int, room: Any, target: Fraction) -> bool:
-        """Whether a slider that lacks `room` starts before `target`."""
-        slack = self.rest.force_slack * self.stretch + self.rest.theta_slack
+    def _before(
+        self, way: int, room: Any, target: Fraction, starts: list[tuple[int, int]]
+    ) -> bool:
+        """Whether sliders that lack `room` start before `target`."""
+        stretch = max(self.stretches[n] for n, _ in starts)
+        slack = self.rest.force_slack * stretch + self.rest.theta_slack
         slack = slack + self._theta_rounding(room)
-        told = self.rules.is_before
-        return bool(self.ask((), told, room, self._reach(way, target), slack))
+        told, reach = self.rules.is_before, self._reach(way, target)
+        return bool(self.ask((), told, room, reach, slack, stretch=stretch))
 
     def _theta_rounding(self, room: Any) -> Any:
         if not self.arithmetic.roundoff:
@@ -303,7 +339,12 @@ class ChainAtRest(ABC):
     def state(self) -> State:
         """Return the present state."""
         rest = self.rest
-        return State(*self._shape(), rest.coefficients, rest.draws, rest.theta)
+        return State(*self._shape(), rest.coefficients, rest.draws, self.dilation(rest.theta))
+
+    def dilation(self, theta: Any) -> Any:
+        """Return the dilation at `theta`; of each spring where they differ."""
+        leg, arithmetic = self.rest.leg, self.arithmetic
+        return theta if leg is None else arithmetic.vector(leg.at(theta, arithmetic.number))
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return tensions and displacements at present."""
@@ -318,6 +359,7 @@ class ChainAtRest(ABC):
     def go_on_from(self, rest: Rest) -> None:
         """Be at this rest, of the same chain and seed."""
         self.rest = rest
+        self._take_rates()
         self.thresholds = self.contacts.thresholds(rest.coefficients, self.arithmetic)
 
     def renew(self) -> None:

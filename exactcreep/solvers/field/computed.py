@@ -131,7 +131,8 @@ class FieldSimulation(Simulation):
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
         with suppress(InputError):
-            self.theta_target = exact_number(start.state.theta, "theta")
+            given = 0 if self.mechanics.rest.leg else start.state.theta
+            self.theta_target = exact_number(given, "theta")
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         before = self.tally.events
@@ -184,7 +185,7 @@ class FieldSimulation(Simulation):
         mechanics = self.mechanics
         mechanics.limits = limits
         with mechanics.arithmetic.active():
-            target = drive.exact_target(q, self.start.seed)
+            target = self._target(drive, q)
             while True:
                 try:
                     for event in mechanics.rearrangement():
@@ -202,6 +203,16 @@ class FieldSimulation(Simulation):
                     break
             self._arrive(target)
         return None
+
+    def _target(self, drive: Drive, q: int) -> Fraction:
+        """Return theta at target q; on a leg of its own it goes from 0 to 1."""
+        leg = drive.leg(q, self.start.state.theta)
+        if leg is None:
+            return drive.exact_target(q, self.start.seed)
+        if self.theta_target is not None:  # it stands where the leg begins
+            self.mechanics.turn(leg)
+            self.theta_target = Fraction(0)
+        return Fraction(1)
 
     def _way(self, target: Fraction) -> int:
         """Return the direction of the ramp; once under way it does not change."""

@@ -117,7 +117,7 @@ class SetIntegrator(ChainIntegrator):
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         # both sides move by at most two rooms, or a room and l0 theta
         if self.rest.set is not None:
-            slack = 2 * self.slack * self.stretch
+            slack = 2 * self.slack * max(self.stretch, 1)
         return super()._sign(x, slack)
 
     def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
@@ -207,7 +207,8 @@ class SetIntegrator(ChainIntegrator):
             return middle
         tensions = self._widened(middle.tensions, StateSet.of_tensions)
         displacements = self._widened(middle.displacements, StateSet.of_displacements)
-        wide = State(tensions, displacements, middle.coefficients, middle.draws, self.known_theta())
+        theta = self.dilation(self.known_theta())
+        wide = State(tensions, displacements, middle.coefficients, middle.draws, theta)
         if self.flow is None:
             self.shown = wide
         return wide

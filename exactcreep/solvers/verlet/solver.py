@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Contacts
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Drive, Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
@@ -62,9 +62,6 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
     inner[steps.LOAD] = chain.sin_alpha
     for end, force in zip((0, -1), chain.end_forces, strict=True):
         inner[steps.LOAD, end] += nearest_float(force)
-    for slider, rate in chain.rates.items():
-        inner[steps.RATE, slider] = nearest_float(rate)
-    inner[steps.EXPANSION, : n - 1] = chain.floats("expansion")
     inner[steps.FRICTION] = chain.each("mu_d", chain.times_cosine)
     inner[steps.MU_D], inner[steps.MU_S] = chain.floats("mu_d"), chain.floats("mu_s")
     inner[steps.HELD] = chain.each("mu_s", chain.times_cosine)
@@ -81,11 +78,11 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
     inner[steps.SPRINGS, 0] -= 1.0
     inner[steps.SPRINGS, -1] -= 1.0
     now = np.zeros(1, dtype=steps.NOW)
-    now["theta"] = float(state.theta)
+    now["theta"] = _dilation(state)
     return Arrays(
         lanes=lanes,
         drawn=drawn,
-        driven=1 + np.array(sorted(chain.rates), dtype=np.int64),
+        driven=_driven(lanes, chain.rates, chain.floats("expansion")),
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
         clusters=np.zeros(n + 2, dtype=np.int64),
@@ -93,6 +90,22 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
         hit=np.zeros(n + 2, dtype=np.int8),
         rows=np.zeros((2 * n + 4096 if keep_events else 0, len(steps.ROW))),
     )
+
+
+def _dilation(state: State) -> float:
+    """Return the dilation of a state; 0 at the beginning of a leg, if springs have their own."""
+    return 0.0 if isinstance(state.theta, np.ndarray) else float(state.theta)
+
+
+def _driven(
+    lanes: NDArray[np.float64], rates: Mapping[int, Fraction], expansion: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Let theta drive sliders at these rates, and springs; return the sliders that it drives."""
+    lanes[[steps.RATE, steps.EXPANSION]] = 0.0
+    driven = 1 + np.array(sorted(rates), dtype=np.int64)
+    lanes[steps.RATE, driven] = [nearest_float(rates[i - 1]) for i in driven.tolist()]
+    lanes[steps.EXPANSION, 1 : 1 + expansion.size] = expansion
+    return driven
 
 
 def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
@@ -113,7 +126,7 @@ class VerletSimulation(Simulation):
         self.fixed = Constants(
             n=chain.n,
             l0=l0,
-            origin=l0 * float(start.state.theta),
+            origin=l0 * _dilation(start.state),
             drive=chain.n * chain.sin_alpha + nearest_float(sum(chain.end_forces, Fraction(0))),
             cosine=chain.cos_alpha,
             sigma=nearest_float(chain.sigma_mu),
@@ -126,7 +139,8 @@ class VerletSimulation(Simulation):
         self.seed = start.seed
         self.arrays = _arrays(start, self.fixed, any(name in record for name in LOGS))
         # for the tables: as they were at the end of the last rearrangement
-        self._theta, self._undecided = float(start.state.theta), 0
+        self._theta, self._undecided = _dilation(start.state), 0
+        self.leg: Leg | None = None  # if each spring has a dilation of its own
         self._tensions = start.state.tensions.astype(np.float64)
         self._expansion = chain.floats("expansion")
         self._avalanche: Avalanche | None = None
@@ -137,9 +151,20 @@ class VerletSimulation(Simulation):
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         targets = drive.targets(first, count, self.seed)
-        rows = TargetRows.empty(self.record, count, self.chain.n)
-        done, logged, ended = self.step_on(limits, targets, first, rows)
-        return Stretch(done, rows.recorded(self.record, done) | logged, *ended)
+        rows, logs = TargetRows.empty(self.record, count, self.chain.n), list[dict[str, Any]]()
+        done, before, ended = 0, self.tally.events, Ending(Stop.DONE)
+        while done < count and ended.stop is Stop.DONE:
+            if (leg := drive.leg(first + done, self.start.theta)) is not None:
+                self._take(leg)
+                targets = np.ones(1)
+            left, ahead = limits.after(self.tally.events - before), rows.part(done)
+            reached, logged, ended = self.step_on(left, targets, first + done, ahead)
+            done += reached
+            logs.append(logged)
+            if done < count and ended.stop is Stop.DONE:  # there is another leg
+                stop = limits.stop(self.tally.events - before) or Stop.DONE
+                ended = Ending(stop, limits.reason(stop))
+        return Stretch(done, rows.recorded(self.record, done) | joined(logs), *ended)
 
     def step_on(
         self, limits: Limits, targets: NDArray[Any] = _NOWHERE, first: int = 0,
@@ -161,6 +186,22 @@ class VerletSimulation(Simulation):
             stop, reason = _ENDINGS.get(code, (None, ""))
             stop = stop or limits.stop(self.tally.events - before)
         return done, joined(logs), Ending(stop, reason or limits.reason(stop))
+
+    def _take(self, leg: Leg) -> None:
+        """Set out on a leg, unless it is under way: theta is the part of it that is done."""
+        now, lanes = self.arrays.now[0], self.arrays.lanes
+        if self.leg is not None and now["theta"] != 1.0:
+            return
+        lanes[steps.BASE] -= lanes[steps.EXPANSION] * now["shift"]
+        self._tensions -= self.fixed.l0 * (now["theta"] - self._theta) * self._expansion
+        self._set_out(leg)
+        now["shift"] = now["theta"] = self._theta = 0.0
+
+    def _set_out(self, leg: Leg) -> None:
+        self.leg, self.fixed = leg, self.fixed._replace(origin=0.0)
+        self._expansion = np.array([nearest_float(share) for share in leg.expansion(self.chain)])
+        driven = _driven(self.arrays.lanes, leg.rates(self.chain), self._expansion)
+        self.arrays = self.arrays._replace(driven=driven)
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         return {} if self.at_rest else self.step_on(limits)[1]
@@ -215,7 +256,9 @@ class VerletSimulation(Simulation):
         tensions, places, _ = _motion(self.fixed, self.arrays)
         inner = slice(1, self.fixed.n + 1)
         coefficients = self.arrays.lanes[steps.COEFFICIENT, inner].copy()
-        theta = float(self.arrays.now["theta"][0])
+        theta: Any = float(self.arrays.now["theta"][0])
+        if self.leg is not None:
+            theta = np.array(self.leg.at(theta, nearest_float))
         return State(tensions, places, coefficients, self.arrays.drawn[0, inner].copy(), theta)
 
     def velocities(self) -> NDArray[np.float64]:
@@ -234,11 +277,15 @@ class VerletSimulation(Simulation):
             "counts": np.array([*now[list(COUNTS)].item(), self._undecided]),
             "theta": np.array([now["shift"], now["theta"], self._theta]),
             "tensions": self._tensions.copy(),
+            "leg": Leg.kept(self.leg),
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
         taken = snapshot
+        leg = Leg.restored(taken["leg"], self.chain)
+        if leg is not None:
+            self._set_out(leg)
         lanes, now = self.arrays.lanes, self.arrays.now
         lanes[list(AT_REST_ROWS)], self.arrays.drawn[:] = taken["numbers"], taken["drawn"]
         *counts, self._undecided = taken["counts"].tolist()

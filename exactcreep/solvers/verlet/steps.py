@@ -276,8 +276,8 @@ def ramp(fixed, arrays, way, most):
     slack = 0.0
     for i in arrays.driven:
         room, rounding = _room(arrays, i, way)
-        nearest = min(nearest, room)
-        slack += rounding
+        if room < nearest:
+            nearest, slack = room, rounding
     if nearest == np.inf:
         return False
     now.undecided += abs(nearest - most) <= slack
@@ -285,7 +285,8 @@ def ramp(fixed, arrays, way, most):
         return False
     ready = 0
     for i in arrays.driven:
-        arrays.hit[i] = _room(arrays, i, way)[0] - nearest <= slack
+        room, rounding = _room(arrays, i, way)
+        arrays.hit[i] = room - nearest <= slack + rounding
         ready += arrays.hit[i]
     now.undecided += ready > 1
     now.shift += way * nearest
