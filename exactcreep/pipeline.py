@@ -24,6 +24,7 @@ from exactcreep.model.numbers import (
     Number,
     Shown,
     exact_number,
+    in_full,
     nearest_float,
     number_from_zero,
     positive_number,
@@ -78,6 +79,7 @@ class Pipeline(Shown):
     cell: float
     positions: NDArray[np.float64]
     chain: Chain
+    units_in_line = True
 
     def _facts(self) -> dict[str, Any]:
         return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}
@@ -247,6 +249,9 @@ class Walk(Result):
     pipeline: Pipeline
     run: Creep
 
+    def _units(self) -> dict[str, str]:
+        return {"millimetres": "mm", "total": "mm"}
+
     def _numbers(self) -> dict[str, Any]:
         return {
             "cycles": len(self.millimetres),
@@ -283,8 +288,10 @@ class Walk(Result):
     @property
     def finding(self) -> str:
         """The walk in the last cycle, and in all."""
-        last = f"{self.millimetres[-1]:.4g} mm in the last of {len(self.millimetres)} cycles"
-        return f"{last}, {self.total:.4g} mm in all"
+        last = (
+            f"{in_full(self.millimetres[-1], 4)} mm in the last of {len(self.millimetres)} cycles"
+        )
+        return f"{last}, {in_full(self.total, 4)} mm in all"
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from exactcreep.model.numbers import (
     Number,
     Shown,
     exact_number,
+    in_full,
     nearest_float,
     number_from_zero,
     plain_data,
@@ -93,6 +94,7 @@ class Solid(Shown):
     gravity: Fraction
     measured: Fraction = Fraction(0)
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
+    units_in_line = True
 
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")
@@ -569,31 +571,33 @@ class Descent:
         """
         few, many = self.contacts
         chain, sliding = self.solid.chain, self.result.solver == "sliding"
+        step = 100 * self._pivot_step
         less, same, more = (self.rates[many, factor] for factor in self.solid.friction)
-        rate = f"{self.millimetres_per_year:.4g} mm/year"
+        rate = f"{in_full(self.millimetres_per_year, 4)} mm/year"
         if self.solid.measured:
-            rate += f"; measured: {float(self.solid.measured):.4g} mm/year"
+            rate += f"; measured: {in_full(float(self.solid.measured), 4)} mm/year"
         if self.days < 360:
-            rate += ", the rate of these days and no year's"
+            rate += ", for these days, not for a year"
         said = {
-            "descent": f"{self.total:.4g} mm in {self.days:.4g} days: {rate}",
+            "descent": f"{in_full(self.total, 4)} mm in {in_full(self.days, 4)} days: {rate}",
             "friction": f"{_percent(more / same)} where friction is 10 % more,"
             f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
-            "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few}: an"
-            f" artefact of whole pivots (the next is worth {100 * self._pivot_step:.2g} %);"
+            "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few};"
+            f" the pivot is a whole slider, and the next one is worth {in_full(step, 2)} %;"
             f" N = {self.solid.converged_contacts} is enough",
         }
         if self.solid.friction != FRICTION:
             low, high = (nearest_float(self.solid.friction[k] * chain.mu_d) for k in (0, 2))
             least, most = self.interval
-            between = f"{least:.4g} to {most:.4g} mm/year for mu_d from {high:.4g} to {low:.4g}"
+            between = f"{in_full(least, 4)} to {in_full(most, 4)} mm/year"
+            between += f" for mu_d from {high:.4g} to {low:.4g}"
             said["friction"] = f"{between} (sliding limit, N = {many})"
         if math.isfinite(self._weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
-            differs = f"one year differs from another by {self._weather:.2g} mm"
+            differs = f"one year differs from another by {in_full(self._weather, 2)} mm"
             said["weather"] = f"{differs} (standard deviation, from the {of})"
         if self.of_seeds:
-            seeds = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
+            seeds = f"{in_full(self.disorder, 2)} mm/year between {1 + len(self.of_seeds)} seeds"
             said["disorder"] = f"{seeds} (standard deviation)"
         elif sliding and not chain.slides:
             unused = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
@@ -723,7 +727,7 @@ _ROUNDING = 1e-9  # of a ratio: less is no difference
 def _percent(ratio: float) -> str:
     if abs(ratio - 1) < _ROUNDING:
         return "0 %"
-    return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
+    return f"{in_full(100 * (ratio - 1), 2, '+')} %" if math.isfinite(ratio) else "without bound"
 
 
 def _times(number: Any, unit: Fraction) -> Any:

@@ -86,6 +86,7 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     moved = descent.millimetres
     assert moved[-1] - moved[3] == pytest.approx(28 * daily, rel=1e-9)
     assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
+    assert "not for a year" in repr(descent)
     assert descent.summary()["weather"] is None  # of one month
     counted = solid.creep(NUMBERED, time_unit=DAY)  # times without dates say the same
     assert counted.millimetres_per_year == pytest.approx(descent.millimetres_per_year, rel=1e-12)

@@ -177,10 +177,10 @@ def _worded(value: Any) -> str:
     if isinstance(value, Mapping):
         several = all(isinstance(part, Mapping) for part in value.values())
         between, colon = ("\n", ":") if several else (", ", "")
-        parts = [(f"{key}{colon}".replace("_", " "), _worded(part))
+        parts = [("" if key == "reason" else f"{key}{colon}".replace("_", " "), _worded(part))
                  for key, part in value.items()
                  if "share" in value or not _is_nothing(part)]  # fmt: skip
-        return between.join(f"{name} {text}" for name, text in parts if text)
+        return between.join(f"{name} {text}".strip() for name, text in parts if text)
     if isinstance(value, (list, tuple)):
         if len(value) == 2 and all(_RATIO.fullmatch(str(part)) for part in value):
             return _decimals(value)

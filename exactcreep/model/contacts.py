@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import same
-from exactcreep.model.numbers import Scalar, nearest_float
+from exactcreep.model.numbers import Scalar, Shown, nearest_float
 
 
 class EventKind(Enum):
@@ -39,8 +39,8 @@ class EventKind(Enum):
     """The sliders come to rest, or turn round."""
 
 
-@dataclass(frozen=True, eq=False)
-class Event:
+@dataclass(frozen=True, eq=False, repr=False)
+class Event(Shown):
     """One event of a rearrangement: a set of sliders starts, or stops, at one instant.
 
     A reversal is a stop and a start at the same time; stops come first. Two events are equal if
@@ -63,10 +63,14 @@ class Event:
     ('stop', (2,), (1,), 3.141593)
     """
 
+    units_in_line = True
     time: Scalar
     kind: EventKind
     sliders: tuple[int, ...]
     signs: tuple[int, ...]
+
+    def _units(self) -> dict[str, str]:
+        return {"time": "tau_dyn"}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Event):

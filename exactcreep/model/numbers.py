@@ -126,6 +126,8 @@ class Shown:
 
     shown_as: ClassVar[str] = ""
     """The name of the class, if a subclass is to be shown by it."""
+    units_in_line: ClassVar[bool] = False
+    """Whether the line has units; without them it is an expression that makes a chain again."""
 
     def _facts(self) -> Mapping[str, Any]:
         """Return the facts to show, by name, without None and ""."""
@@ -140,8 +142,12 @@ class Shown:
         return self.shown_as or type(self).__name__
 
     def __repr__(self) -> str:
-        facts = self._facts().items()
-        known = (f"{name}={shown(value)}" for name, value in facts if not is_missing(value))
+        units = self._units() if self.units_in_line else {}
+        known = (
+            f"{name}={f'{in_words(value)} {units[name]}' if name in units else shown(value)}"
+            for name, value in self._facts().items()
+            if not is_missing(value)
+        )
         return f"{self.shown_as or type(self).__name__}({', '.join(known)})"
 
     def _repr_html_(self) -> str:
@@ -167,13 +173,13 @@ def in_words(value: Any) -> str:
     return text.strip("'") if isinstance(value, Fraction) else text
 
 
-def in_full(value: float) -> str:
-    """Return a number to three digits, without a power of ten up to a million million.
+def in_full(value: float, digits: int = 3, sign: str = "") -> str:
+    """Return a number to some digits, without a power of ten up to a million million.
 
-    >>> in_full(1812.4), in_full(0.5), in_full(3e15)
-    ('1810', '0.5', '3e+15')
+    >>> in_full(1812.4), in_full(133.2, 2, "+"), in_full(3e15)
+    ('1810', '+130', '3e+15')
     """
-    return f"{float(f'{value:.3g}'):.12g}"
+    return f"{float(f'{value:.{digits}g}'):{sign}.12g}"
 
 
 def is_missing(value: Any) -> bool:

@@ -25,6 +25,7 @@ class Result(Shown):
     dataset. Results are equal if they hold the same values, whatever the time they took.
     """
 
+    units_in_line = True
     told: ClassVar[tuple[str, ...]] = ()
     """Attributes that the summary holds; default: all fields."""
 

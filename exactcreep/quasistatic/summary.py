@@ -60,7 +60,7 @@ class RunRow(NamedTuple):
     velocity_reason: Annotated[
         str, _word("why velocity or velocity_error is nan"), _LINE | _CELL | _SAID
     ]
-    velocity_units: Annotated[str, _word("unit of both"), _LINE]
+    velocity_units: Annotated[str, _word("unit of both")]
     velocity_of: Annotated[str, _word("which velocity it is"), _LINE]
     velocity_radius: Annotated[str, _word("of the ball that holds the velocity"), _SAID]
     metastable: Annotated[

@@ -259,6 +259,9 @@ class Rearrangement(Result):
             "reason": self.reason,
         }
 
+    def _units(self) -> dict[str, str]:
+        return {"duration": "tau_dyn"}
+
     def _facts(self) -> dict[str, Any]:
         numbers = self._numbers()
         short = {"theta": f"{numbers['theta']:.9g}", "duration": f"{numbers['duration']:.6g}"}

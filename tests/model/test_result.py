@@ -61,7 +61,7 @@ def test_a_rearrangement_tells_its_numbers_in_full_and_is_shown_in_short() -> No
     told = json.loads(json.dumps(motion.summary(), allow_nan=False))
     assert (told["n"], told["events"], told["outcome"]) == (2, 2, "at_rest")
     assert (told["theta"], told["duration"]) == (motion.theta, motion.duration)
-    assert "duration=3.14159," in repr(motion)
+    assert "duration=3.14159 tau_dyn," in repr(motion)
 
 
 @pytest.mark.parametrize(

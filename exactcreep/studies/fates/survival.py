@@ -457,5 +457,7 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
         marginal=fate.marginal,
         dormant=chain.sigma_mu != 0 and course.dormant,
         over=bool(limits.reason(stop)),
-        direction=fate.direction if fate.period else direction_of(course.heading, chain.tan_alpha),
+        direction=fate.direction
+        if fate.outcome is not Outcome.LIMIT
+        else direction_of(course.heading, chain.tan_alpha),
     )

@@ -120,7 +120,7 @@ def test_starts_that_rest_from_the_beginning_have_no_rate() -> None:
     assert np.isnan(found.rate.rate)
     assert "every start was arrested" in found.rate.reason
     steep = survival(captions(1, tan_alpha="0.7"), "0.001", starts=3, cycles=5)
-    assert steep.fractions["runaway"].starts == 3
+    assert steep.fractions["runaway"].starts == steep.directions["downhill"].starts == 3
 
 
 def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
