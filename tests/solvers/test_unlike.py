@@ -98,36 +98,6 @@ def test_runs_of_unlike_chains_agree_with_proved_ones(solver: str) -> None:
         assert reached[0] == pytest.approx(reached[1], abs=10 * bound)
 
 
-def test_friction_takes_what_gravity_end_forces_and_springs_give() -> None:
-    rng, slips = random.Random(4), 0
-    for seed in range(12):
-        chain = unlike(rng)
-        names = ["elastic_before", "gravity", "end_forces", "elastic_after", "dissipation"]
-        run = creep(chain, Cycles("0.003", 2), seed=seed, record=["rearrangements", "slip_table"])
-        before, gravity, ends, after, taken = (run.recorded[f"rearrangement_{n}"] for n in names)
-        left = before + gravity + ends - after - taken
-        assert np.abs(left).max(initial=0) < 1e-14 * (10 + before.max(initial=0))
-        slider, moved = run.recorded["slip_slider"], run.recorded["slip_displacement"]
-        friction = np.array(chain.each("mu_d", chain.times_cosine))[slider - 1]
-        assert taken.sum() == pytest.approx((friction * abs(moved)).sum(), rel=1e-13)
-        at_ends = [moved[slider == n].sum() for n in (1, chain.n)]
-        assert ends.sum() == pytest.approx(
-            np.dot(at_ends, np.array(chain.end_forces, float)), rel=1e-12, abs=1e-14
-        )
-        slips += run.slip_count
-    assert slips > 1000
-
-
-def test_the_energy_of_a_rearrangement_is_dissipated_by_the_friction_of_each_slider() -> None:
-    for chain, state, way, seed, _ in known():
-        moved = rearrange(chain, state, direction=way, seed=seed)
-        with moved.arithmetic.active():
-            replay = moved.replay()
-            assert max(replay.residuals()) < 1e-12
-            lost = replay.energies().friction
-        assert moved.energy(moved.duration).dissipated == pytest.approx(lost, abs=1e-12)
-
-
 @pytest.mark.parametrize("solver", sorted(SOLVERS.keys() - {"verlet"}))  # which sees no ties
 @pytest.mark.parametrize(
     "differs",
