@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 PATIENCE = 300
@@ -24,12 +25,12 @@ def environment(**changed: str) -> dict[str, str]:
 
 
 def finished(
-    *words: str, patience: float | None = PATIENCE, **changed: str
+    *words: str, patience: float | None = PATIENCE, folder: Path | None = None, **changed: str
 ) -> subprocess.CompletedProcess[str]:
     """Return what a program printed and its status; `changed` are variables of its environment."""
     return subprocess.run(
         words, env=environment(**changed), capture_output=True, text=True, timeout=patience,
-        check=False,
+        check=False, cwd=folder,
     )  # fmt: skip
 
 

@@ -93,7 +93,8 @@ def serve() -> None:
     """Import and compile what commands need, then fork for every line that is asked for."""
     from exactcreep import cli
 
-    signal.signal(signal.SIGINT, _before_it_began)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _before_it_began)
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
         line = "run two-sliders-cycles --set drive.cycles=2 --set chain.n=3 --plot a.png --out a.nc"
         cli.status([*(word.replace("a.", f"{folder}/a.") for word in line.split()), "--json"])

@@ -63,16 +63,41 @@ def test_a_mistyped_line_ends_with_an_answer_or_a_sentence(
         assert code == 0 or said.strip(), line
 
 
+ENDLESS = {
+    "survival --n 6 --amplitude 0.000969 --starts 4000": "cycles lived",
+    "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact": "last advance",
+    "plan chain-jumps": "interrupted",
+    "run two-sliders-cycles --set drive.cycles=1e9 --checkpoint a.ckpt --force": "resume a.ckpt",
+}
+"""Lines that are never done in time, with a word of what is known when they are stopped."""
+
+
+@pytest.mark.parametrize("line", ENDLESS)
+def test_what_is_known_when_a_command_is_stopped_is_said(
+    line: str, warm: Warm, tmp_path: Path
+) -> None:
+    for patience in (0.5, 2, 8, 32):
+        with warm.begun(line, tmp_path) as child:
+            time.sleep(patience)
+            child.signal(signal.SIGINT)
+            code, out, said = child.wait()
+        assert code == 130
+        if ENDLESS[line] in " ".join((out + said).split()):
+            return
+    pytest.fail(said)
+
+
 @pytest.mark.parametrize("line", [line for line in LINES if "show" not in line])
-def test_ctrl_c_at_any_moment_is_said_and_leaves_no_part(
+def test_a_signal_at_any_moment_is_said_and_leaves_no_part(
     line: str, warm: Warm, tmp_path: Path
 ) -> None:
     random = Random(line)
-    for _ in range(4):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
         with warm.begun(line, tmp_path) as child:
             time.sleep(random.uniform(0, 0.3))
-            child.signal(signal.SIGINT)
+            child.signal(number)
             code, _, said = child.wait()
-        assert code in (130, *STATUSES), said
+        assert code in (128 + number, *STATUSES), said
+        assert code != 128 + number or not said or "exactcreep: interrupted" in said
         assert not re.search("defect|Traceback", said), said
         assert {path.suffix for path in tmp_path.iterdir()} <= {".png", ".nc"}

@@ -39,9 +39,7 @@ def piped(*words: str, read: bool = True, **changed: str) -> subprocess.Complete
 @pytest.mark.parametrize(
     ("line", "status"),
     [
-        (("scenes",), 0),
         (("run", "--help"), 0),
-        ((*RUN, "--json"), 0),
         (RUN, 0),
         (FEW_EVENTS, 3),
     ],
