@@ -79,6 +79,9 @@ SITUATIONS = {
     ),
     "on a ramp the nearer end starts": Situation("1/8 0", "start +1", -1, whole=False),
     "or the other end": Situation("0 1/8", "start -3", -1, whole=False),
+    "or the one whose coefficient is lower": Situation(
+        "0 0", "start -1", +1, f"{MU_S} {MU_S} 13/16", whole=False
+    ),
     "an end without excess slips by nothing, and draws": Situation(
         "0 0", "start +3 stop +3", +1, f"{MU_S} {MU_S} {MU_D}", at_once=2
     ),
@@ -129,7 +132,7 @@ def test_a_rule_holds_in_the_situation_that_it_is_for(solver: str, name: str) ->
     assert (events if situation.whole else events[: len(situation.events)]) == situation.events
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", [*SOLVERS, "verlet"])
 def test_an_end_that_reaches_its_threshold_at_the_end_of_a_ramp_stays(solver: str) -> None:
     chain = Chain(2, 1000, MU_D, MU_S, tan_alpha=0)
     there = creep(chain, Path(["3/4000"]), solver=solver)

@@ -1,54 +1,28 @@
-"""The solver "verlet": the contact rules, its motion as a function of time, and its records."""
+"""The solver "verlet": its lone slip, its order of convergence, and steps that are too large."""
+
+from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 
-from exactcreep import laws
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Path
-from exactcreep.model.numbers import InputError
-from exactcreep.model.outcome import Outcome
-from exactcreep.model.state import State
-from exactcreep.solvers.verlet.solver import Verlet
-from exactcreep.watch.limits import Stop
+from exactcreep import Cycles, Outcome, State, creep, laws, rearrange
+from exactcreep.solvers.rearrangement import Rearrangement
+from tests.data.make_whole_rearrangements import load
 from tests.paper import captions, lone_slip, paper_chain
 
-RECORD = ("x_G", "x", "tension", "slips", "events")
+LADDER = [0.02 / 2**k for k in range(6)]
 
 
-def run(chain, drive, *, seed=3, record=RECORD, **options):
-    """Follow the whole drive."""
-    simulation = Verlet(**options).simulation(chain, State.relaxed(chain, seed), seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles)
-    return simulation, stretch.recorded, stretch
-
-
-def first(chain, direction=1, *, seed=0, state=None, limits=None, **options):
-    """Return the rearrangement that follows a ramp, from the relaxed chain unless told."""
-    state = State.relaxed(chain, seed) if state is None else state
-    more = () if limits is None else (limits,)
-    return Verlet(**options).rearrange(chain, state, direction, seed, *more)
-
-
-REFUSED = [
-    *({"dt": dt} for dt in (0, math.nan, "fast", "1e-300", True)),
-    {"locate": 1},
-]
-
-
-@pytest.mark.parametrize("options", REFUSED, ids=str)
-def test_an_option_out_of_range_is_refused_by_name(options):
-    assert Verlet() == Verlet(dt="1/100", locate=False)
-    with pytest.raises(InputError, match=rf"^{next(iter(options))} = "):
-        Verlet(**options)
-
-
-# The contact rules
+def first(chain: Any, **options: Any) -> Rearrangement:
+    """Return the rearrangement that follows a dilation of the relaxed chain."""
+    return rearrange(chain, State.relaxed(chain), direction=1, solver="verlet", **options)
 
 
 @pytest.mark.parametrize("n", [2, 3])
-def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n):
+def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n: int) -> None:
     chain = captions(n)
     result = first(chain, locate=True, dt="0.001")
     assert result.itinerary == lone_slip(n)
@@ -63,30 +37,37 @@ def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n):
     assert 0 < late.replay().residuals()[1] < 0.01 * 2 * chain.excess
 
 
-@pytest.mark.parametrize(("theta", "events"), [("0.6", 0), ("0.6000000001", 2)])
-def test_a_slider_whose_ramp_ends_exactly_at_its_threshold_stays(theta, events):
-    simulation, _, _ = run(Chain(2, 1, "0.5", "0.6", tan_alpha="0"), Path([theta]))
-    assert simulation.tally.events == events
-
-
-# Runaway and limits
-
-
 @pytest.mark.parametrize("dt", [1.5, 3.0, 1e5])
-def test_an_unstable_time_step_ends_in_a_limit_with_a_reason(dt):
+def test_an_unstable_time_step_ends_in_a_limit_with_a_reason(dt: float) -> None:
     chain = paper_chain(6)
-    _, _, stretch = run(chain, Cycles("0.01", 3), dt=dt)
-    assert stretch.stop is Stop.LIMIT
-    assert "dt" in stretch.reason
-    assert first(chain, seed=3, dt=dt).outcome in (Outcome.LIMIT, Outcome.AT_REST)
+    run = creep(chain, Cycles("0.01", 3), solver="verlet", dt=dt, seed=3)
+    assert run.outcome is Outcome.LIMIT
+    assert "dt" in run.reason
+    assert first(chain, dt=dt).outcome in (Outcome.LIMIT, Outcome.AT_REST)
 
 
-# Runs
-
-
-def test_the_velocity_of_six_sliders_is_the_papers_within_three_per_cent():
-    chain = paper_chain(6)
-    x = run(chain, Cycles("0.01", 60), record=("x_G",))[1]["x_G"]
-    measured = (x[119] - x[19]) / 100
+def test_the_velocity_of_six_sliders_is_the_papers_within_three_per_cent() -> None:
+    run = creep(paper_chain(6), Cycles("0.01", 60), solver="verlet", seed=3, record=("x_G",))
+    measured = (run.recorded["x_G"][119] - run.recorded["x_G"][19]) / 100
     predicted = laws.creep_velocity(n=6, l0=1000, mu_d=0.5, tan_alpha=0.25, amplitude=0.01)
     assert measured == pytest.approx(predicted, rel=0.03)
+
+
+@pytest.mark.parametrize(("locate", "order"), [(False, 1.0), (True, 2.0)])
+def test_verlet_is_of_first_order_across_events_and_of_second_if_it_locates_them(
+    locate: bool, order: float
+) -> None:
+    orders = []
+    enough = [pair for pair in zip(*load(), strict=True) if len(pair[1].times) >= 4]
+    for case, found in enough[::5]:
+        known = {"direction": case.direction, "seed": case.seed, "locate": locate}
+        steps, errors = [], []
+        for dt in LADDER:
+            result = rearrange(case.chain, case.state, solver="verlet", dt=dt, **known)
+            if list(result.itinerary) == found.itinerary:
+                steps.append(dt)
+                errors.append(np.abs(result.state.displacements - found.displacements).max())
+        if len(steps) >= 4 and min(errors) > 1e-12:
+            orders.append(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+    assert len(orders) >= 40
+    assert np.median(orders) == pytest.approx(order, abs=0.1)
