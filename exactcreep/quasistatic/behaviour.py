@@ -1,4 +1,4 @@
-"""What a chain does at the end of a run: it rests, creeps, or goes round without an advance."""
+"""What a chain does at the end of a run: it rests, creeps, or slips without an advance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from exactcreep.solvers.interface import Tally
 from exactcreep.solvers.return_map import ReturnMap
 
 NEARLY = "the tensions return to within "
-"""How the reason begins of a chain that has settled so."""
+"""The reason of a chain that has settled nearly begins with these words."""
 _STILL = enclosure(0)
 
 
@@ -22,8 +22,8 @@ _STILL = enclosure(0)
 class Behaviour:
     """What a chain does at the end of a run, and since which cycle.
 
-    `evidence` holds if the course is proved: `PROVED` if the outcome lasts for ever, `COMPUTED` if
-    it was seen in this run only. `velocity` is the velocity of its cycle, if it has settled.
+    `evidence` assumes that the trajectory is known: `PROVED` if the outcome lasts for ever,
+    `COMPUTED` if it was seen only in this run. `velocity` is the velocity of a settled cycle.
     """
 
     outcome: Outcome
@@ -36,7 +36,7 @@ class Behaviour:
 def behaviour(
     velocity: MeanVelocity, return_map: ReturnMap | None, state: State, tally: Tally, done: int
 ) -> Behaviour:
-    """Return what the chain does at the end, once every target is reached; see `creep`."""
+    """Return the outcome of a run that has reached every target; see `creep`."""
     begin = velocity.burnt(done)
     all_burn_in = begin is None or begin.done == done
     if begin is None or all_burn_in:
@@ -89,7 +89,7 @@ def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: i
 
 
 def _advanced(velocity: MeanVelocity, begin: Mark, state: State, tally: Tally) -> bool:
-    """Return whether every slider has moved the same way, by more than rounding can make."""
+    """Return whether every slider has moved the same way, by more than rounding can cause."""
     change = floats(state.displacements) - begin.displacements
     chain = velocity.experiment.chain
     rounding = nearest_float((tally.slips - begin.slips) * chain.rounding)

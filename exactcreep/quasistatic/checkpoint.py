@@ -1,10 +1,10 @@
-"""Checkpoint files: how far runs have come at rest, and what they recorded, added line by line.
+"""Checkpoint files: snapshots of runs at rest and their recorded rows, appended line by line.
 
-A file is a line that names the format and its version, and then records, one a line: the SHA-256 of
-the digest before and of the rest of the line, and JSON, in which arrays are base64. The first holds
-the experiments; each that follows a snapshot of one run, and the rows that it has recorded since
-the one before. Nothing is ever written twice, nothing in a file is executed, one process at a time
-writes, and from a damage on a file is passed over: the run goes on from the record before.
+The first line names the format and its version. Every other line is a record: a SHA-256 digest of
+the previous digest and the rest of the line, then JSON in which arrays are base64. The first record
+holds the experiments; each later one holds a snapshot of a run and its rows since the previous
+snapshot. Nothing is written twice, nothing in a file is executed, and only one process at a time
+writes. If a file is damaged, the run continues from the last record before the damage.
 """
 
 from __future__ import annotations
@@ -39,25 +39,25 @@ from exactcreep.solvers.registry import SOLVERS
 
 VERSION = 12
 MOST_BYTES = 2**31
-"""Size of a checkpoint."""
+"""Largest size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 LINE = b"exactcreep checkpoint %d\n" % VERSION
-_LONGEST_LINE = 40  # bytes, of the first
-_MOST_PARTS, _PART = 10**6, 30  # lists and objects of a record; bytes for each that is more
+_LONGEST_LINE = 40  # bytes in the first line
+_MOST_PARTS, _PART = 10**6, 30  # lists and objects in a record; bytes for each further one
 _NO_RUN = "is not a checkpoint of a run"
-_FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failure to write, and after many
+_FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failed write, and after many
 
 
 class CheckpointWarning(UserWarning):
-    """The checkpoint of a run could not be written; the run goes on, and tries again."""
+    """A checkpoint could not be written; the run continues, and tries again."""
 
 
 class Checkpoint:
-    """The checkpoint file of one or more runs: added to when it is due, and read again.
+    """The checkpoint file of one or more runs.
 
-    `runs` are the snapshot and the blocks of rows, as they were read, of each of its `experiments`
-    that has begun; `note` is what a caller wants to find in it; `stale` says why the file does not
-    hold how far the run has come, "" if it does.
+    `runs`: the snapshot and the blocks of rows read from the file for each of the `experiments`
+    that has begun; `note`: data that the caller wants to find in the file; `stale`: why the file is
+    not up to date, or "".
     """
 
     def __init__(
@@ -76,18 +76,18 @@ class Checkpoint:
         self.runs: dict[int, tuple[Any, dict[str, list[Any]]]] = {}
         self.stale = ""
         self._force, self._last = force, -math.inf
-        self._wait = self.every  # until it is due again
+        self._wait = self.every  # seconds until the next write
         self._size, self._digest = 0, ""  # of the written part
         self._seen: tuple[int, ...] = ()  # the file that was read
-        self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # rows of it, by members
+        self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # its rows, by members
         self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # to be written
         self._lock = threading.Lock()
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
-        """Return the checkpoint in a file, which goes on, or raise `InputError`."""
+        """Return the checkpoint in a file to continue from, or raise `InputError`."""
         checkpoint = cls(path, every, force=True)
-        _require_checkpoint(path)  # no lock beside another file
+        _require_checkpoint(path)  # so that no lock appears beside any other file
         with locked(path, "checkpoint"):
             content = content_of(path, "checkpoint", MOST_BYTES)
             checkpoint._seen = _identity(path)
@@ -109,15 +109,12 @@ class Checkpoint:
         return checkpoint
 
     def refused(self) -> AbstractContextManager[None]:
-        """Make every error of a block an `InputError`: the file holds something else than a run."""
+        """Turn every error of a block into an `InputError`: the file holds no valid run."""
         return refused("checkpoint", self.path, _NO_RUN)
 
     @contextmanager
     def begun(self, experiments: Sequence[Experiment]) -> Iterator[None]:
-        """Keep the file to this process for a block in which experiments are run.
-
-        A file that was read holds them already; else they begin it.
-        """
+        """Lock the file during a block, and write the experiments into it if it is new."""
         for solver in (experiment.algorithm for experiment in experiments):
             if not solver.on_file:
                 kept = ", ".join(name for name, known in SOLVERS.items() if known().on_file)
@@ -141,24 +138,24 @@ class Checkpoint:
             raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
 
     def restore(self, index: int, run: ObservedRun) -> None:
-        """Take a run to where it is in the file, if it has begun; or raise `InputError`."""
+        """Set a run to its last snapshot in the file, if it has any, or raise `InputError`."""
         run.kept_up_to_date = True
         if index in self.runs:
             with self.refused():
                 run.restore(*self.runs.pop(index))
-                run.result()  # what cannot make a result is no run
+                run.result()  # fails if the snapshot is not valid
             self._counts[index] = run.recorder.counts()
 
     def take(self, index: int, run: ObservedRun) -> None:
-        """Remember how far a run has come, if it is at rest; write that if it is time to."""
-        with self._lock:  # runs go on side by side
+        """Note a snapshot of a run that is at rest; write it if the time has come."""
+        with self._lock:  # runs are in parallel threads
             if run.simulation.at_rest and not run.recorder.begun:
                 self._ready[index] = run.kept(), run.recorder
             if time.monotonic() - self._last >= self._wait:
                 self.write()
 
     def write(self) -> None:
-        """Add what was remembered; if that fails, warn, and try again after twice as long."""
+        """Append the noted snapshots; after a failure, warn and double the time to the next try."""
         self._last = time.monotonic()
         for index, (run, recorder) in list(self._ready.items()):
             rows = recorder.rows(self._counts[index], run["rows"])
@@ -168,7 +165,7 @@ class Checkpoint:
                 if not self.stale:
                     warn(f"{error}; the run goes on", CheckpointWarning)
                 self.stale = str(error)
-                # each try packs all that was recorded since the last one that succeeded
+                # each attempt packs everything recorded since the last successful one
                 self._wait = min(max(2 * self._wait, _FIRST_WAIT), max(self.every, _LONGEST_WAIT))
                 self._last = time.monotonic()
                 return
@@ -177,7 +174,7 @@ class Checkpoint:
         self.stale, self._wait = "", self.every
 
     def _add(self, content: Mapping[str, Any]) -> None:
-        """Add a record at the end of the file, whole or not at all."""
+        """Append a record to the file, completely or not at all."""
         record, digest = packed(content, self._digest)
         if not self._size:
             record = LINE + record
@@ -207,7 +204,7 @@ def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
 
 
 def _encoded(value: Any) -> Any:
-    """Return a JSON tree; what JSON does not know is an object of one name with a $."""
+    """Return a JSON tree; a type unknown to JSON is an object whose only name begins with $."""
     if value is None or isinstance(value, (bool, str, int, float)):
         return value
     if isinstance(value, Fraction):
@@ -230,7 +227,7 @@ def _encoded(value: Any) -> Any:
 
 
 def _decoded(item: dict[str, Any]) -> Any:
-    """Return what a JSON object stands for, whose parts are decoded."""
+    """Return the value of a JSON object whose parts are decoded."""
     kind, parts = next(iter(item.items()), ("", None))
     if not (parts is not None and len(item) == 1 and kind.startswith("$")):
         return item
@@ -246,7 +243,7 @@ def _decoded(item: dict[str, Any]) -> Any:
         return objects
     name, shape, data = parts
     held = np.frombuffer(base64.b64decode(data), np.dtype(name)).reshape(shape)
-    return held.astype(held.dtype.newbyteorder("="))  # a copy of its own, writable
+    return held.astype(held.dtype.newbyteorder("="))  # a writable copy
 
 
 def to_bytes(content: Mapping[str, Any]) -> bytes:
@@ -254,7 +251,7 @@ def to_bytes(content: Mapping[str, Any]) -> bytes:
 
 
 def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
-    """Return what the first record of a file holds, or raise `InputError`; `name` is the file's."""
+    """Return the content of the first record, or raise `InputError`; `name` is the file's."""
     content: dict[str, Any] = _records(data, name)[0][0]
     return content
 
@@ -264,13 +261,13 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _require_checkpoint(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a file begins as a checkpoint of this version does."""
+    """Raise `InputError` unless a file begins like a checkpoint of this version."""
     with opened(file_name(path, "checkpoint"), "checkpoint", MOST_BYTES) as file:
         _begin_of(file.read(_LONGEST_LINE), os.fspath(path))
 
 
 def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
-    """Return what changes of a file if it is written or replaced; () if there is none."""
+    """Return numbers that change if a file is written or replaced; () if there is no file."""
     try:
         about = os.stat(path)
     except OSError:
@@ -279,7 +276,7 @@ def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
 
 
 def _begin_of(data: bytes, name: str) -> int:
-    """Return where the first line of a checkpoint of this version ends, or raise `InputError`."""
+    """Return the end of the first line of a checkpoint, or raise `InputError`."""
     line = _FIRST_LINE.match(data)
     if line is None:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
@@ -290,7 +287,7 @@ def _begin_of(data: bytes, name: str) -> int:
 
 
 def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
-    """Return the whole records at the begin of a file, where they end, and their digest."""
+    """Return the valid records at the beginning of a file, their end, and their digest."""
     digest, records, end = "", [], _begin_of(data, name)
     for record in data[end:].splitlines(keepends=True):
         sealed, _, tree = record.removesuffix(b"\n").partition(b" ")

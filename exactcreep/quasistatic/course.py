@@ -11,10 +11,7 @@ if TYPE_CHECKING:
 
 
 def known_of(results: Sequence[Creep]) -> str:
-    """Return up to which half-cycle trajectories are known, and what holds beyond it.
-
-    "" if there is no more to say than the evidence.
-    """
+    """Say up to which half-cycle trajectories are known, and what holds later, or ""."""
     lost = [run for run in results if run.known_half_cycles < run.half_cycles]
     targets = "half-cycle" if all(run.drive.cyclic for run in results) else "target"
     if not lost:
@@ -27,7 +24,7 @@ def known_of(results: Sequence[Creep]) -> str:
 
 
 def _known_throughout(results: Sequence[Creep], targets: str) -> str:
-    """Return for how long perturbed copies have stayed close to all runs; "" if not all did."""
+    """Say how long perturbed copies have stayed close to all runs; "" if they did not in some."""
     if not results or any(run.half_cycles != run.trusted_half_cycles for run in results):
         return ""
     least = min(run.half_cycles for run in results)
@@ -39,7 +36,7 @@ def _known_throughout(results: Sequence[Creep], targets: str) -> str:
 
 
 def _beyond(lost: Sequence[Creep], runs: int) -> str:
-    """Return what holds of runs beyond the half-cycle up to which they are known."""
+    """Say what holds for runs beyond the half-cycle up to which they are known."""
     if all(run.velocity_error == 0 for run in lost):
         return "the outcome is where float64 ended"
     short = sum(math.isnan(run.velocity_error) for run in lost)

@@ -1,9 +1,8 @@
 """Drive a chain from target to target of the temperature: `creep`, and `resume` from a checkpoint.
 
-Between two targets theta ramps; a solver's `Simulation.follow` knows how to do that for a block of
-targets. A block ends where an observer of the run wants to look, and after a tenth of a second, to
-show progress, notice Ctrl-C, respect limits and write checkpoints. Where blocks begin and end
-changes no bit of the result.
+Between two targets theta ramps. The `Simulation.follow` of a solver does a block of targets. A
+block ends at a target that an observer of the run needs, or after a tenth of a second, to show
+progress, notice Ctrl-C, check limits and write checkpoints. The blocks do not change the result.
 """
 
 from __future__ import annotations
@@ -41,30 +40,30 @@ PHYSICS = {
     "theta_beyond_one": "|theta| was 1 or more, where a spring of the model has no length left",
     "crossings": "sliders would have crossed: x_(n+1) <= x_n at the end of a half-cycle",
 }
-"""What a `PhysicsWarning` says, by the names in `Creep.warnings`."""
+"""Texts of `PhysicsWarning` by their names in `Creep.warnings`."""
 
 
 class AccuracyWarning(UserWarning):
-    """The velocity of a run is not known as accurately as was asked for.
+    """The velocity of a run is less accurate than requested.
 
     Examples
     --------
     >>> import warnings
     >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
-    ...     run = creep(chain, Cycles("0.002", 20), accuracy=1e-3)
-    >>> caught[0].category.__name__
-    'AccuracyWarning'
+    ...     run = creep(chain, Cycles("0.002", 200), accuracy=1e-3)
+    >>> print(caught[0].message)
+    the velocity's relative error at 95 % is 0.0058, not 0.001: run more cycles
     """
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a computation; `results` holds what was computed, the last one partial.
+    """Ctrl-C during a computation; `results` holds the results so far, and `partial` the last one.
 
     Parameters
     ----------
     results : sequence
-        What was computed, the last one partial: of `creep` a `Creep`, of `fate` a `Fate`.
+        Results so far, the last one partial: of `creep` a `Creep`, of `fate` a `Fate`.
 
     Examples
     --------
@@ -84,9 +83,9 @@ class Interrupted(KeyboardInterrupt):
 
 
 def interruptible(computation: Callable[P, T]) -> Callable[P, T]:
-    """Return a computation that hears Ctrl-C, and then raises `Interrupted` with what it has.
+    """Make a computation raise `Interrupted` with its partial result at Ctrl-C.
 
-    Within a block that defers Ctrl-C itself, as a command is, what it has is returned.
+    Within a block that defers Ctrl-C, such as a command, the partial result is returned instead.
     """
 
     @functools.wraps(computation)
@@ -123,8 +122,6 @@ def creep(
 ) -> Creep:
     """Follow a chain along its drive and return its displacement, velocity and outcome.
 
-    Guarantee: recording, showing and saving change no bit of the result.
-
     Parameters
     ----------
     chain : Chain
@@ -132,76 +129,77 @@ def creep(
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
         The dilations that the temperature imposes, one target after the other.
     seed : int
-        Of the disorder.
+        Seed of the disorder.
     solver : str
-        A name of `exactcreep.solvers.registry.SOLVERS`.
+        A name in `exactcreep.solvers.registry.SOLVERS`.
     start : State, optional
-        State at the beginning. Default: the relaxed chain. A start that is not at rest is first
-        rearranged.
+        Initial state. Default: the relaxed chain. A start that is not at rest is first rearranged.
     record : sequence of str
-        Among ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables
-        ``events``, ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns.
-        With ``()`` the run needs no more memory than the chain does.
+        Any of ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables ``events``,
+        ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns. With ``()`` the
+        run needs no more memory than the chain.
     burn_in : int, optional
         Targets left out of the mean velocity; made even for Cycles. Default: none for a Path or a
         TemperatureRecord; for other drives a tenth of the targets, at least 2.
     twin : bool
-        Whether `exact` follows slightly perturbed copies until one differs, instead of for 16,384
-        events only; see `trusted_half_cycles`.
+        Whether `exact` follows slightly perturbed copies until one differs, instead of for only
+        16,384 events; see `trusted_half_cycles`.
     accuracy : number, optional
-        The run ends when the mean velocity has this relative error, at 95 %, or with the drive. It
-        is tested after 128 targets, then after 1.5 times as many each time;
-        ``report["relative_error"]`` is the error reached.
+        Stop when the mean velocity has this relative error at 95 %. The error is tested after 128
+        targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the last.
     progress : bool or callable, optional
         A callable receives a `Progress` about ten times a second. Default: a bar on terminals and
-        in notebooks after a second; True: elsewhere too, in lines.
+        in notebooks after a second; True: elsewhere lines, too.
     max_events, max_seconds : number, optional
-        Stop after so many events or so many seconds of wall time, with the partial result and the
-        outcome `LIMIT`.
+        Stop after this number of events, or of seconds of wall time, with the partial result and
+        the outcome `LIMIT`.
     checkpoint : path, optional
-        A file from which `resume` goes on with the same bits (`exact`, `sliding`, `verlet`).
+        A file from which `resume` continues with the same bits (`exact`, `sliding`, `verlet`).
     every : number
         Seconds between two writings of the checkpoint.
     force : bool
         Whether an existing checkpoint file may be overwritten.
     **options
-        The solver's own options.
+        Options of the solver.
 
     Returns
     -------
     Creep
         Its `outcome` is
 
-        - ``RUNAWAY``: proved: no slider ever stops again, or the chain never comes to rest
+        - ``RUNAWAY``: provably no slider ever stops again, or the chain never comes to rest
           (`reason`);
         - ``LIMIT``: a limit was reached; `reason` says which. Two limits are always set: half of
           the free memory, and, where tan_alpha >= mu_d or |theta| reaches 1, a million events in
           a half-cycle;
         - ``AT_REST``: no event in the last whole cycle, hence never again; for other drives than
           Cycles, no event after the burn-in;
-        - ``CREEPING``: every slider has moved, all in the same direction, between two ends of
-          cycles with the same tensions; or, if tensions do not return, by at least two standard
-          errors over all half-cycles after the burn-in;
+        - ``CREEPING``: every slider has moved in the same direction between two ends of cycles with
+          the same tensions; or, if tensions do not return, by at least two standard errors over all
+          half-cycles after the burn-in;
         - ``CYCLING``: sliders slip, but the chain does not advance. `UNDECIDED` if the drift is
           below two standard errors (`reason` holds its bound), or if, without disorder, the
           tensions have not returned.
 
         The outcome holds after `since` cycles. If the tensions have returned, it holds for ever,
-        and `outcome_evidence` equals `evidence`. If not, it was seen in this run only, and is at
+        and `outcome_evidence` equals `evidence`. If not, it was seen only in this run, and is at
         most `COMPUTED`. If they return only to within 2**-40 of the friction, it is `UNDECIDED`.
-
-        A displacement that rounding alone can make counts as none: 2**-50 n (mu_s + |tan_alpha|)
-        cos(alpha) for every slip.
+        Displacements below 2**-50 n (mu_s + |tan_alpha|) cos(alpha) per slip may be rounding errors
+        and count as zero.
 
         `velocity_error` comes from averages over blocks (`statistics.standard_error`); it is nan
-        where it still grows with the blocks.
+        if it still grows with the length of the blocks.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or an option is not the solver's.
+        If an argument is out of range, or the solver lacks an option.
     Interrupted
         At Ctrl-C: a KeyboardInterrupt that holds the partial result.
+
+    Notes
+    -----
+    Guarantee: recording, progress and checkpoints do not change the result by a single bit.
 
     Examples
     --------
@@ -210,7 +208,7 @@ def creep(
     >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
     ('creeping', 0.776114, (100, 2))
     """
-    asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # in several forms
+    asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # not yet checked
     experiment = Experiment(
         chain, drive, seed=seed, solver=solver, start=start, burn_in=burn_in, twin=twin,
         options=options, **asked,
@@ -229,9 +227,9 @@ def resume(
     max_seconds: float | None = None,
     every: float = 60.0,
 ) -> Creep:
-    """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
+    """Continue from a checkpoint of `creep` and return the result, as if never interrupted.
 
-    `resume` keeps the file up to date. Limits count anew, except `max_events`.
+    `resume` keeps the file up to date. Limits start again, except `max_events`.
 
     Parameters
     ----------
@@ -243,7 +241,7 @@ def resume(
     Returns
     -------
     Creep
-        As `creep` returns it.
+        As for `creep`.
 
     Raises
     ------
@@ -273,9 +271,9 @@ def run_alone(
     limits: Limits = NO_LIMITS,
     checkpoint: Checkpoint | None = None,
 ) -> Creep:
-    """Run one experiment in this thread and return its result; Ctrl-C raises `Interrupted`.
+    """Run one experiment in this thread; Ctrl-C raises `Interrupted`.
 
-    A `checkpoint` that was read from a file goes on from there.
+    If `checkpoint` was read from a file, the run continues from there.
     """
     kept = nullcontext() if checkpoint is None else checkpoint.begun([experiment])
     with kept, interrupts.deferred() as interrupted:
@@ -327,9 +325,9 @@ def _progress(run: ObservedRun, phase: str) -> Progress:
 
 
 def _warned(result: Creep) -> Creep:
-    """Return a result, and warn where it has left the model's range or is not accurate enough."""
+    """Return a result; warn if it left the model's physical range or is not accurate enough."""
     for name, count in result.warnings.items():
-        if name != "theta_beyond_one":  # its experiment has warned, before the run
+        if name != "theta_beyond_one":  # the experiment has warned of this before the run
             warn(f"{PHYSICS[name]} ({count} times)")
     if result.report.get("accuracy_reached") is False:
         warn(accuracy_reached(result.report), AccuracyWarning)
@@ -337,7 +335,7 @@ def _warned(result: Creep) -> Creep:
 
 
 def accuracy_reached(report: Mapping[str, Any]) -> str:
-    """Return the sentence that says whether a velocity is as accurate as was asked for."""
+    """Return the sentence that says whether a velocity is as accurate as requested."""
     known, wanted = report["relative_error"], f"{report['accuracy']:.2g}"
     reached = "is not known" if known is None or math.isnan(known) else f"is {known:.2g}"
     far = f"within {wanted}" if report["accuracy_reached"] else f"not {wanted}: run more cycles"

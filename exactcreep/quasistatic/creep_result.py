@@ -1,4 +1,4 @@
-"""The result of a run, `Creep`, and the files that keep it."""
+"""The result of a run, `Creep`, and its files."""
 
 from __future__ import annotations
 
@@ -45,72 +45,72 @@ _FORESEEN = 10**6  # cycles
 class Creep(Result):
     """What a chain did along a drive, and how well that is known.
 
-    Two are equal if their datasets are identical, whatever the time they took. `plot()` and
-    `summary()` it has as every result.
+    Like every result it has `plot()` and `summary()`. Two results are equal if their datasets are
+    identical, whatever their time.
 
     Attributes
     ----------
     experiment : Experiment
-        Everything that determined the run; `chain`, `drive`, `solver` and `seed` are its own.
+        Everything that determined the run; `chain`, `drive`, `solver` and `seed` come from it.
     outcome : Outcome
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
-        How well the course is known: `PROVED` are the events of these half-cycles, no more.
+        How well the trajectory is known. `PROVED`: the events in these half-cycles are proved.
     outcome_evidence : Evidence
-        How well the outcome is known: never better than the course. `PROVED` and, in float64,
-        `COMPUTED` if it lasts for ever: the tensions have returned after whole cycles, nothing
-        moves in one, or the chain runs away. At most `COMPUTED` if it was seen in this run only.
-        `UNDECIDED` for a limit, and where `reason` names a doubt.
+        How well the outcome is known, never better than `evidence`. An outcome that lasts for ever
+        (the tensions have returned after whole cycles, nothing moves in a cycle, or the chain runs
+        away) is `PROVED`, or in float64 `COMPUTED`. An outcome seen only in this run is at most
+        `COMPUTED`. `UNDECIDED` for a limit, and if `reason` names a doubt.
     reason : str
-        One sentence, if there is more to say.
+        A sentence that explains the outcome; may be "".
     since : int or None
-        Cycles after which the chain does what `outcome` says: x_G repeats its motion after them,
-        and the tensions, to within 2**-40 of the friction, as far back as they are known (some
-        thousand cycles). If it does not repeat, the cycles of the burn-in. None for other drives, a
-        runaway or a limit.
+        Number of cycles after which `outcome` holds: then x_G repeats its motion, and the tensions
+        return to within 2**-40 of the friction, as far back as they are known (some thousand
+        cycles). If nothing repeats, the cycles of the burn-in. None for other drives, a runaway or
+        a limit.
     velocity : float
         Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
-        target of other drives (`velocity_units`); nan if none is left, +-inf for a runaway.
+        target of other drives (`velocity_units`); nan if nothing is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error (times 1.96: an interval of 95 %), 0 if the chain has settled; nan
-        if there are too few half-cycles to tell. `velocity_reason` says why one of them is nan.
+        Its standard error (times 1.96: an interval of 95 %), 0 if the chain has settled; nan if
+        there are too few half-cycles. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
-        The velocity as the rational that the solver's digits make it; None if it has none.
+        The velocity as an exact rational of a solver with digits; else None.
     half_cycles, burn_in, rearrangements, event_count, slip_count : int
-        Targets reached, those left out of the velocity, and what happened.
+        Targets reached, targets left out of the velocity, and numbers of what happened.
     draws_below_mu_d, undecided : int
-        As of a `Rearrangement`.
+        As in a `Rearrangement`.
     long_rearrangements : int
-        Of the solver `exact`: rearrangements of more than 200 events, whose tensions rounding may
-        have taken further than 1e-12 from the truth.
+        For `exact`: rearrangements of more than 200 events, after which rounding errors of tensions
+        may exceed 1e-12.
     undecided_from : int
-        The first target from which on the run may be undecided: a comparison was, an avalanche was
-        too long, or one of the copies that are a few roundings off may have parted by 1e-12; 0 if
-        there is none. Looked for at every target at first, then less and less often.
+        First target from which on the run may be undecided; 0 if there is none. A comparison was
+        undecided, an avalanche was too long, or a perturbed copy may differ by 1e-12. This is
+        checked at every target at first, then less and less often.
     trusted_half_cycles : int or None
-        The last target up to which these copies had the same events, and tensions within
-        2.5e-10; None if no copy was followed so far.
+        The last target up to which perturbed copies had the same events, and tensions within
+        2.5e-10; None if no copy was followed.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
         Wall time of the run, without compilation.
     state : State
-        At the end. Of a result from a file, the numbers of a solver with digits are rationals,
-        or `Enclosure` where they have a radius.
+        At the end. If read from a file, the numbers of a solver with digits are rationals, or
+        `Enclosure` where they have a radius.
     recorded : mapping of str to ndarray
-        What was recorded, as in `dataset`.
+        The recorded columns, as in `dataset`.
     report : mapping
-        What only this solver knows: precision, enclosure radii, work counts.
+        Facts that only this solver reports: precision, enclosure radii, work counts.
     saved : mapping of int to mapping
-        Snapshots by targets reached, from which `state_at` begins; none of a result from a file.
+        Snapshots by targets reached, for `state_at`; empty for a result from a file.
 
     Examples
     --------
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
-    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
-    True
+    >>> result.slip_count, int(result.to_pandas("rearrangements").slips.sum())
+    (796, 796)
     >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
     (-0.001, 0.0)
     """
@@ -163,12 +163,12 @@ class Creep(Result):
 
     @property
     def settled(self) -> bool:
-        """Whether cycles have brought the chain back to earlier tensions, or to rest, for ever."""
+        """Whether tensions have returned after whole cycles, or the chain rests for ever."""
         return self.since is not None and self.velocity_error == 0
 
     @property
     def finding(self) -> str:
-        """What the chain does, after how many cycles or in this run only, and how sure that is."""
+        """The outcome, since which cycle it holds, and how sure that is, in words."""
         when = ""
         if self.settled:
             when = f"settled after {cycles_text(self.since or 0)}"
@@ -186,21 +186,18 @@ class Creep(Result):
 
     @property
     def direction(self) -> str:
-        """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
-
-        On the level ``+x`` or ``-x``; ``none`` if it does neither, as far as `outcome` is known.
-        """
+        """``downhill``, ``uphill``, on the level ``+x`` or ``-x``, or ``none``; see `outcome`."""
         if self.outcome not in (Outcome.CREEPING, Outcome.RUNAWAY):
             return "none"
         moved = self.velocity
-        if math.isnan(moved):  # a run too short for one: every slider has moved this way
+        if math.isnan(moved):  # the run was too short, but every slider has moved this way
             begin = floats(self.experiment.initial.displacements)
             moved = math.fsum((floats(self.state.displacements) - begin).tolist())
         return direction_of(moved, self.chain.tan_alpha)
 
     @property
     def velocity_text(self) -> str | None:
-        """The velocity in the digits that were asked for and are known; None without digits."""
+        """The velocity in the digits requested and known; None without digits."""
         known, digits = self.velocity_enclosure, self.experiment.digits
         return None if known is None or digits is None else known.text(digits)
 
@@ -231,7 +228,7 @@ class Creep(Result):
 
     @property
     def velocity_reason(self) -> str:
-        """Why the velocity, or only its standard error, is nan; "" where both are known."""
+        """Why the velocity, or only its standard error, is nan; "" if both are known."""
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
         named = "half-cycles" if cyclic else "targets"
         if math.isnan(self.velocity):
@@ -256,11 +253,10 @@ class Creep(Result):
 
     @cached_property
     def metastable(self) -> str:
-        """One sentence if drawn coefficients foreseeably stop this creep for ever; else "".
+        """A sentence if drawn coefficients will stop this creep within foreseeable time; else "".
 
-        That is within 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. For
-        more than two sliders no number is known: `survival` tells for how long they creep. Nor is
-        one for chains whose parts differ.
+        Foreseeable is 1e6 cycles, or a hundred times the run; see `exactcreep.laws.stopping`. The
+        time is known only for two equal sliders; use `survival` for other chains.
         """
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0 and not chain.unlike
@@ -279,7 +275,7 @@ class Creep(Result):
 
     @property
     def known_half_cycles(self) -> int:
-        """The last target at which the trajectory is known."""
+        """The last target that is known if the trajectory is undecided beyond; else None."""
         if not self.undecided_from:
             return self.half_cycles
         before = self.undecided_from - 1
@@ -288,19 +284,18 @@ class Creep(Result):
 
     @property
     def course(self) -> str:
-        """One sentence: what outcome and velocity are worth, how far the course is known; or ""."""
+        """How far trajectory, outcome and velocity can be trusted, in one sentence; or ""."""
         return known_of([self])
 
     @property
     def counts(self) -> dict[str, int]:
-        """The counts by the names that they have in files."""
+        """The counts by their names in files."""
         return {name: getattr(self, attribute_of(name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
-        """Return the state at rest after a half-cycle, with the bits of the run; 0 is the start.
+        """Return the state at rest after a half-cycle, with the same bits as in the run.
 
-        It is computed again from the nearest state before that was saved. `InputError` if the run
-        did not reach it.
+        It is computed again from the nearest snapshot before.
 
         Parameters
         ----------
@@ -321,7 +316,7 @@ class Creep(Result):
         until = whole_number(half_cycle, "half_cycle", least=0, most=most)
         if until == 0:
             return experiment.initial
-        # the run may have gone on from the last targets before it was given up
+        # a run that was given up may have gone beyond its last target
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
         start, seed = experiment.initial, experiment.seed
@@ -355,12 +350,12 @@ class Creep(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """What was recorded, labelled, with all that is needed to make it again.
+        """The recorded data with labels, units, meanings, and all parameters of the run.
 
         Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1),
-        ``event``, ``rearrangement`` and ``slip``; half-cycles of a record with dates have a
-        ``date`` (UTC, if it names a time zone). Parameters stand in the attributes, rationals as
-        strings; each variable says its unit and meaning.
+        ``event``, ``rearrangement`` and ``slip``. Half-cycles of a record with dates have a
+        ``date``, in UTC if the record has a time zone. Attributes are parameters; rationals are
+        strings.
         """
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
@@ -370,10 +365,10 @@ class Creep(Result):
         Parameters
         ----------
         table : {"half_cycles", "events", "rearrangements", "slip_table"}
-            One that the run has recorded. The index counts its rows, half-cycles from 1, others
+            A table that the run has recorded. The index counts its rows, half-cycles from 1, others
             from 0: ``events.merge(rearrangements, left_on="rearrangement", right_index=True)``.
-            What has a number for each slider is one column for each, ``x_1``, ``x_2``, ... Units
-            and meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
+            Quantities of each slider have one column per slider: ``x_1``, ``x_2``, ... Units and
+            meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
 
         Returns
         -------
@@ -388,42 +383,40 @@ class Creep(Result):
         return import_module("exactcreep.quasistatic.frames").frame(self, table)
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write `dataset` to a NetCDF file, in one piece or not at all.
-
-        `InputError` if the file exists and `force` is not given, or it cannot be written.
+        """Write `dataset` to a NetCDF file, completely or not at all.
 
         Parameters
         ----------
         path : path
-            A file to be made.
+            The file to write.
         force : bool, optional
-            Whether a file that exists may be replaced.
+            Whether an existing file may be replaced.
 
         Raises
         ------
         InputError
-            If the file exists and `force` is not given, or it cannot be written.
+            If the file exists and `force` is false, or it cannot be written.
         """
         save_members([self], path, force=force)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Creep:
-        """Return the result that `save` wrote; a file of several has `load_members`.
+        """Return a result that `save` wrote.
 
         Parameters
         ----------
         path : path
-            A file of one result.
+            A file with one result; for several results use `load_members`.
 
         Returns
         -------
         Creep
-            Equal to what was saved.
+            Equal to the saved result.
 
         Raises
         ------
         InputError
-            If it holds none, or several.
+            If the file holds no result, or several.
         """
         members = load_members(path)
         if len(members) != 1:
@@ -448,5 +441,5 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
 
 
 def _datasets() -> Any:
-    """Return the module that labels results; it waits for xarray."""
+    """Return the module that labels results; it is imported late because of xarray."""
     return import_module("exactcreep.quasistatic.dataset")

@@ -1,4 +1,4 @@
-"""A result as a labelled dataset with all that is needed to make it again, and back."""
+"""Turn a result into a labelled dataset with all its parameters, and back."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ _STATE = {
     "draws": Column("int64", NUMBER, "coefficients drawn by each slider", ("slider",)),
     "theta": Column("float64", NUMBER, "dilation"),
 }
-"""What a state holds, behind ``initial_`` and ``final_``."""
+"""Parts of a state, after ``initial_`` and ``final_``."""
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
-"""Parameters of drives that are rationals; they may be longer than a number that a user gives."""
+"""Rational parameters of drives; they may be longer than a number that a user may type."""
 
 
 def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
@@ -50,7 +50,7 @@ def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
 
 
 def members_of(groups: Mapping[str | None, Group]) -> Iterator[dict[str, Any]]:
-    """Yield the fields of each result of a file; if it has none, raise whatever comes."""
+    """Yield the fields of each result in a file; raise any exception if it has none."""
     about = groups[None].attributes
     written = str(about.get("format"))
     if not written.startswith(FORMAT.rpartition(" ")[0]):
@@ -102,7 +102,7 @@ def _labelled(
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
-    """Return a state by the names it has in files."""
+    """Return a state by its names in files."""
     theta = as_float(state.theta)
     written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": theta}
     for name in ("tension", "displacement", "coefficient"):
@@ -145,12 +145,12 @@ def _attributes(result: Creep) -> dict[str, Any]:
 
 
 def _attribute(value: Any) -> Any:
-    """Return a value as a file can hold it beside its arrays: rationals as ratios of integers."""
+    """Return a value as an attribute in a file; rationals become ratios of integers."""
     if isinstance(value, Fraction):
         return ratio_text(value)
     if isinstance(value, Mapping):
         return json.dumps(plain_data(value))
-    if isinstance(value, list):  # the numbers of sliders or springs that differ
+    if isinstance(value, list):  # one number for each slider or spring
         return " ".join(map(ratio_text, value))
     return value.value if isinstance(value, Enum) else value
 
@@ -166,7 +166,7 @@ def _fields_of(member: Group) -> dict[str, Any]:
     for name in names(Place.FILE):
         if name in about:
             fields[attribute_of(name)] = reader_of(name)(about[name])
-    if "outcome_evidence" not in about:  # in files of 0.4.0
+    if "outcome_evidence" not in about:  # a file of 0.4.0
         never, settled = fields["outcome"] is Outcome.RUNAWAY, fields["velocity_error"] == 0
         lasts = never or (settled and about["drive"] == Cycles.kind)
         known = Evidence.PROVED if lasts else Evidence.COMPUTED
@@ -186,7 +186,7 @@ def _experiment(member: Group) -> Experiment:
         count = member[dimension].size if dimension in member else about[name]
         if count != about[name]:
             raise ValueError(f"it holds {count} of {name} = {about[name]}")
-    # options of 0.3.0 that changed no number, or asked for today's rule
+    # options of 0.3.0 that did not affect results, or equal today's rule
     gone = {"exact": (True, False), "escalate": (True, False), "pivot": ("mean",)}
     options = {
         name: value
@@ -194,7 +194,7 @@ def _experiment(member: Group) -> Experiment:
         if value not in gone.get(name, ())
     }
     parameters: dict[str, Any] = {}
-    # 0.3.0 had more options by which a record was read
+    # 0.3.0 had more options for reading a record
     taken = signature(drive_of_kind(about["drive"])).parameters
     for name in filter(taken.__contains__, about["drive_parameters"].split()):
         listed = f"drive_{name}"

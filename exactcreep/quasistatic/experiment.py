@@ -31,7 +31,7 @@ _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
 
 
 def drive_of_parameters(kind: Any, parameters: Mapping[str, Any]) -> Drive:
-    """Return the drive whose `parameters` a file holds; no other file is read for it."""
+    """Return the drive with these `parameters` from a file; no other file is read."""
     make = drive_of_kind(kind)
     if make is TemperatureRecord and not {"theta", "times", "sha256"} <= parameters.keys():
         raise InputError("drive", kind, "must hold theta, times and sha256")
@@ -39,7 +39,7 @@ def drive_of_parameters(kind: Any, parameters: Mapping[str, Any]) -> Drive:
 
 
 def drive_of_kind(kind: Any) -> type[Drive]:
-    """Return the class of `DRIVES`, or raise `InputError`."""
+    """Return the class in `DRIVES`, or raise `InputError`."""
     if not isinstance(kind, str) or kind not in DRIVES:
         raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVES))
     return DRIVES[kind]
@@ -54,18 +54,18 @@ class Experiment:
     chain : Chain
         The chain to drive.
     drive : Drive
-        Its dilations; a drive of your own class is kept as the `Path` of its targets.
+        Its dilations; a drive of your own class is stored as the `Path` of its targets.
     seed, solver
         As for `exactcreep.creep`.
     options : mapping
-        The solver's own options.
+        Options of the solver.
     start, record, burn_in, twin, accuracy
         As for `exactcreep.creep`.
 
     Raises
     ------
     InputError
-        If one of them is out of range, or an option is not the solver's.
+        If a parameter is out of range, or the solver lacks an option.
 
     Examples
     --------
@@ -126,7 +126,7 @@ class Experiment:
 
     @cached_property
     def widest(self) -> float:
-        """A bound of the dilation of every spring, in size, over the whole drive."""
+        """A bound of the absolute dilation of every spring over the whole drive."""
         drive, weights = self.drive, self.chain.expansion
         most = nearest_float(max(map(abs, weights), default=Fraction(1)))
         if isinstance(drive, Cycles):
@@ -147,12 +147,12 @@ class Experiment:
 
     @property
     def digits(self) -> int | None:
-        """Significant decimal digits asked of the solver; None if it knows only floats."""
+        """Significant decimal digits asked of the solver; None for float64."""
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
 
     def burn_in_of(self, reached: int) -> int:
-        """Return the burn-in of a run that reached so many targets; even if they are cycles.
+        """Return the burn-in of a run that reached so many targets; even for cycles.
 
         Parameters
         ----------
@@ -166,19 +166,19 @@ class Experiment:
         """
         if self.burn_in is not None:
             targets = self.burn_in
-        elif isinstance(self.drive, Listed):  # what the chain does on this path is the question
+        elif isinstance(self.drive, Listed):  # the whole path matters, transients included
             targets = 0
         else:
             targets = min(max(2, reached // 10), reached)
         return targets + targets % 2 if self.drive.cyclic else targets
 
     def description(self) -> dict[str, Any]:
-        """Return the experiment as plain data, exactly; `from_description` makes it again.
+        """Return the experiment as plain data; `from_description` makes the same experiment.
 
         Returns
         -------
         dict
-            Of numbers, texts, rationals and arrays.
+            Numbers, texts, rationals and arrays.
         """
         start = self.start
         return {field.name: getattr(self, field.name) for field in fields(self)} | {
@@ -191,22 +191,22 @@ class Experiment:
 
     @classmethod
     def from_description(cls, data: Mapping[str, Any]) -> Experiment:
-        """Return the experiment that `description` described.
+        """Return the experiment from its `description`.
 
         Parameters
         ----------
         data : mapping
-            What `description` returned.
+            Returned by `description`.
 
         Returns
         -------
         Experiment
-            The same.
+            The same experiment.
 
         Raises
         ------
         InputError
-            If it describes none.
+            If the data are not an experiment.
         """
         drive, start = dict(data["drive"]), data["start"]
         made = {

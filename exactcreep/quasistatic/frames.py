@@ -1,4 +1,4 @@
-"""What a run recorded as data frames for pandas, and through it for other programs."""
+"""The recorded tables of a run as pandas data frames, from which other formats are made."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from exactcreep.quasistatic.creep_result import Creep
 
 TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
-"""The tables of a run by the names that a user calls them by."""
+"""The tables of a run by their public names."""
 
 
 def frame(result: Creep, table: str) -> pd.DataFrame:

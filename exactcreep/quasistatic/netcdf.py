@@ -1,12 +1,12 @@
 """NetCDF files of datasets, sealed with a digest.
 
-HDF5 brings its process down when a disk is full, and can search a damaged file for ever. It
-therefore works in memory, and a file ends with the SHA-256 of itself (behind the end that HDF5
-knows of); one that does not is refused.
+HDF5 crashes its process when a disk is full, and may search a damaged file for ever. So HDF5 works
+in memory, and a file ends with its own SHA-256, after the end that HDF5 knows. A file without a
+valid digest is refused.
 
-Somebody else may have written a file, and its seal. An array is read only if it lies in the file
-itself, as it is: no link, no external storage, no other file behind it, no filter. All that is read
-of a file is at most about as large as the file.
+A file and its digest may come from a stranger. An array is read only if its bytes lie in the file
+itself: no link, external storage, other file or filter. The data read from a file are at most
+about as large as the file.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from exactcreep.model.user_files import opened, refused
 from exactcreep.quasistatic.writing import file_name
 
 MOST_BYTES = 2**33
-"""Size of a file of results."""
+"""Largest size of a file of results."""
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
-_BLOCK = 2**24  # bytes that enter a digest at once
+_BLOCK = 2**24  # bytes per update of a digest
 _TEXTS = 2**29  # bytes of texts that are read at once
 _KINDS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.STRING)
 
@@ -52,7 +52,7 @@ def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
 
 
 class _Room:
-    """The bytes that may still be read of a file: some more than it has."""
+    """The number of bytes that may still be read of a file: at first somewhat above its size."""
 
     def __init__(self, size: int) -> None:
         self.size, self.left = size, 4 * size
@@ -64,10 +64,10 @@ class _Room:
 
 
 class Group(Mapping[str, NDArray[Any]]):
-    """A dataset in an open file: its attributes, and its arrays by name, read when asked for.
+    """A dataset in an open file: its attributes, and its arrays by name, read on demand.
 
-    What labels the arrays, their units and dimensions, is left in the file: that takes most of the
-    time in which xarray opens one, and a result is made again without it.
+    Labels, units and dimensions are not read. They take xarray most of its time to open a file, and
+    a result does not need them.
     """
 
     def __init__(self, group: h5py.Group, room: _Room) -> None:
@@ -76,7 +76,7 @@ class Group(Mapping[str, NDArray[Any]]):
         self.attributes = {
             name: self._attribute(name)
             for name in group.attrs
-            if name != "_NCProperties"  # what wrote the file
+            if name != "_NCProperties"  # the program that wrote the file
         }
 
     def _attribute(self, name: str) -> Any:
@@ -115,7 +115,7 @@ class Group(Mapping[str, NDArray[Any]]):
         return np.asarray(texts, str)
 
     def _places(self, shape: tuple[int, ...]) -> Iterator[Any]:
-        """Yield the places of texts that can be read at once: each may be as long as the file."""
+        """Yield slices of texts that can be read at once; a text may be as long as the file."""
         each = self._room.size * math.prod(shape[1:])
         if not shape or each > _TEXTS:
             yield from np.ndindex(shape)
@@ -134,7 +134,7 @@ class Group(Mapping[str, NDArray[Any]]):
 
 
 def own_object(group: h5py.Group, name: str) -> Any:
-    """Return what a group holds by a name, unless a link leads to it."""
+    """Return the object of a name in a group, unless the name is a link."""
     if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
         raise ValueError(f"{name} is a link, and is not followed")
     return group[name]
@@ -142,7 +142,7 @@ def own_object(group: h5py.Group, name: str) -> Any:
 
 @contextmanager
 def opened_groups(path: str | os.PathLike[str], field: str) -> Iterator[dict[str | None, Group]]:
-    """Yield the groups of a NetCDF file, None the root; what fails meanwhile is an `InputError`."""
+    """Yield the groups of a NetCDF file, None for the root; every error is an `InputError`."""
     name = file_name(path, field)
     with opened(name, field, MOST_BYTES) as file, refused(field, name):
         room = _Room(_sealed(file))
@@ -153,7 +153,7 @@ def opened_groups(path: str | os.PathLike[str], field: str) -> Iterator[dict[str
 
 
 def _sealed(file: BinaryIO) -> int:
-    """Return how long a file is before its digest; raise `ValueError` unless it ends with one."""
+    """Return the length of a file without its digest; raise `ValueError` if it has none."""
     size = file.seek(0, io.SEEK_END) - _SEAL_LENGTH
     file.seek(max(size, 0))
     seal = _SEAL.fullmatch(file.read())

@@ -1,4 +1,4 @@
-"""One run: a simulation, the observers beside it, and the result that they make together."""
+"""One run: a simulation, the observers of its targets, and the result of both."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from exactcreep.solvers.tables import RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 
-PAUSE = 0.1  # seconds between two looks at a run
+PAUSE = 0.1  # seconds between two checks of a run
 _LEAST_BYTES = 500  # of memory for a slider
-_MOST_NUMBERS = 1 << 21  # of a column, recorded at once
-_SAVED = 1.25  # snapshots from which a state is computed again lie so many times further apart
-_FIRST_SAVED = 64  # targets; then at least whenever twice as many are reached
-_MOST_SAVED_SLIDERS = 2**17  # in all of them
+_MOST_NUMBERS = 1 << 21  # in a column, recorded at once
+_SAVED = 1.25  # factor between the targets of successive snapshots for `state_at`
+_FIRST_SAVED = 64  # target of the first snapshot; the next comes at most at twice the target
+_MOST_SAVED_SLIDERS = 2**17  # in all snapshots
 
 
 class ObservedRun:
-    """A simulation on its way along its drive, and its observers.
+    """A simulation that follows its drive, and its observers.
 
-    `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` are
-    snapshots by targets reached; `kept_up_to_date` says whether a checkpoint is.
+    `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` has
+    snapshots by targets reached; `kept_up_to_date`: whether a checkpoint is being written.
     """
 
     kept_up_to_date = False
@@ -74,19 +74,19 @@ class ObservedRun:
 
     @property
     def ended(self) -> bool:
-        """Whether no further target can be reached, or need be."""
+        """Whether the run has reached its last target, its accuracy, or an early end."""
         return self.outcome is Outcome.RUNAWAY or self.done == self.total or self._accurate
 
     @property
     def _accurate(self) -> bool:
-        """Whether the velocity is known as well as was asked for, at a target to look at."""
+        """Whether the velocity has the requested accuracy, at a target where this is tested."""
         wanted, done = self.experiment.accuracy, self.done
         if wanted is None or next_look(done - 1) != done:
             return False
         return self._relative_error() <= wanted
 
     def _relative_error(self) -> float:
-        """Return the relative error of the mean velocity at 95 %, nan if that is not known."""
+        """Return the relative error of the mean velocity at 95 %, nan if unknown."""
         if self.return_map is not None and self.return_map.settled() is not None:
             return 0.0
         burn_in, velocity = self.velocity.mean(self.done)
@@ -94,7 +94,7 @@ class ObservedRun:
         return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
 
     def advance(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
-        """Go on until the run ends or a limit is reached; `watch` after each pause, and at last."""
+        """Go on until the run ends or a limit is reached; call `watch` after each pause."""
         self.outcome, self.reason = None, ""
         simulation, drive, before = self.simulation, self.experiment.drive, self.seconds
         longest = max(_MOST_NUMBERS // self.experiment.chain.n, 1)  # targets at once
@@ -142,7 +142,7 @@ class ObservedRun:
             self._rest(NO_LIMITS)
         if early is not None:
             return limits.reason(early)
-        # at tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever
+        # at tan_alpha >= mu_d the chain need not lose energy: sliders may stop and start for ever
         experiment = self.experiment
         wide = experiment.widest >= 1
         longest = LONGEST_AVALANCHE if wide else longest_avalanche(experiment.chain)
@@ -155,13 +155,13 @@ class ObservedRun:
         return ""
 
     def _rest(self, limits: Limits) -> None:
-        """Let a rearrangement under way end, if it does so soon: a snapshot is taken at rest."""
+        """Let a rearrangement end if it does so soon, because a snapshot needs a chain at rest."""
         if self.kept_up_to_date and self.outcome is None:
             soon = replace(limits, pause=clock() + PAUSE)
             self.recorder.add(self.simulation.come_to_rest(soon))
 
     def _save(self) -> None:
-        """Save how far the simulation is, at fewer and fewer of the targets that are passed."""
+        """Save a snapshot, at fewer and fewer of the targets."""
         room = (len(self.saved) + 1) * self.experiment.chain.n <= _MOST_SAVED_SLIDERS
         due = self.done >= _SAVED * max(self.saved, default=0) and self.done < self.total
         if due and room and self.simulation.at_rest:
@@ -173,7 +173,7 @@ class ObservedRun:
         if self.outcome is None:
             ended = behaviour(self.velocity, self.return_map, state, tally, done)
         else:
-            never = self.outcome is Outcome.RUNAWAY  # comes to rest: that was proved
+            never = self.outcome is Outcome.RUNAWAY  # it provably never comes to rest
             known = Evidence.PROVED if never else Evidence.UNDECIDED
             ended = Behaviour(self.outcome, reason=self.reason, evidence=known)
         burn_in, mean = self.velocity.mean(done)
@@ -216,7 +216,7 @@ class ObservedRun:
     ) -> tuple[float, float, Enclosure | None]:
         """Return the velocity of a run that ended so, its standard error, and all its digits.
 
-        `mean` is that after `burn_in` targets.
+        `mean` is the mean velocity after `burn_in` targets.
         """
         if ended.outcome is Outcome.RUNAWAY:
             return math.copysign(math.inf, self.experiment.chain.heading), math.nan, None
@@ -227,7 +227,7 @@ class ObservedRun:
         return as_float(mean), self.velocity.error(burn_in), mean
 
     def kept(self) -> dict[str, Any]:
-        """Return what a checkpoint keeps of it, at rest, but for the rows that were recorded."""
+        """Return the snapshot for a checkpoint, at rest, without the recorded rows."""
         return {
             "done": self.done,
             "outcome": "" if self.outcome is None else self.outcome.value,
@@ -238,7 +238,7 @@ class ObservedRun:
         } | {name: observer.kept() for name, observer in self.observers.items()}
 
     def restore(self, kept: Mapping[str, Any], rows: Mapping[str, list[Any]]) -> None:
-        """Go on from what `kept` returned and the rows of the recorder, or raise `ValueError`."""
+        """Continue from a snapshot and the rows of the recorder, or raise `ValueError`."""
         require_like(self.kept() | dict.fromkeys(("rows", "simulation", *self.observers)), kept)
         self.simulation.restore(kept["simulation"])
         self.recorder.restore(rows)
@@ -254,7 +254,7 @@ def _check_memory(n: int) -> None:
     """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
     try:
         most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // _LEAST_BYTES
-    except (AttributeError, ValueError, OSError):  # a system that does not tell
+    except (AttributeError, ValueError, OSError):  # the system does not say
         return
     if n > most:
         raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")

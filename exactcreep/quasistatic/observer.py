@@ -1,4 +1,4 @@
-"""Observers of a run: what each needs next, what it takes, and what a checkpoint keeps of it."""
+"""The interface of observers, which look at the targets of a run."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ NEVER = 1 << 62
 
 
 class Observer:
-    """Looks at every target of a run; the simulation records the quantities that it `needs`."""
+    """Looks at targets of a run; the simulation records the quantities that it `needs`."""
 
     needs: tuple[str, ...] = ()
 
     state: tuple[str, ...]
-    """The attributes that a checkpoint keeps."""
+    """The attributes that a checkpoint stores."""
 
     def next(self, done: int) -> int:
-        """Return the next target at which it wants to look, if not at the last."""
+        """Return the next target that it wants to look at, besides the last."""
         return NEVER
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        """Take over what happened on the way to the targets from `first` on."""
+        """Take the data of the targets from `first` on."""
         raise NotImplementedError
 
     def kept(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.state}
 
     def restore(self, kept: Any) -> None:
-        """Take over what `kept` returned, or raise `ValueError` if it has other names."""
+        """Restore what `kept` returned, or raise `ValueError` if names differ."""
         require_like(dict.fromkeys(self.state), kept)
         for name, value in kept.items():
             setattr(self, name, value)

@@ -14,7 +14,7 @@ from exactcreep.solvers.interface import Simulation, Stretch
 
 
 class PhysicalRange(Observer):
-    """Counts the targets at which a run has left it."""
+    """Counts the targets at which the run is outside its physical range."""
 
     state = ("theta_beyond_one", "crossings")
 
@@ -35,11 +35,11 @@ class PhysicalRange(Observer):
 
 
 def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
-    """Return the distances of neighbours less the differences of their displacements: constants.
+    """Return the initial distances of neighbours, or None if sliders cannot cross.
 
-    None if springs are so long that sliders cannot cross: no resting chain holds a tension beyond
-    the sum of its limits, n (mu_s + |tan_alpha|) cos(alpha). Twice that, with the largest random
-    coefficients, is taken.
+    The distance is constant except for the displacements. No resting chain holds a tension above
+    the sum of its limits, n (mu_s + |tan_alpha|) cos(alpha). Sliders cannot cross if springs are
+    longer than twice this sum, with the largest random coefficients.
     """
     chain, initial = experiment.chain, experiment.initial
     limit = chain.largest_mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)

@@ -1,16 +1,16 @@
-"""How far the trajectory of a run can be predicted: copies that are a few roundings off.
+"""How far the trajectory of a run can be predicted, from slightly perturbed copies of the run.
 
-Where disorder makes nearby chains part, rounding decides after some half-cycles what happens: the
-statistics are right then, and the trajectory is one of many. Perturbed copies with the same
-disorder, rounded once more at every target, go the same way until the first has parted; as that is
-mostly soon, they cost little.
+With disorder, nearby chains separate, and after some half-cycles rounding decides what happens. The
+statistics are still right, but the trajectory is one of many. Perturbed copies with the same
+disorder are rounded once more at every target, and followed until the first one differs. This is
+mostly soon, so that copies cost little.
 
-How many copies, and which margin, was measured against certified tensions of 300 runs of 3 to 12
+The number of copies and the margin were measured against certified tensions of 300 runs of 3 to 12
 sliders with disorder. Errors and distances of copies grow alike, from first roundings of random
-size: of one copy the run was m times as far off in some 3.5 / m % of the runs, the worst 24 times;
-of two it was beyond 1e-12 once and beyond 1e-9 once, and at four times their distance never: 0.22
-and 0.28 of the tolerances at most. The median run that parts is decided for 6 half-cycles, and
-trusted for 16. (tests/solvers/test_evidence.py has other runs.)
+size. With one copy the error of the run was m times the distance in some 3.5 / m % of the runs, at
+worst 24 times. With two copies it was beyond 1e-12 once and beyond 1e-9 once; with four times their
+distance never: at most 0.22 and 0.28 of the tolerances. The median run that becomes undecided is
+decided for 6 half-cycles, and trusted for 16. (tests/solvers/test_evidence.py has other runs.)
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.solvers.interface import TENSION_TOLERANCE, PerturbedCopies, Simulation, Stretch
 
 TRUSTED = 1e-9
-"""What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
+"""Tolerance of tensions for `Creep.trusted_half_cycles`; see `TENSION_TOLERANCE`."""
 MARGIN = 4.0
-"""How much further than its copies the run is taken to be off: see above what it holds."""
+"""Assumed ratio of the error of a run and the distance of its copies; see above."""
 MOST_EVENTS = 2**14
-"""Copies that were not asked for go along for so many events, each of them."""
-_FIRST, _LONGEST = 1024, 2**14  # targets at once; the first over n
+"""Events of each copy that is followed by default."""
+_FIRST, _LONGEST = 1024, 2**14  # targets at once; the first is divided by n
 
 
 class Predictability(Observer):
-    """Compares a run with its perturbed copies, and says from where on the run is undecided.
+    """Compares a run with its perturbed copies, and finds where the run becomes undecided.
 
     `undecided_from` is the first undecided target, or 0. Up to target `agreed` the tensions of the
     copies differ by at most ``TRUSTED / MARGIN``.
@@ -45,19 +45,19 @@ class Predictability(Observer):
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive = experiment.drive
         self._most_events = 2**62 if experiment.twin else MOST_EVENTS
-        self._made = simulation.copies  # when the first target is reached: they may be large
+        self._made = simulation.copies  # called at the first target, since copies may be large
         self.copies: PerturbedCopies | None = None
         self._first = max(_FIRST // experiment.chain.n, 4)
         self.undecided_from, self.agreed, self.checked = 0, 0, 0
         self.parted = False
         self.following = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
-        self.copied: Any = {}  # a snapshot of the copies; {}: at their start, None: they have ended
+        self.copied: Any = {}  # snapshot of the copies; {}: at their start, None: they have ended
 
     def next(self, done: int) -> int:
         if self.following:
             return done + min(max(self._first, done), _LONGEST)
-        if self._known or self.undecided_from:  # each target says for itself whether it is decided
+        if self._known or self.undecided_from:  # each target says whether it is decided
             return NEVER
         return max(self.checked + max(1, self.checked // 4), done + 1)
 
@@ -78,7 +78,7 @@ class Predictability(Observer):
             self.undecided_from = min(self.undecided_from or begin, begin)
 
     def _compare(self, stretch: Stretch, first: int) -> None:
-        """Let the copies follow, and go no further once one of them has parted."""
+        """Let the copies follow the run until one of them differs."""
         if self.copies is None:
             self.copies = self._made()
         if self.copies is None:
@@ -95,7 +95,7 @@ class Predictability(Observer):
 
     @property
     def trusted_half_cycles(self) -> int | None:
-        """Up to which target the run can be trusted at the least, None if that is not known."""
+        """The last target up to which the run can be trusted, None if that is unknown."""
         return self.agreed if self.parted or self.following else None
 
     def kept(self) -> dict[str, Any]:

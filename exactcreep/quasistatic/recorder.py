@@ -1,4 +1,4 @@
-"""What a run records, in columns that grow in memory, and how much of it all runs may take."""
+"""Record the columns of a run in memory, and limit the memory of all runs together."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from exactcreep.solvers.tables import COLUMNS, record_arrays
 from exactcreep.watch.limits import free_memory
 
 Columns = Mapping[str, NDArray[Any]]
-_WORTH_A_LOOK = 2**20  # bytes recorded between two looks at the free memory
+_WORTH_A_LOOK = 2**20  # bytes recorded between two checks of the free memory
 
 
 class Recorder:
-    """Keeps the columns that an experiment records.
+    """Stores the columns that an experiment records.
 
-    `full` says why a run should end, "" while there is memory; `begun` are rows since the last
-    target, which the next one brings once more.
+    `full` says why a run has to end, "" while there is memory. `begun` holds rows since the last
+    target, which the next block delivers again.
     """
 
     def __init__(self, experiment: Experiment) -> None:
@@ -42,7 +42,7 @@ class Recorder:
         self._extend(self._written(rows))
 
     def _written(self, rows: Columns) -> Columns:
-        """Return rows as files hold them: floats, and perhaps decimals and radii beside them."""
+        """Return rows as files hold them: floats, and for some solvers decimals and radii."""
         written: dict[str, NDArray[Any]] = {}
         for name, values in rows.items():
             if name in self._nothing and len(values):
@@ -55,7 +55,7 @@ class Recorder:
                 self.full = "what this process has recorded takes half of the free memory"
 
     def counts(self) -> dict[str, int]:
-        """Return how many rows each column has, without those since the last target."""
+        """Return the number of rows of each column, without rows since the last target."""
         return {name: column.rows for name, column in self._columns.items()}
 
     def rows(self, begin: Mapping[str, int], end: Mapping[str, int]) -> dict[str, NDArray[Any]]:
@@ -63,7 +63,7 @@ class Recorder:
         return {name: self._columns[name].data[begin.get(name, 0) : end[name]] for name in end}
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Return the columns whole, with what has begun since the last target."""
+        """Return the whole columns, with the rows since the last target."""
         made = self.rows({}, self.counts())
         for name, rows in self.begun.items():
             made[name] = np.concatenate([made[name], rows]) if name in made else rows
@@ -74,7 +74,7 @@ class Recorder:
         }
 
     def restore(self, blocks: Mapping[str, list[NDArray[Any]]]) -> None:
-        """Take over what a file holds, or raise `ValueError`."""
+        """Restore the columns in a file, or raise `ValueError`."""
         for name, parts in blocks.items():
             require(quantity(name) in self._nothing, f"{name} was not recorded")
             like = self._nothing[quantity(name)]
@@ -88,9 +88,9 @@ class _Column:
     """Rows of one column, with room for some more."""
 
     held: ClassVar[int] = 0
-    """Bytes that the columns of all runs of this process take, also in results."""
+    """Bytes of the columns of all runs of this process, including those in results."""
     seen: ClassVar[int] = 0
-    """The same when the free memory was last looked at, which takes as long as a short run."""
+    """The same at the last check of the free memory, which takes as long as a short run."""
 
     def __init__(self, nothing: NDArray[Any]) -> None:
         self.data, self.rows = nothing, 0
@@ -102,7 +102,7 @@ class _Column:
             grown = np.empty((end + end // 4, *rows.shape[1:]), kind)
             grown[: self.rows] = self.data[: self.rows]
             self.data = grown
-            # results hold on to the rows, and let them go when the user does
+            # results share the rows; they are freed when the user drops the results
             weakref.finalize(grown, _let_go, grown.nbytes).atexit = False
             _Column.held += grown.nbytes
             if abs(self.held - self.seen) >= _WORTH_A_LOOK:

@@ -1,4 +1,4 @@
-"""Whether a run has come back: a `ReturnMap` fed at the ends of its cycles."""
+"""Detect whether a run has returned: a `ReturnMap` fed at the ends of its cycles."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from exactcreep.solvers.return_map import ReturnMap
 
 
 class ReturnObserver(ReturnMap, Observer):
-    """Feeds the return map of a run with what it records."""
+    """Feeds the return map of a run with its recorded data."""
 
     needs = ("tension", "slips")
     state = ("ends", "known", "forgotten", "noted", "slipped", "alike_since", "not_slipped")
@@ -25,13 +25,13 @@ class ReturnObserver(ReturnMap, Observer):
     def __init__(self, experiment: Experiment) -> None:
         chain, state, drive = experiment.chain, experiment.initial, experiment.drive
         assert isinstance(drive, Cycles)
-        # a start may stand at another temperature than the ends of cycles do
+        # the start may have another temperature than the ends of cycles
         ramp = nearest_float(chain.l0 * (exact_value(state.theta) + drive.amplitude))
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp * chain.floats("expansion"))
         self.slipped = 0  # since the end of the last cycle
-        # sliders (from 0) that keep a coefficient of the start until they slip; with disorder
-        # coefficients never return, and are not asked for
+        # sliders (from 0) that keep an initial coefficient until they slip; with disorder
+        # coefficients never return, and are ignored
         unlike = state.coefficients != chain.floats("mu_s")
         self.not_slipped = np.flatnonzero(unlike & (chain.sigma_mu == 0))
 
@@ -46,9 +46,9 @@ class ReturnObserver(ReturnMap, Observer):
         self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)
 
     def _lose_coefficients(self, slipped: NDArray[np.bool_], first: int) -> None:
-        """Note the cycle in which sliders last lost a coefficient of the start.
+        """Note the cycle in which sliders last lost an initial coefficient.
 
-        `slipped` says of the half-cycles from `first` on, by rows, which of `not_slipped` did.
+        `slipped`: rows for the half-cycles from `first` on, columns for `not_slipped`.
         """
         lose = slipped.any(axis=0)
         if lose.any():

@@ -1,4 +1,4 @@
-"""What one run comes to: every number and word of it, with its type, unit, meaning and places.
+"""The entries of a run's summary: type, unit, meaning, and where each of them appears.
 
 Summaries, files and grids of runs take their names and missing values from here.
 """
@@ -21,23 +21,23 @@ _PER = f"{LENGTH} per {{per}}"
 
 
 class Place(Flag):
-    """Where an entry stands, beside the summary of its run."""
+    """Where an entry appears besides the summary of its run."""
 
     LINE = auto()
     """In the one line that shows the run."""
     FILE = auto()
-    """In a file: a field of `Creep`, from which the run is made again."""
+    """In a file: a field of `Creep` that is read back."""
     CELL = auto()
     """In a cell of a sweep."""
     SAID = auto()
-    """In the summary only where there is something to say."""
+    """In the summary only if it is not empty."""
 
 
 _LINE, _FILE, _CELL, _SAID = Place
 
 
 class RunRow(NamedTuple):
-    """One run; `per` stands for what the velocity of its drive counts: `Drive.per`."""
+    """One run; `per` is replaced by the unit of time of its drive, `Drive.per`."""
 
     outcome: Annotated[
         Outcome,
@@ -101,7 +101,7 @@ class RunRow(NamedTuple):
 
 RUN = Schema("run", RunRow)
 TYPES: dict[str, Any] = get_type_hints(RunRow)
-"""Of each entry in Python."""
+"""The Python type of each entry."""
 _PLACES = {
     name: next(iter(hint.__metadata__[1:]), Place(0))
     for name, hint in get_type_hints(RunRow, include_extras=True).items()
@@ -110,7 +110,7 @@ _ATTRIBUTES = {"events": "event_count", "slips": "slip_count"}
 
 
 def names(place: Place) -> tuple[str, ...]:
-    """Return the entries that stand in a place."""
+    """Return the entries that appear in a place."""
     return tuple(name for name, places in _PLACES.items() if place in places)
 
 
@@ -123,7 +123,7 @@ def attribute_of(name: str) -> str:
 
 
 def reader_of(name: str) -> Callable[[Any], Any]:
-    """Return what makes an entry of what a file holds for it."""
+    """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
     if kind == int | None:
         return lambda number: None if number < 0 else int(number)  # -1 in files of version 0.2.0

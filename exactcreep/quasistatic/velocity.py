@@ -21,15 +21,15 @@ from exactcreep.solvers.statistics import (
     standard_error,
 )
 
-_MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
-_MARKED = 1.25  # marks of a run whose length is not known lie so many times further apart
+_MOST_SAMPLES = 4096  # samples of x_G for the standard error, in a run of any length
+_MARKED = 1.25  # factor between successive marks of a run of unknown length
 FIRST_LOOK = 128
-"""Targets after which a run that goes on until its velocity is known is looked at first."""
-_LOOKS = 1.5  # and then after so many times as many
+"""Target at which the accuracy of a velocity is first tested."""
+_LOOKS = 1.5  # factor between successive targets with a test
 
 
 class Mark(NamedTuple):
-    """Where the run was at a target at which a burn-in may end."""
+    """The position of the run at a target at which a burn-in may end."""
 
     done: int
     x_G: Enclosure
@@ -40,8 +40,8 @@ class Mark(NamedTuple):
 class MeanVelocity(Observer):
     """Samples x_G at equally spaced targets: never more than a few thousand.
 
-    When there are too many, every second sample is dropped; which samples remain depends only
-    on the number of targets that were reached.
+    When there are too many, every second sample is dropped. The remaining samples depend only on
+    the number of targets reached.
     """
 
     state = ("values", "spacing", "tail", "slips", "marks")
@@ -98,11 +98,11 @@ class MeanVelocity(Observer):
         burnt = self.burnt(done)
         if burnt is not None:
             burn_in, begin = burnt.done, burnt.x_G
-        else:  # it ended before the planned burn-in did: take a shorter one, where x_G is known
+        else:  # it ended before the planned burn-in: take an earlier mark as burn-in
             wanted = self.experiment.burn_in_of(done)
             k = min(-(-wanted // self.spacing), len(self.values) - 1)
             burn_in, begin = k * self.spacing, enclosure(float(self.values[k]))
-        # whole cycles only: within one, the chain goes up as well as down
+        # whole cycles only, because the chain goes up as well as down within a cycle
         partial = done % 2 if self.drive.cyclic else 0
         last = done - partial
         if last <= burn_in:
@@ -112,7 +112,7 @@ class MeanVelocity(Observer):
         return burn_in, self.tail[-1 - partial].rate(begin, span) if span else None
 
     def error(self, burn_in: int, *, least: bool = False) -> float:
-        """Return the standard error of the mean velocity, or `least` what it may be; or nan."""
+        """Return the standard error of the mean velocity, or `least` a lower bound; or nan."""
         begin = -(-burn_in // self.spacing)
         if not least and self._may_rest_for_longer(begin):
             return math.nan
@@ -121,7 +121,7 @@ class MeanVelocity(Observer):
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
     def _may_rest_for_longer(self, begin: int) -> bool:
-        """Return whether the chain may rest for longer than this run: its mean is then unknown."""
+        """Return whether rests may be longer than this run, so that its mean is unknown."""
         chain, advances = self.experiment.chain, np.diff(self.values[begin:])
         if alternates(chain, self.drive):
             return bool(advances.any()) and not rests_are_short(advances, jump_of(chain))
@@ -134,7 +134,7 @@ class MeanVelocity(Observer):
 
 
 def next_look(done: int) -> int:
-    """Return the next target after which a run that is to reach an accuracy is looked at."""
+    """Return the next target at which an accuracy is tested."""
     look = FIRST_LOOK
     while look <= done:
         look = _even(math.ceil(_LOOKS * look))

@@ -1,4 +1,4 @@
-"""Write files in one piece or not at all, and keep those that grow to one process at a time."""
+"""Write files completely or not at all, and lock growing files for one process at a time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from exactcreep.model.inputs import is_input
 from exactcreep.model.numbers import InputError
 
 PICTURES = (".png", ".pdf", ".svg")
-_PATIENCE = 0.2  # seconds, in which another process that is at its end lets go of a file
+_PATIENCE = 0.2  # seconds to wait for another process that is about to end
 
 
 class Occupied(InputError):
@@ -49,7 +49,7 @@ def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Pa
 
 
 def _regular_file(path: str | os.PathLike[str], field: str) -> Path:
-    """Return the file, there or not yet, to which links at `path` lead, if it can be written."""
+    """Return the writable regular file, existing or not, to which links at `path` lead."""
     name = file_name(path, field)
     target = Path(os.path.realpath(name))
     there, irregular = target.exists(), "must be a regular file, not a device, a pipe or a socket"
@@ -74,7 +74,7 @@ def free_name(path: str | os.PathLike[str]) -> Path:
 
 
 def output_directory(path: str | os.PathLike[str], field: str) -> Path:
-    """Return `path` as a directory for output, made if it does not exist, or raise `InputError`."""
+    """Return `path` as an existing or new directory for output, or raise `InputError`."""
     target = Path(file_name(path, field))
     try:
         target.mkdir(parents=True, exist_ok=True)
@@ -104,7 +104,7 @@ def _name(part: Path, target: Path, *, force: bool) -> None:
 
 
 def _is_ours(file: BinaryIO) -> bool:
-    """Keep an open part to this process while its name leads to it; return whether it is kept."""
+    """Lock an open part for this process; return whether it still has its name."""
     with suppress(OSError, ImportError):  # a file system, or a system, without locks
         import_module("fcntl").flock(file.fileno(), 6)  # LOCK_EX | LOCK_NB
         return os.path.samestat(os.stat(file.name), os.fstat(file.fileno()))
@@ -112,7 +112,7 @@ def _is_ours(file: BinaryIO) -> bool:
 
 
 def _new_part(target: Path) -> BinaryIO:
-    """Return an open file beside another, in place of what a writer has left that was killed."""
+    """Return an open part beside the file; it replaces a part that a killed process left."""
     part = target.with_name(f".{target.name}.part")
     with suppress(OSError), open(part, "rb") as left:
         if _is_ours(left):
@@ -128,25 +128,25 @@ def _new_part(target: Path) -> BinaryIO:
 def write_file(
     path: str | os.PathLike[str], content: bytes | memoryview, field: str, *, force: bool = True
 ) -> None:
-    """Write `content` to a file, in one piece or not at all, even if the power fails.
+    """Write `content` to a file, completely or not at all, even if the power fails.
 
-    It is written to a part beside the file, which then takes its name; links are followed. Raises
-    `Occupied` if the file exists, perhaps since a moment ago, without `force`; `InputError`, with
-    the name `field`, if it cannot be written.
+    The content is written to a part beside the file, which then takes its name; links are followed.
+    Raises `Occupied` if the file exists and `force` is false, and `InputError` with the name
+    `field` if it cannot be written.
     """
     target = _regular_file(path, field)
     try:
         with _new_part(target) as file:
-            part, alone = Path(file.name), not _is_ours(file)  # a name of its own
+            part, alone = Path(file.name), not _is_ours(file)  # `alone`: its name is unique
             try:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
-                if os.name != "posix":  # where no open file gets another name
+                if os.name != "posix":  # here an open file cannot be renamed
                     file.close()
                 _name(part, target, force=force)
             finally:
-                if alone or _is_ours(file):  # another process may have the name by now
+                if alone or _is_ours(file):  # another process may have taken the name
                     part.unlink(missing_ok=True)
         if os.name == "posix":  # the new name, too, must be on the disk
             folder = os.open(target.parent, os.O_RDONLY)
@@ -163,20 +163,20 @@ def write_file(
 
 @contextmanager
 def locked(path: str | os.PathLike[str], field: str) -> Iterator[None]:
-    """Keep a file, or a folder, to this process for a block; `InputError` names who else has it.
+    """Lock a file or a folder during a block; `InputError` names the process that has the lock.
 
-    The lock is the operating system's, on a hidden file beside it that says who holds it. That file
-    on its own, which a killed process leaves behind, keeps nobody out.
+    The lock belongs to the operating system, and is on a hidden file beside it. A hidden file that
+    a killed process left behind locks nothing.
     """
     target = Path(os.path.realpath(path))
     beside = target.with_name(f".{target.name}.lock")
-    filelock = import_module("filelock")  # whoever writes no such file does not wait for it
+    filelock = import_module("filelock")  # imported late: only writers need it
     # a lock without the operating system's would outlive a killed process
     lock = filelock.FileLock(beside, fallback_to_soft=False, on_acquired=_say_who_holds)
     holder = _holder(beside)
     while not lock.is_locked:
         try:
-            beside.touch()  # where no file can be made, that is no other process's doing
+            beside.touch()  # fails where no file can be made; then no other process is to blame
             lock.acquire(timeout=_PATIENCE)
         except _RemovedMeanwhile:
             pass
@@ -195,20 +195,20 @@ def locked(path: str | os.PathLike[str], field: str) -> Iterator[None]:
 
 
 class _RemovedMeanwhile(Exception):
-    """The file that was locked has been removed by who held the lock before: try the next."""
+    """The previous holder removed the locked file: lock the next one."""
 
 
 def _say_who_holds(descriptor: int) -> None:
     """Write into a file that was just locked who has locked it."""
     if os.fstat(descriptor).st_nlink == 0:
         raise _RemovedMeanwhile
-    with suppress(OSError):  # without a word the lock holds, too
+    with suppress(OSError):  # the lock holds without this text, too
         os.ftruncate(descriptor, 0)
         os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
 
 
 def _holder(lock: Path) -> str:
-    """Return what the holder of a lock has written about itself; "" if that cannot be read."""
+    """Return the text of the process that holds a lock; "" if that cannot be read."""
     with suppress(OSError, UnicodeDecodeError):
         return lock.read_text("utf-8")[:200]
     return ""

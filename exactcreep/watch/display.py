@@ -22,22 +22,22 @@ T = TypeVar("T")
 
 COMPILING = "compiling the kernel, once; the next start finds it ready"
 _BETWEEN_LINES, _BETWEEN_FRAMES = 5.0, 0.1  # seconds
-_SHORT = 1.0  # seconds that nobody needs a bar for
-_telling: list[object] = []  # what shows, or hides, the progress of all that it calls
+_SHORT = 1.0  # seconds without a bar
+_telling: list[object] = []  # displays, or silence, that hold for all nested computations
 
 
 class Display(AbstractContextManager["Display"]):
     """Shows on standard error how far a computation has come, and how long the rest may take.
 
-    `name` is the name of the computation; `quiet`: without a terminal, say nothing but that the
-    compiler is at work; nothing is shown before `after` seconds.
+    `name`: of the computation; `quiet`: without a terminal, report only that the compiler works;
+    nothing is shown before `after` seconds.
     """
 
     def __init__(self, name: str = "", *, quiet: bool = False, after: float = 0.0) -> None:
         self.name, self.quiet, self.compiling = name, quiet, False
         self.begin = time.monotonic() + after
         self.bar: Any = None
-        self.pause, self.next = 0.0, math.nan  # seconds, and when something is shown again
+        self.pause, self.next = 0.0, math.nan  # seconds, and the time of the next output
         self.last: Progress | None = None
 
     def __enter__(self) -> Display:
@@ -54,13 +54,13 @@ class Display(AbstractContextManager["Display"]):
 
     @property
     def reached(self) -> str:
-        """How far the computation had come when it was last heard of; "" if it was not."""
+        """The last progress of the computation in words; "" before the first."""
         if self.last is None or self.last.phase == "compiling":
             return ""
         return f": {self._what(self.last)}, {_far(self.last)}"
 
     def heard(self, progress: Hearer) -> Callable[[Progress], None] | None:
-        """Return whom a computation shall tell: within one that is told of, callables alone."""
+        """Return the progress callback. A nested computation reports only to its own callable."""
         if callable(progress):
             return progress
         if progress is False or _telling != [self]:
@@ -69,7 +69,7 @@ class Display(AbstractContextManager["Display"]):
         return self.show if progress or sys.stderr.isatty() or notebook else None
 
     def show(self, progress: Progress) -> None:
-        """Show how far the computation has come; raise a Ctrl-C that was lost on its way."""
+        """Show the progress; raise a Ctrl-C that Python has dropped."""
         self.last = progress
         interrupts.check()
         if time.monotonic() < self.begin:
@@ -92,7 +92,7 @@ class Display(AbstractContextManager["Display"]):
         self.bar.update(self.task, description=what, far=far, **about)
 
     def _start(self) -> None:
-        console = import_module("rich.console").Console(stderr=True)  # only where it is shown
+        console = import_module("rich.console").Console(stderr=True)  # loaded only when needed
         if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
             rich = import_module("rich.progress")
             far = rich.TextColumn("{task.fields[far]}")
@@ -129,10 +129,10 @@ def _far(progress: Progress) -> str:
 
 
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
-    """Return a computation that shows a bar unless its argument `progress` is False or a callable.
+    """Make a computation show a bar unless its argument `progress` is False or a callable.
 
-    By default if it takes longer than a second on terminals and in notebooks; True: elsewhere, too.
-    What the caller has numpy raise (`numpy.errstate`) does not reach the computation.
+    By default the bar appears after a second, on terminals and in notebooks; True: elsewhere, too.
+    The caller's `numpy.errstate` does not affect the computation.
     """
     usual = {"divide": "warn", "over": "warn", "under": "ignore", "invalid": "warn"}
     own = inspect.signature(computation).parameters
@@ -140,7 +140,7 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
         if "chain" in own and (further := {*words} - {*own}):
-            # imported late: a bar needs no numbers
+            # imported late, because the display needs no numbers
             import_module("exactcreep.model.chain").refuse_own(words, further, computation.__name__)
         with Display(after=_SHORT) as display, import_module("numpy").errstate(**usual):
             words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]

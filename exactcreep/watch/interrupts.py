@@ -1,7 +1,7 @@
-"""Ctrl-C and SIGTERM: heard at once, or at the end of a block that must not be left half done.
+"""Handle Ctrl-C and SIGTERM: at once, or at the end of a block that must not be left half done.
 
-Python throws a KeyboardInterrupt away that is raised in a finaliser or a callback. The command line
-therefore remembers the signal, too, and `check` raises what was lost.
+Python drops a KeyboardInterrupt that is raised in a finaliser or a callback. So the command line
+also remembers the signal, and `check` raises it again.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from typing import Any
 
 STATUS = 128
-"""The exit status of a program that a signal ended is this plus the signal's number."""
+"""A program that a signal ends has this exit status plus the signal's number."""
 _heard: list[int] = []
 """The signals that the command line has received."""
 _deferring: list[object] = []
-"""The blocks that are running, the innermost last."""
+"""The running blocks, the innermost last."""
 _waiting: list[int] = []
-"""The signals that wait for the end of the outermost of them."""
+"""The signals that wait for the end of the outermost block."""
 
 
 def _hear(number: int, frame: Any) -> None:
@@ -37,9 +37,9 @@ def _defer(number: int, frame: Any) -> None:
 
 
 def listen() -> None:
-    """Remember every Ctrl-C of this process from now on, and take SIGTERM for one.
+    """From now on remember every Ctrl-C of this process, and treat SIGTERM like Ctrl-C.
 
-    Ctrl-C stays ignored where it is, as in the background of a shell.
+    Ctrl-C stays ignored if it was, as for a background job of a shell.
     """
     signal.signal(signal.SIGTERM, _hear)
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
@@ -47,13 +47,13 @@ def listen() -> None:
 
 
 def check() -> None:
-    """Raise `KeyboardInterrupt` if the command line has heard a signal that no block defers."""
+    """Raise `KeyboardInterrupt` if the command line has received a signal outside of a block."""
     if _heard and not _deferring:
         raise KeyboardInterrupt
 
 
 def waiting() -> bool:
-    """Return whether a signal waits for the end of a block, which shall return its result soon."""
+    """Return whether a signal waits for the end of a block, which should then return soon."""
     return bool(_waiting)
 
 
@@ -63,7 +63,7 @@ def deferring() -> bool:
 
 
 def status() -> int | None:
-    """Return the exit status of the last signal that the command line has heard; None if none."""
+    """Return the exit status for the last signal of the command line; None if there was none."""
     return STATUS + _heard[-1] if _heard else None
 
 
@@ -71,8 +71,8 @@ def status() -> int | None:
 def deferred() -> Iterator[Callable[[], bool]]:
     """Let a signal wait for the end of a block, so that a simulation is never left half changed.
 
-    Yields a function that returns whether there was one, since the outermost of such blocks has
-    begun; the second interrupts at once.
+    Yields a function that returns whether a signal came since the outermost block began. A second
+    signal interrupts at once.
     """
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False

@@ -1,4 +1,4 @@
-"""Limits of a computation: events and time as one value, and the memory that is free."""
+"""Limits of a computation: events and time as one value, and the free memory."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ _CONTAINERS = (
     ("/sys/fs/cgroup/", "memory.max", "memory.current", "file"),
     ("/sys/fs/cgroup/memory/", "memory.limit_in_bytes", "memory.usage_in_bytes", "cache"),
 )
-"""Where Linux tells what a container may take and takes, and of that what files are cached."""
-_ANY_NUMBER = 2**60  # of events: compiled loops add to it, in integers of 64 bits
+"""Files in which Linux gives the memory limit and use of a container, and its file cache."""
+_ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
 
 
 class OutOfTime(Exception):
-    """The time was over within one event; nothing has changed since the event before."""
+    """The time ended within one event; the state is still that before the event."""
 
 
 class Stop(Enum):
-    """Why a simulation came back."""
+    """Why a simulation returned."""
 
     DONE = "done"
     """Every target was reached."""
     BUDGET = "budget"
-    """The events that were allowed are used up, or there is a pause."""
+    """The allowed events are used up, or there is a pause."""
     DEADLINE = "deadline"
     """The time is over, or the user interrupted."""
     RUNAWAY = "runaway"
-    """It was proved that the chain never comes to rest: no further target can be reached."""
+    """The chain provably never comes to rest: no further target can be reached."""
     LIMIT = "limit"
-    """The solver gives up: it reaches no further target."""
+    """The solver gave up and reaches no further target."""
 
     @property
     def final(self) -> bool:
@@ -48,11 +48,11 @@ class Stop(Enum):
 
 @dataclass(frozen=True)
 class Limits:
-    """What a computation may use, from the call that is given it.
+    """The events and the time that a computation may use.
 
-    `events` are start and stop events, `used` of them before the call. On `preparation.clock`,
-    which stands while the compiler works, it has to end `at`, and to hand over what it has at
-    `pause`; `seconds` is how long it may take in all.
+    `events` are start and stop events, `used` of them before the call. The computation has to end
+    at the time `at` and to return a partial result at `pause`, on `preparation.clock`, which stands
+    still while the compiler works; `seconds` is the whole time allowed.
     """
 
     events: int | None = None
@@ -84,11 +84,11 @@ class Limits:
 
     @property
     def seconds_left(self) -> float | None:
-        """How long it may still take; None: any time."""
+        """Remaining seconds; None: no limit."""
         return None if self.at == math.inf else max(self.at - clock(), 0.0)
 
     def passed(self) -> bool:
-        """Return whether the time is over, or the user wants back what there is."""
+        """Return whether the time is over, or the user has interrupted."""
         return self.interrupted() or (self.at < math.inf and clock() >= self.at)
 
     def require(self) -> None:
@@ -97,7 +97,7 @@ class Limits:
             raise OutOfTime(self.reason(Stop.DEADLINE))
 
     def stop(self, events: int) -> Stop | None:
-        """Return why a computation ends that has used so many events; None: it goes on."""
+        """Return why a computation that has used so many events ends, or None."""
         if events >= self.events_left:
             return Stop.BUDGET
         if self.passed():
@@ -105,7 +105,7 @@ class Limits:
         return Stop.BUDGET if clock() >= self.pause else None
 
     def reason(self, stop: Stop) -> str:
-        """Return the sentence for what ended because of these limits; "" if it did not."""
+        """Return the sentence for a computation that these limits ended; "" if they did not."""
         if stop is Stop.BUDGET:
             return f"max_events = {self.events} was reached"
         if stop is Stop.DEADLINE:
@@ -115,17 +115,17 @@ class Limits:
 
 
 NO_LIMITS = Limits()
-"""As much as it takes."""
+"""No limits at all."""
 
 
 def free_memory() -> float:
-    """Return how many bytes may still be taken here, or in this container; inf if none tells."""
+    """Return the free bytes of this machine or container; inf if unknown."""
     free = [math.inf]
     with suppress(OSError):
         told = re.search(r"MemAvailable: *(\d+) kB", Path("/proc/meminfo").read_text())
         free += [1024.0 * int(told[1])] if told else []
     for folder, most, taken, cached in _CONTAINERS:
-        with suppress(OSError, ValueError):  # ValueError: the most is no number, but "max"
+        with suppress(OSError, ValueError):  # ValueError: there is no limit, but the word "max"
             parts = dict(map(str.split, Path(folder, "memory.stat").read_text().splitlines()))
             bound, held = (int(Path(folder, name).read_text()) for name in (most, taken))
             free.append(bound - held + int(parts.get(cached, 0)))

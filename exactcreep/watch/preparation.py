@@ -1,6 +1,6 @@
-"""The clock of all limits and times: it stands while solvers are compiled or loaded.
+"""The clock of all limits and times, which stands still while solvers are compiled or loaded.
 
-That comes once in a process, or once on a machine. No limit counts it, no result, no estimate.
+Preparation happens once in a process, or once on a machine, and counts in no limit or estimate.
 """
 
 from __future__ import annotations
@@ -10,28 +10,28 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 _begun: list[float] = []
-"""When the blocks that are running began, the outermost first."""
+"""Start times of the running blocks, the outermost first."""
 _spent = [0.0]
-"""How long all those took together that have ended, of nested ones the outermost."""
+"""Total time of all finished blocks; nested blocks count once."""
 
 
 def seconds() -> float:
-    """Return the wall time of all such blocks so far, in seconds, each moment counted once."""
+    """Return the wall time of all blocks so far, in seconds; nested blocks count once."""
     return _spent[0] + (time.perf_counter() - _begun[0] if _begun else 0.0)
 
 
 def clock() -> float:
-    """Return the wall time without preparation, in seconds; its zero means nothing."""
+    """Return the wall time without preparation, in seconds, from an arbitrary zero."""
     return time.perf_counter() - seconds()
 
 
 def begin() -> None:
-    """Note that something is being prepared."""
+    """Start a block of preparation."""
     _begun.append(time.perf_counter())
 
 
 def end() -> None:
-    """Note that what was begun last is ready."""
+    """End the block that started last."""
     began = _begun.pop()
     if not _begun:
         _spent[0] += time.perf_counter() - began

@@ -1,4 +1,4 @@
-"""Progress of a long computation: the one value by which each of them reports to its caller."""
+"""Progress of a long computation: the value that it reports to its caller."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from exactcreep.watch.preparation import clock
 
-_TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
+_TOO_FEW = 1e-3  # fraction of the work below which the remaining time cannot be estimated
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,16 @@ class Progress:
     phase : str
         ``compiling`` (once, before the first run on a machine), ``running``, or a part of a study.
     done, total : number
-        How much of it, in what `counted` names; total is 0 where it is not known.
+        Finished work and all work, in units of `counted`; total is 0 if unknown.
     events, seconds : int, float
-        Start and stop events so far; wall time of the phase without compiling, of a
-        resumed run over all sessions.
+        Start and stop events so far; wall time of the phase without compilation, for a resumed run
+        over all sessions.
     counted, text : str
         ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and the present item.
     found : int
         How many of `done` an earlier computation had saved.
     work, theta : float or None
-        Of a run: the part of the work that is done, between 0 and 1, and where theta is.
+        Of a run: the finished part of the work, between 0 and 1, and the present theta.
 
     Examples
     --------
@@ -53,12 +53,12 @@ class Progress:
 
     @property
     def half_cycles(self) -> int:
-        """Of a run: how many targets were reached."""
+        """Number of targets that a run has reached."""
         return int(self.done)
 
     @property
     def share(self) -> float:
-        """Which part of the work is done, between 0 and 1; 0 where that is not known."""
+        """The finished part of the work, between 0 and 1; 0 if unknown."""
         counted = self.done / self.total if self.total else 0.0
         return counted if self.work is None else self.work
 
@@ -69,23 +69,18 @@ class Progress:
 
     @property
     def seconds_left(self) -> float:
-        """An estimate of the wall time to the end; nan before a thousandth of the work is done.
-
-        Notes
-        -----
-        Guarantee: none; the rest may take longer than the part before.
-        """
+        """Estimated wall time to the end; nan before a thousandth of the work is done."""
         share = self.share
         return self.seconds * (1 - share) / share if share > _TOO_FEW else math.nan
 
 
 Hearer = bool | Callable[[Progress], None] | None
-"""Who is told: a callable; False: nobody; True: a bar, or lines away from a terminal; None: a bar
-on terminals and in notebooks, once the computation has taken a second."""
+"""Who receives progress: a callable; False: nobody; True: a bar, or lines without a terminal; None:
+a bar on terminals and in notebooks after one second."""
 
 
 def reporter(progress: Hearer) -> Callable[..., None]:
-    """Return a function that tells `progress`, if there is any, how far a study has come.
+    """Return a function that reports the progress of a study.
 
     It takes a phase, the done part, its total, their unit, and attributes of `Progress`.
     """
