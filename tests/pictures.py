@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -46,11 +48,37 @@ def inks(figure: Figure) -> dict[Axes, int]:
     return counts
 
 
-def assert_shows_data(figure: Figure) -> Figure:
-    """Fail where axes are blank, whatever their labels say, or none of a column is labelled."""
+MEASURED = re.compile("displacement|descent|velocity|force|tension|temperature|energy|time")
+"""Quantities that have a unit."""
+
+
+def shares(axes: Axes) -> list[tuple[float, float]]:
+    """Return where the data of axes begin and end, as parts of each of their sides."""
+    data = axes.transData.transform(axes.dataLim) - axes.bbox.min
+    ends = np.sort(data / axes.bbox.size, axis=0).T
+    return [(low, high) for low, high in ends.tolist() if np.isfinite(high - low) and high > low]
+
+
+def line(axes: Axes, label: str) -> np.ndarray:
+    """Return the places of the one line whose label has these words, shape (2, points)."""
+    (found,) = (one for one in axes.lines if label in str(one.get_label()))
+    return np.asarray(found.get_xydata()).T
+
+
+def assert_shows_data(figure: Figure, *, framed: bool = True) -> Figure:
+    """Fail where axes are blank, do not name a unit, or do not hold their data closely.
+
+    None of a column may be without a label. Where limits are those of the paper, or the marks of
+    laws stand outside of the data, the picture is not `framed`.
+    """
     assert figure.axes
     for axes, ink in inks(figure).items():
         assert ink > SPECK, axes.get_ylabel() or axes.get_title()
         named = [*axes.get_shared_x_axes().get_siblings(axes), axes]
         assert any(each.get_xlabel() or each.get_ylabel() for each in named)
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert "(" in label or not MEASURED.search(label), label
+        for low, high in shares(axes) if framed else ():
+            assert -0.01 < low < 0.3, (axes.get_ylabel(), low)
+            assert 0.7 < high < 1.01, (axes.get_ylabel(), high)
     return figure

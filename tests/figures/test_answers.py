@@ -1,38 +1,41 @@
-"""Pictures of answers: both sides of a threshold, fates, proved methods."""
+"""Pictures of answers: both sides of a threshold, fates, lives of many starts, lines of a fit."""
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from exactcreep import (
-    Chain,
-    Cycles,
-    State,
-    creep,
-    fate,
-    intercept,
-    threshold,
-)
-from exactcreep.figures.fate import draw_fate
+from exactcreep import Chain, Cycles, State, creep, fate, intercept, laws, threshold
+from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.threshold import draw_threshold
-from tests.pictures import assert_shows_data
+from exactcreep.model.outcome import Outcome
+from exactcreep.studies.fates.survival import StartRecord, Survival
+from tests.pictures import assert_shows_data, line
+
+TWO = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 
 
-def test_a_threshold_shows_the_displacements_below_and_above_it() -> None:
-    found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), digits=6)
-    above, beneath = assert_shows_data(draw_threshold(found)).axes
+def test_a_threshold_shows_the_displacements_below_and_above_it_and_the_laws() -> None:
+    found = threshold(TWO, digits=6)
+    above, beneath = assert_shows_data(draw_threshold(found), framed=False).axes
+    edge = (float(found.lower) + float(found.upper)) / 2
+    assert line(above, f"begins: {edge:.9g}")[0].tolist() == [edge] * 2
     low, high = above.get_xlim()
-    assert low < float(found.lower) < high
-    below, beyond = (line.get_ydata() for line in beneath.lines)
+    for law, size in (
+        ("Eq. 22", 0.25 / np.hypot(1, 0.25) / 1000),  # N m/2 of two sliders
+        ("creeps for ever", laws.edges(TWO)["no_lasting_creep"]),
+    ):
+        assert line(above, law)[0] == pytest.approx([size] * 2, rel=1e-5)
+        assert low < size < high < 2 * edge
+    below, beyond = (line(beneath, f"A = {side}")[1] for side in (found.lower, found.upper))
     assert below[-1] == below[-2]
     assert beyond[-1] - beyond[-2] > 0.1
     run = creep(found.chain, Cycles(found.upper, beyond.size - 1))
-    assert_allclose(beyond[1:], run.recorded["x_G"][1::2], atol=1e-9)
-    (legend,) = above.figure.legends
-    said = [text.get_text() for text in legend.get_texts()]
-    assert above.figure.get_suptitle() == f"N = 2, sigma_mu = 0: {found.finding}"
-    assert {f"below: A = {found.lower}", f"above: A = {found.upper}"} <= {*said}
+    assert_allclose(beyond, [0, *run.recorded["x_G"][1::2]], atol=1e-9)
+    assert found.finding in above.figure.get_suptitle()
 
 
 def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
@@ -41,27 +44,63 @@ def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
     settled = fate(chain, "0.00048", start=start, solver="exact")
     above, below = assert_shows_data(draw_fate(settled)).axes
     course, edge = above.lines
-    run = creep(chain, Cycles("0.00048", len(course.get_ydata()) - 1), start=start)
+    cycles = settled.settled_after + max(2 * settled.period, settled.settled_after // 5, 5)
+    run = creep(chain, Cycles("0.00048", cycles), start=start, record=("x_G", "tension"))
     assert_allclose(course.get_ydata(), [0.0, *run.recorded["x_G"][1::2]])
-    assert edge.get_xdata()[0] == settled.settled_after
-    assert [line.get_ydata()[0] for line in below.lines[:2]] == [0.1, 0.2]
+    assert edge.get_xdata()[0] == below.lines[2].get_xdata()[0] == settled.settled_after
+    for spring, first in enumerate((0.1, 0.2)):
+        tension = run.recorded["tension"][1::2, spring]
+        assert_allclose(below.lines[spring].get_ydata(), [first, *tension])
+    assert settled.finding in above.figure.get_suptitle()
 
 
-@pytest.mark.parametrize(
-    ("amplitude", "cycles", "words"),
-    [
-        ("0.00048", 1, "limit, not settled in 1 cycle (undecided)"),
-        ("0.00048", 10_000, "creeping downhill, settled after 20 cycles (proved)"),
-        ("1e-5", 10_000, "at rest, settled after 0 cycles (proved)"),
-    ],
-)
-def test_a_fate_is_entitled_how_it_ended(amplitude: str, cycles: int, words: str) -> None:
-    known = fate(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), amplitude, cycles=cycles)
-    assert words in draw_fate(known).axes[0].figure.get_suptitle()
+def invented(lifetimes: list[int], censored: list[int], chain: Chain = TWO) -> Survival:
+    """Return a survival of starts that live so long, and of others that are seen so long."""
+
+    def record(outcome: Outcome, cycles: int) -> StartRecord:
+        return StartRecord(0, outcome.value, "computed", cycles, cycles, cycles, -1, 0, -1,
+                           marginal=False, dormant=False, over=False)  # fmt: skip
+
+    records = [record(Outcome.CYCLING, cycles) for cycles in lifetimes]
+    records += [record(Outcome.LIMIT, cycles) for cycles in censored]
+    return Survival(chain, Fraction(1), Fraction(1), len(records), 10**6, 0, 500, tuple(records))
 
 
-def test_an_intercept_without_a_velocity_shows_the_amplitudes_of_the_laws() -> None:
-    found = intercept(Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25"), max_seconds="1e-9")
-    (axes,) = draw_threshold(found).axes
-    low, high = axes.get_xlim()
-    assert 0 < low < found.law_seuil < high < 2 * found.law_seuil
+def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> None:
+    (axes,) = draw_survival(invented([10, 20, 20, 50], [15, 60])).axes
+    curve, censored = axes.lines
+    assert_allclose(curve.get_xdata(), [0, 10, 15, 20, 50, 60])
+    assert_allclose(curve.get_ydata(), [1, 5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
+    assert_allclose(censored.get_xydata(), [[15, 5 / 6], [60, 5 / 24]])
+    lives = invented(
+        np.ceil(-1000 * np.log(1 - (np.arange(70) + 0.5) / 70)).astype(int).tolist(), []
+    )
+    (axes,) = assert_shows_data(draw_survival(lives)).axes
+    steps, moving = axes.lines[0].get_data()
+    times, constant = line(axes, "constant rate")
+    rate = lives.rate
+    assert (times[0], times[-1]) == (rate.cut, steps[-1])
+    assert constant[0] == moving[steps <= rate.cut][-1]
+    assert_allclose(np.diff(np.log(constant)) / np.diff(times), -rate.rate)
+    (band,) = axes.collections
+    edges = {*band.get_paths()[0].vertices[:, 1].tolist()}
+    for bound, side in ((lives.curve.low, -1), (lives.curve.high, 1)):
+        known = bound[np.isfinite(bound)]
+        assert {*known.tolist()} <= edges
+        assert (side * (bound - moving[1:])[5:-1] > 0).all()
+
+
+def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> None:
+    rough = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    found = intercept(rough, cycles=100, points=8)
+    (axes,) = assert_shows_data(draw_threshold(found), framed=False).axes
+    (points,) = axes.containers
+    assert_allclose(points.lines[0].get_xydata().T, [found.amplitudes, found.velocities])
+    bars = np.array(points.lines[2][0].get_segments())[:, :, 1]
+    assert_allclose(np.diff(bars).ravel(), 2 * 1.96 * found.errors)
+    places, fitted = line(axes, "zero at")
+    assert_allclose(fitted, found.slope * (places - found.intercept))
+    assert_allclose(places, [found.intercept, found.amplitudes.max()])
+    bare = intercept(rough, max_seconds="1e-9")
+    low, high = draw_threshold(bare).axes[0].get_xlim()
+    assert 0 < low < bare.law_seuil < high < 2 * bare.law_seuil

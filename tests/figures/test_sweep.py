@@ -14,9 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep
 from exactcreep.figures.style import VELOCITY
-from exactcreep.figures.sweep import (
-    draw_sweep,
-)
+from exactcreep.figures.sweep import STAIRCASE, draw_sweep
 from exactcreep.laws import differing_velocity, sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
@@ -111,19 +109,22 @@ def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law() -> 
     assert checked > 5
 
 
-def test_a_sweep_draws_itself_into_given_axes_with_its_errors_and_the_law() -> None:
-    grid = swept(vary__chain__tan_alpha=["0.1", "0.2", "0.3"], vary__run__seed=[1, 2])
-    figure = Figure(layout="constrained")
-    given = figure.subplots()
+def test_a_sweep_draws_itself_into_given_axes_with_its_errors_and_the_staircase() -> None:
+    grid = swept(vary__chain__tan_alpha=["0.1", "0.2", "0.3"], vary__run__seed=[*range(6)])
+    given = Figure(layout="constrained").subplots()
     assert exactcreep.plot_sweep(grid, ax=given) is given
-    assert_shows_data(figure)
+    assert_shows_data(given.figure)
     (bars,) = given.containers
-    assert bars.has_yerr
     assert_allclose(bars.lines[0].get_data(orig=False)[1], grid.velocity.mean("seed"), rtol=1e-15)
-    assert any(line.get_linestyle() == "--" and len(line.get_xdata()) for line in given.lines)
-    own = exactcreep.plot_sweep(grid)
-    assert_shows_data(own.figure)
-    plt.close(own.figure)
+    lengths = np.ptp(np.array(bars.lines[2][0].get_segments())[:, :, 1], axis=1)
+    assert_allclose(lengths, 2 * grid.velocity.std("seed", ddof=1) / np.sqrt(6))
+    clean = swept(chain__sigma_mu=0, vary__drive__amplitude=["0.0005", "0.001"])
+    axes = exactcreep.plot_sweep(clean)
+    (stairs,) = [one for one in axes.lines if one.get_linestyle() == "-" and len(one.get_xdata())]
+    steps = 0.1 * 2 / np.hypot(1, 0.25)  # 2 D
+    assert_allclose(stairs.get_ydata() % steps % steps, 0, atol=1e-9)
+    assert STAIRCASE in [text.get_text() for text in axes.get_legend().get_texts()]
+    plt.close(axes.figure)
 
 
 def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> None:
