@@ -20,7 +20,7 @@ TWO = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 
 def test_a_threshold_shows_the_displacements_below_and_above_it_and_the_laws() -> None:
     found = threshold(TWO, digits=6)
-    above, beneath = assert_shows_data(draw_threshold(found), framed=False).axes
+    above, beneath = assert_shows_data(draw_threshold(found)).axes
     edge = (float(found.lower) + float(found.upper)) / 2
     assert line(above, f"begins: {edge:.9g}")[0].tolist() == [edge] * 2
     low, high = above.get_xlim()
@@ -42,7 +42,7 @@ def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
     chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
     start = State.prepared(chain, ["0.1", "0.2"])
     settled = fate(chain, "0.00048", start=start, solver="exact")
-    above, below = assert_shows_data(draw_fate(settled)).axes
+    above, below = assert_shows_data(draw_fate(settled), framed=True).axes
     course, edge = above.lines
     cycles = settled.settled_after + max(2 * settled.period, settled.settled_after // 5, 5)
     run = creep(chain, Cycles("0.00048", cycles), start=start, record=("x_G", "tension"))
@@ -75,7 +75,7 @@ def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> No
     lives = invented(
         np.ceil(-1000 * np.log(1 - (np.arange(70) + 0.5) / 70)).astype(int).tolist(), []
     )
-    (axes,) = assert_shows_data(draw_survival(lives)).axes
+    (axes,) = assert_shows_data(draw_survival(lives), framed=True).axes
     steps, moving = axes.lines[0].get_data()
     times, constant = line(axes, "constant rate")
     rate = lives.rate
@@ -93,7 +93,7 @@ def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> No
 def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> None:
     rough = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     found = intercept(rough, cycles=100, points=8)
-    (axes,) = assert_shows_data(draw_threshold(found), framed=False).axes
+    (axes,) = assert_shows_data(draw_threshold(found)).axes
     (points,) = axes.containers
     assert_allclose(points.lines[0].get_xydata().T, [found.amplitudes, found.velocities])
     bars = np.array(points.lines[2][0].get_segments())[:, :, 1]

@@ -21,7 +21,7 @@ def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     rows = (f"{date(2000, 1, 1) + timedelta(k)},{t:.1f}" for k, t in enumerate(readings.tolist()))
     path.write_text("\n".join(["date,temperature", *rows]))
     record = TemperatureRecord.readings(path, **guessed(path).options)
-    figure = assert_shows_data(draw_record(record, "station.csv"))
+    figure = assert_shows_data(draw_record(record, "station.csv"), framed=True)
     (axes,) = figure.axes
     (line,) = axes.lines
     drawn = np.asarray(line.get_ydata())

@@ -39,7 +39,7 @@ def _closed() -> Iterator[None]:
 
 
 def drawn(runs: list[Creep], **about: object):
-    return assert_shows_data(draw_run(runs, **about)).axes
+    return assert_shows_data(draw_run(runs, **about), framed=True).axes
 
 
 def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_chain() -> None:
@@ -140,7 +140,7 @@ def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
     run = creep(roof.chain, record)
     axes = run.plot(solid=roof)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
-    assert_shows_data(axes.figure)
+    assert_shows_data(axes.figure, framed=True)
     assert_array_equal(axes.lines[0].get_ydata(), 1000 * roof.metres(run.recorded["x_G"]))
     (beside,) = (each for each in axes.figure.axes if each is not axes)
     assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
@@ -154,7 +154,7 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
     measured = 2.5
     roof = physical(**ROOF, measured=measured)
     descent = roof.creep(recorded(365 * years + 3), solver="sliding")
-    top, bottom, side = assert_shows_data(draw_descent(descent), framed=False).axes
+    top, bottom, side = assert_shows_data(draw_descent(descent)).axes
     assert_allclose(top.lines[0].get_ydata(), descent.temperatures)
     yearly = np.diff(np.interp(365.25 * np.arange(years + 1), descent.elapsed, descent.millimetres))
     several, shown = years > 4, bottom.lines[0].get_ydata()
@@ -237,7 +237,7 @@ def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
 def test_a_rearrangement_is_drawn_by_its_velocities_and_by_energies_that_balance() -> None:
     motion = rearrange(SIX, State.prepared(SIX, [2, 0, 0, 1, 0]), direction=0)
     above, below = motion.plot()
-    assert_shows_data(above.figure)
+    assert_shows_data(above.figure, framed=True)
     mesh = above.collections[0]
     times = line(below, "kinetic")[0]
     shown = np.asarray(mesh.get_array()).reshape(6, times.size)
