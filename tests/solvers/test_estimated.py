@@ -71,6 +71,9 @@ def test_the_estimate_is_above_the_error_and_not_far_above() -> None:
                 count -= 1
     assert max(ratios) < 1
     assert np.median(ratios) > 1 / 50
+    sharp = rearrange(chain, state, direction=0, seed=3, solver="mpmath", digits=30)
+    finer = sharp.arithmetic.roundoff / 2.0**-53
+    assert sharp.error == pytest.approx(result.error * finer, rel=0.5)
 
 
 @each_solver
@@ -172,39 +175,6 @@ def test_what_a_slow_slider_has_left_to_go_at_its_stop_is_in_the_error_of_refere
     state = State.prepared(chain, [0.6173793705833505, 1.067373745688812])
     result, error = against_certified(chain, state, "reference", direction=1)
     assert 3e-15 < error < result.error < 1e-13
-
-
-def five_sliders(extra: Fraction) -> tuple[Chain, State]:
-    """Return a chain of five sliders whose second spring is stretched by `extra` more."""
-    chain = Chain(5, 1, "1/10", "1/5", tan_alpha="1/20")
-    limit = Fraction(chain.times_cosine(chain.mu_s))
-    tensions = [limit * Fraction(t, 100) for t in (-96, 119, -24, -12)]
-    tensions[1] += extra
-    return chain, State.prepared(chain, tensions)
-
-
-def test_a_start_near_grazing_costs_one_digit_for_two_powers_of_ten() -> None:
-    """Bisected is the least stretch with which a further slider starts."""
-    low, high = Fraction(0), Fraction(1, 100)
-    without = rearrange(*five_sliders(low), direction=0).itinerary
-    for _ in range(46):
-        middle = (low + high) / 2
-        found = rearrange(*five_sliders(middle), direction=0).itinerary
-        low, high = (middle, high) if found == without else (low, middle)
-    for solver in ("exact", "reference"):
-        errors = []
-        for k in (4, 6, 8, 10):
-            case = five_sliders(high + Fraction(1, 10**k))
-            result, error = against_certified(*case, solver, direction=0)
-            assert error < result.error < 1000 * error + 1e-14
-            errors.append(result.error)
-        assert all(3 < after / before < 33 for before, after in pairwise(errors))
-        assert (result.evidence is COMPUTED) == (result.error <= TENSION_TOLERANCE)
-    case = five_sliders(high + Fraction(1, 10**12))
-    assert "beyond 1e-12" in against_certified(*case, direction=0)[0].doubt
-    sharp = rearrange(*case, direction=0, solver="mpmath", digits=30)
-    assert sharp.evidence is COMPUTED
-    assert 0 < sharp.error < 1e-29
 
 
 STEEP = Chain(3, 1, "1/2", "3/5", tan_alpha="7/10")

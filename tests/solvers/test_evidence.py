@@ -1,51 +1,26 @@
-"""How well a result is known: one definition for rearrangements and runs, in every solver."""
+"""How well a run is known: from where on rounding has grown beyond its promise, by `certified`."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Creep,
-    Cycles,
-    Evidence,
-    Outcome,
-    State,
-    creep,
-    rearrange,
-)
+from exactcreep import Creep, Cycles, Evidence, Outcome, State, creep, rearrange
 from tests.paper import captions, paper_chain
-
-SIX, PAIR = paper_chain(6), paper_chain(2, "0")
-STEEP = paper_chain(2, tan_alpha="0.5001")
-"""Its first rearrangement is an avalanche of so many events that float64 promises nothing."""
 
 
 def test_an_avalanche_beyond_the_promise_is_undecided_alone_and_in_a_run() -> None:
-    alone = rearrange(STEEP, State.relaxed(STEEP), direction=1, max_events=100_000)
-    run = creep(STEEP, Cycles("0.01", 1))
+    """Of so many events that float64 promises nothing."""
+    steep = paper_chain(2, tan_alpha="0.5001")
+    alone = rearrange(steep, State.relaxed(steep), direction=1, max_events=100_000)
+    run = creep(steep, Cycles("0.01", 1))
     assert alone.outcome is run.outcome is Outcome.RUNAWAY
     assert run.event_count > 200
     assert alone.evidence is run.evidence is Evidence.UNDECIDED
 
 
-def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> None:
-    chain = paper_chain(4, tan_alpha="0")
-    arguments = {"seed": 3, "record": ("tension",)}
-    run = creep(chain, Cycles("0.006", 2), **arguments)
-    truth = creep(chain, Cycles("0.006", 2), solver="certified", **arguments)
-    off = abs(run.recorded["tension"] - truth.recorded["tension"]).max(axis=1)
-    assert run.evidence is Evidence.UNDECIDED
-    assert run.undecided == run.long_rearrangements == 0
-    first = 1 + int((off > 1e-12).argmax())
-    assert 1 < run.undecided_from <= first
-    assert truth.evidence is Evidence.PROVED
-    assert truth.undecided_from == 0
-    assert off[: run.trusted_half_cycles].max() <= 1e-9
-
-
 def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_worth() -> None:
-    run = creep(SIX, Cycles("0.01", 150), seed=1)
+    run = creep(paper_chain(6), Cycles("0.01", 150), seed=1)
     assert run.evidence is Evidence.UNDECIDED
     assert run.undecided_from - 1 <= run.known_half_cycles == run.trusted_half_cycles < 150
     known = f"known to 1e-9 up to half-cycle {run.known_half_cycles}; averages hold"
@@ -69,8 +44,10 @@ def held(run: Creep) -> tuple[float, float]:
     cycles = Cycles(run.drive.amplitude, (max(trusted, before, 1) + 1) // 2)
     start = run.experiment.initial
     told = {"seed": run.seed, "start": start, "record": ("tension",), "burn_in": 0}
-    truth = creep(run.chain, cycles, solver="certified", **told).recorded["tension"]
-    off = abs(run.recorded["tension"][: len(truth)] - truth).max(axis=1)
+    truth = creep(run.chain, cycles, solver="certified", **told)
+    assert (truth.evidence, truth.undecided_from) == (Evidence.PROVED, 0)
+    known = truth.recorded["tension"]
+    off = abs(run.recorded["tension"][: len(known)] - known).max(axis=1)
     return off[:before].max(initial=0.0), off[:trusted].max(initial=0.0)
 
 
@@ -81,14 +58,16 @@ def disordered(n: int, amplitude: str, cycles: int, seed: int) -> Creep:
     return creep(chain, Cycles(amplitude, cycles), twin=True, **told)
 
 
-def test_copies_that_are_rounded_on_their_way_part_before_the_truth_does() -> None:
-    """A copy that was off at its start alone agreed to the end; the error was 1.8e-11."""
-    run = disordered(4, "0.000970143", 30, 7739)
-    assert run.undecided_from
-    assert run.evidence is Evidence.UNDECIDED
-    early, trusted = held(run)
-    assert early <= 1e-12
-    assert trusted <= 1e-9
+def test_before_a_run_is_undecided_its_tensions_are_right() -> None:
+    """The copy of the first was off at its start alone once: it agreed to the end."""
+    level = creep(paper_chain(4, tan_alpha="0"), Cycles("0.006", 2), seed=3, record=("tension",))
+    assert level.undecided == level.long_rearrangements == 0
+    for run in (disordered(4, "0.000970143", 30, 7739), level):
+        assert run.undecided_from > 1
+        assert run.evidence is Evidence.UNDECIDED
+        early, trusted = held(run)
+        assert early <= 1e-12
+        assert trusted <= 1e-9
 
 
 @pytest.mark.parametrize("n", [3, 6])

@@ -109,58 +109,57 @@ def test_a_rearrangement_stops_at_the_events_asked_for(solver: str) -> None:
     assert any(float(v) != 0 for v in part.velocities)
 
 
-@pytest.mark.parametrize(
-    ("n", "drive", "solver", "options", "most"),
-    [
-        (2, Cycles("0.05", 9), "verlet", {"dt": 1e-9}, 2),
-        (2000, Cycles("0.9", 10**9), "sliding", {}, 10**5),
-        (400, Cycles("0.05", 9), "certified", {}, 5),
-        (100, Path(["0.05"]), "mpmath", {"digits": 50}, 5),
-        (1000, Path(["0.9"]), "reference", {}, 5),
-        (10_000, Path(["0.9"]), "exact", {}, 10**5),
-    ],
-)
-def test_the_seconds_asked_for_are_heard_soon(
-    out_of_time: Any, n: int, drive: Any, solver: str, options: dict[str, Any], most: int
-) -> None:
+FAR = Path(["0.9"])
+RUNS: dict[str, tuple[int, Any, dict[str, Any], int]] = {
+    "verlet": (2, Cycles("0.05", 9), {"dt": 1e-9}, 2),
+    "sliding": (2000, Cycles("0.9", 10**9), {}, 10**5),
+    "certified": (400, Cycles("0.05", 9), {}, 5),
+    "mpmath": (100, FAR, {"digits": 50}, 5),
+    "reference": (1000, FAR, {}, 5),
+    "exact": (10_000, FAR, {}, 10**5),
+}
+"""Long runs of each solver, and how many events may follow a limit."""
+
+
+def long_run(solver: str, **given: Any) -> Any:
+    n, drive, options, _ = RUNS[solver]
+    chain = paper_chain(n, 0 if solver == "sliding" else "1/100")
+    return creep(chain, drive, solver=solver, **options, **given)
+
+
+@pytest.mark.parametrize("solver", RUNS)
+def test_the_seconds_asked_for_are_heard_soon(out_of_time: Any, solver: str) -> None:
     """Soon: after so many events at most, once a clock says so that is looked at three times."""
     out_of_time(3)
-    chain = paper_chain(n, 0 if solver == "sliding" else "1/100")
-    result = creep(chain, drive, solver=solver, max_seconds=0.3, **options)
+    result = long_run(solver, max_seconds=0.3)
     assert (result.outcome, result.reason) == (Outcome.LIMIT, "max_seconds = 0.3 was reached")
-    assert result.state.n == n
-    assert result.event_count <= most
+    assert result.state.n == RUNS[solver][0]
+    assert result.event_count <= RUNS[solver][-1]
 
 
 SIX = paper_chain(6, "0")
-ASKED: dict[str, Any] = {
-    "verlet": lambda **given: creep(paper_chain(2), PATH, solver="verlet", dt=1e-9, **given),
-    "certified": lambda **given: creep(paper_chain(400), PATH, solver="certified", **given),
-    "exact": lambda **given: creep(paper_chain(10_000), PATH, **given),
+STUDIES: dict[str, Any] = {
     "fate": lambda **given: fate(SIX, "0.002", cycles=10**8, solver="exact", **given),
     "survival": lambda **given: survival(SIX, "0.002", cycles=10**8, starts=2, **given),
     "threshold": lambda **given: threshold(paper_chain(3, "0"), digits=30, points=10**6, **given),
 }
-PATH = Path(["0.9"])
-LATE = {"verlet": 2, "certified": 5, "exact": 10**5}
-"""Events that may follow the key."""
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
-@pytest.mark.parametrize("asked", ASKED)
+@pytest.mark.parametrize("asked", ["verlet", "certified", "exact", *STUDIES])
 def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(asked: str) -> None:
-    reports: list[Progress] = []
+    reports: list[int] = []
 
     def press(progress: Progress) -> None:
-        if progress.events > 0 or asked not in LATE:
-            reports.append(progress)
-        if len(reports) == (1 if asked in LATE else 2):  # before that nothing has begun
+        if progress.events > 0 or asked in STUDIES:
+            reports.append(progress.events)
+        if len(reports) == 1 + (asked in STUDIES):  # before that nothing has begun
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(Interrupted) as caught:
-        ASKED[asked](progress=press)
+        STUDIES[asked](progress=press) if asked in STUDIES else long_run(asked, progress=press)
     partial = caught.value.partial
     assert partial.reason == "interrupted"
-    if asked in LATE:
-        assert 0 <= partial.event_count - reports[0].events <= LATE[asked]
+    if asked not in STUDIES:
+        assert 0 <= partial.event_count - reports[0] <= RUNS[asked][-1]

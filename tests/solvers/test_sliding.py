@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, Path, State
-from exactcreep.laws import pivots, prediction, sliding_velocity_random
+from exactcreep import Chain, Cycles, Evidence, Outcome, Path, State
+from exactcreep.laws import pivots, prediction
 from exactcreep.solvers.sliding import Sliding, relaxed_cycle
 from tests.laws.test_differing import chains, forces
 from tests.oracle.incremental import follow
@@ -136,22 +136,6 @@ def test_between_two_possible_pivots_of_a_differing_chain_both_velocities_are_gi
     advance = (recorded["x"][-1] - recorded["x"][-3]).mean() / 2
     assert low < advance < high
     assert [float(found) / 2 for found, _ in relaxed_cycle(chain, Fraction(2), 4)] == [high, low]
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(2, "0.002"), (6, "0.0008")])
-def test_gaussian_driving_agrees_with_the_closed_form_within_three_standard_errors(
-    n: int, sigma: str
-) -> None:
-    chain = chain_of(n, Fraction(23, 100))
-    blocks, length = 200, 1000
-    _, recorded = simulate(chain, GaussianSteps(sigma, blocks * length), seed=n)
-    steps = np.diff(recorded["x_G"][length - 1 :: length]) / length
-    closed = sliding_velocity_random(
-        n=n, l0=1000, mu_d=0.5, tan_alpha=0.23, sigma_theta=float(sigma)
-    )
-    error = steps.std(ddof=1) / math.sqrt(steps.size)
-    assert error < 0.01 * closed
-    assert abs(steps.mean() - closed) < 3 * error
 
 
 AWAY = (Outcome.RUNAWAY, Evidence.PROVED)

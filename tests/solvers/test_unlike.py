@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
-from collections.abc import Iterator
 from fractions import Fraction as F
 from functools import cache
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, Evidence, Outcome, State, creep, rearrange
+from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, rearrange
 from tests.oracle.rearrangement import Trajectory, Undecided, integrate
 
 pytestmark = pytest.mark.filterwarnings("ignore:a static coefficient was drawn below")
@@ -25,9 +25,9 @@ SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
 """Options, and how far a tension may be off the oracle, which integrates to some 1e-11."""
 
 
-def unlike(rng: random.Random, most: int = 7) -> Chain:
+def unlike(rng: random.Random) -> Chain:
     """Return a chain that differs in friction, at its ends, in its dilations, or in all of them."""
-    n, kinds = rng.randint(2, most), rng.randint(1, 7)
+    n, kinds = rng.randint(2, 7), rng.randint(1, 7)
     friction = [F(rng.randint(40, 60), 100) for _ in range(n)]
     return Chain(
         n, 1000,
@@ -40,26 +40,20 @@ def unlike(rng: random.Random, most: int = 7) -> Chain:
     )  # fmt: skip
 
 
-def cases() -> Iterator[tuple[Chain, State, int, int]]:
-    """Yield chains, states at rest under way, directions of the ramp and seeds."""
-    rng = random.Random(1907)
-    for seed in range(20):
-        chain = unlike(rng)
-        result = creep(chain, Cycles("0.003", 2), seed=seed, solver="reference")
-        if result.outcome is not Outcome.RUNAWAY:
-            yield chain, result.state, rng.choice((1, -1)), seed
-
-
 @cache
 def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
-    """Return those of which the equations of motion tell what happens."""
-    found = []
-    for chain, state, way, seed in cases():
-        try:
-            tensions, draws = state.tensions.astype(float), state.draws
-            found.append((chain, state, way, seed, integrate(chain, tensions, draws, way, seed)))
-        except Undecided:
+    """Return chains, states at rest under way, directions, seeds, and what happens next."""
+    rng, found = random.Random(1907), []
+    for seed in range(20):
+        chain, way = unlike(rng), rng.choice((1, -1))
+        run = creep(chain, Cycles("0.003", 2), seed=seed, solver="reference")
+        if run.outcome is Outcome.RUNAWAY:
             continue
+        with contextlib.suppress(Undecided):
+            tensions, draws = run.state.tensions.astype(float), run.state.draws
+            found.append(
+                (chain, run.state, way, seed, integrate(chain, tensions, draws, way, seed))
+            )
     assert len(found) > 12
     return found
 
@@ -74,28 +68,6 @@ def test_a_rearrangement_of_an_unlike_chain_follows_the_equations_of_motion(solv
         assert tensions == pytest.approx(truth.tensions, abs=bound)
         ramp = float(chain.l0) * (float(found.state.theta) - float(state.theta))
         assert ramp == pytest.approx(truth.ramp, abs=bound)
-
-
-@cache
-def proved() -> list[Creep]:
-    """Return runs that are proved."""
-    rng, runs = random.Random(81), []
-    for seed in range(12):
-        run = creep(unlike(rng, most=5), Cycles("0.002", 1), seed=seed, solver="certified")
-        if run.evidence is Evidence.PROVED:
-            runs.append(run)
-    assert len(runs) >= 11  # one assumes a tie, and says so
-    return runs
-
-
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_runs_of_unlike_chains_agree_with_proved_ones(solver: str) -> None:
-    options, bound = SOLVERS[solver]
-    for run in proved():
-        found = creep(run.chain, run.drive, seed=run.seed, solver=solver, **options)
-        assert found.slip_count == run.slip_count
-        reached = [[float(x) for x in each.state.displacements] for each in (found, run)]
-        assert reached[0] == pytest.approx(reached[1], abs=10 * bound)
 
 
 @pytest.mark.parametrize("solver", sorted(SOLVERS.keys() - {"verlet"}))  # which sees no ties

@@ -60,15 +60,6 @@ def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n):
     assert simulation.evidence is Evidence.UNDECIDED
 
 
-def test_slips_of_length_zero_end_at_once_even_when_two_begin_together():
-    # most draws lie below mu_d; at alpha = 0 both ends start together
-    chain = Chain(4, 1000, "0.3", "0.300001", "0.01", tan_alpha=0)
-    simulation = ExactSimulation(chain, State.relaxed(chain, 213), 213)
-    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(20_000))
-    assert simulation.tally.events >= 20_000 or stretch.completed == 10
-    assert simulation.report()["cluster_steps"] < 2 * simulation.tally.events
-
-
 def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     gap = Fraction(1, 10**12)
     chain = Chain(10, 1000, "1/1000", Fraction(1, 1000) + gap, "1e-9", tan_alpha="1/1000")

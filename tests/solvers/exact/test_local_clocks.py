@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, State, creep
-from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.watch.limits import Limits
 from tests.paper import event_rows, paper_chain
@@ -50,19 +48,23 @@ def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulati
 
 
 @pytest.mark.parametrize(("n", "sigma_mu", "count"), [(300, "0.01", 8), (1000, "0", 5)])
-def test_far_apart_events_are_those_of_the_whole_window_for_less(
+def test_far_apart_events_and_all_sliders_between_them_are_those_of_the_whole_window(
     n: int, sigma_mu: str, count: int
 ) -> None:
-    certified = [0, 0]
+    inside = 0
     for pair in pairs(paper_chain(n, sigma_mu), count, 50_000):
-        before = pair[0].report()["windows_certified"]
-        one, other = (rows(found, ROWS) for found in pair)
-        shared = min(len(one), len(other))
+        told: tuple[list[tuple[int, ...]], ...] = ([], [])
+        for _ in range(10):
+            for found, events in zip(pair, told, strict=True):
+                events += rows(found, ROWS // 10)
+            shared = min(map(len, told))
+            assert told[0][:shared] == told[1][:shared]
+            if len(told[0]) == len(told[1]):
+                here, there = (found.state().displacements for found in pair)
+                assert np.abs(here - there).max() < 1e-10
+                inside += int(pair[0].work.now["epoch"]["on"][0])
         assert shared >= ROWS
-        assert one[:shared] == other[:shared]
-        for k, found in enumerate(pair):
-            certified[k] += found.report()["windows_certified"] - before
-    assert certified[0] < 0.8 * certified[1]
+    assert inside > 5
 
 
 def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> None:
@@ -92,36 +94,3 @@ def test_the_mirror_image_of_a_long_chain_moves_as_its_mirror_image_bit_for_bit(
         found.append(run.state.displacements)
     assert np.array_equal(found[0], -found[1][::-1])
     assert np.abs(found[0]).max() > 1
-
-
-def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -> None:
-    seen = 0
-    for pair in pairs(paper_chain(300), 9, 40_000):
-        for _ in range(20):
-            for found in pair:
-                rows(found, 1)
-            counts = [int(found.work.now["counts"]["events"][0]) for found in pair]
-            if pair[0].work.now["epoch"]["on"][0] and counts[0] == counts[1]:
-                seen += 1
-                here, there = (found.state().displacements for found in pair)
-                assert np.abs(here - there).max() < 1e-12
-                here, there = (found.cell(layout.SPEED) for found in pair)
-                assert np.abs(here - there).max() < 1e-12
-    assert seen > 20
-
-
-def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
-    """A margin at rest is known to 32 ulp of friction; an epoch may leave out half of that."""
-    assert (2 * layout.EPOCH) ** layout.KNOWN / math.factorial(layout.KNOWN) < 3e-17
-    run = simulation(paper_chain(300))
-    rows(run, 100_000)
-    spent = []
-    for _ in range(200):
-        rows(run, 7)
-        now = run.work.now[0]
-        epoch = now["epoch"]
-        if epoch["on"]:
-            spent.append(epoch["spent"] * epoch["wild"] / now["chain"]["friction"])
-            speeds = 2 * np.abs(run.cell(layout.SPEED)).max()
-            assert speeds <= math.exp(2 * layout.EPOCH) * epoch["wild"]
-    assert 0 < max(spent) <= 16 * layout.ULP

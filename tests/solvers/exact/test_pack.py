@@ -63,11 +63,9 @@ def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
     assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
 
 
-def test_no_name_of_the_layout_is_bound_twice() -> None:
-    """A row named like another one would be written over it."""
+def test_no_row_of_the_layout_is_written_over_another() -> None:
     statements = ast.parse(inspect.getsource(layout)).body
     targets = [part for each in statements if isinstance(each, ast.Assign) for part in each.targets]
     names = [node for part in targets for node in ast.walk(part) if isinstance(node, ast.Name)]
     bound = Counter(node.id for node in names)
-    assert bound["FORCE"] == bound["MOVED"] == bound["CHAIN"] == 1
-    assert [name for name, count in bound.items() if count > 1] == []
+    assert bound["FORCE"] == bound["MOVED"] == bound["CHAIN"] == max(bound.values()) == 1

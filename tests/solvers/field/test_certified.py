@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
-from exactcreep import Path as ThetaPath
+from exactcreep import Chain, Cycles, Evidence, State
 from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.computed import FieldSimulation, Mpmath
+from exactcreep.solvers.field.computed import FieldSimulation
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS, joined
 from exactcreep.watch.limits import Limits
-from tests.paper import captions, event_rows, paper_chain
+from tests.paper import event_rows, paper_chain
 
 
 def relaxed(chain):
@@ -39,7 +36,7 @@ def assert_overlap(one, other, *names):
 
 
 def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
-    chain = paper_chain(6)
+    chain, before = paper_chain(6), flint.ctx.prec
     simulation, proved = followed(chain, Cycles("0.003", 1), 15)
     other = FieldSimulation(relaxed(chain), ("x", "events"), digits_of(500))
     computed = other.follow(Cycles("0.003", 1), 1, 2)
@@ -48,10 +45,9 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
         exact = {name: balls_of(600).vector(computed.recorded[name].ravel())
                  for name in ("x", "event_time")}  # fmt: skip
         assert_overlap(proved.recorded, exact, *exact)
-    # balls are evaluated about twice per event, and search for none
-    events = simulation.tally.events
-    assert events > 100
-    assert 0 < simulation.mechanics.rest.evaluations < 2.5 * events
+    assert simulation.tally.events > 100
+    assert simulation.report()["bits_lost_per_event"] < 0.2  # plain balls lose one or two
+    assert flint.ctx.prec == before
 
 
 def random_scene(random):
@@ -85,27 +81,11 @@ def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own(
     assert together > 400
 
 
-def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_event():
-    chain, drive = paper_chain(4), Cycles("0.004", 1)
-    narrow, _ = followed(chain, drive, 30)
-    events = narrow.tally.events
-    assert events > 150
-    assert narrow.report()["bits_lost_per_event"] < 0.2
-    plain = FieldSimulation(relaxed(chain), (), balls_of(4 * events))
-    plain.follow(drive, 1, drive.half_cycles)
-    assert plain.tally.events == events
-    widest = max(x.rad() for x in plain.mechanics.rest.displacements)
-    mantissa, exponent = widest.man_exp()
-    lost = 4 * events + int(exponent) + math.log2(int(mantissa))
-    assert lost / events > 1.0
-
-
 def test_lone_slips_stay_exact_for_ever():
     chain = paper_chain(2, "0")
     simulation, stretch = followed(chain, Cycles("0.01", 5), 30)
     report = simulation.report()
     assert report["exact_in_q_c"]
-    assert report["root_evaluations"] == 0
     assert report["bits_lost"] < 16
     excess = simulation.mechanics.field.times_cosine(chain.mu_s - chain.mu_d)
     for x in simulation.mechanics.rest.exact.displacements:  # a whole number of slips of 2D
@@ -137,31 +117,6 @@ def test_a_restart_hands_out_no_row_twice():
             assert abs(one.middle - other.middle) <= one.radius + other.radius
     places = simulation.state().displacements.tolist()
     assert all(x.rad() <= 1e-30 * (1 + abs(x)) for x in places)  # as many digits as were asked for
-
-
-@pytest.mark.parametrize("solver", [Certified, Mpmath])
-def test_a_hundred_thousand_digits_may_be_asked_for_and_no_more(solver):
-    assert solver(digits=100_000).digits == 100_000
-    with pytest.raises(InputError, match=r"digits.*100001"):
-        solver(digits=100_001)
-
-
-def test_nothing_is_left_of_the_precision_outside():
-    before = flint.ctx.prec
-    chain = paper_chain(4)
-    followed(chain, Cycles("0.002", 1), 40)
-    rearrange(chain, State.relaxed(chain), direction=1, solver="certified", digits=40)
-    assert flint.ctx.prec == before
-
-
-def test_events_that_nearly_graze_are_left_to_balls_and_no_precision_is_asked_for_ever():
-    """Float64 finds their times too vaguely to say how fast they are approached."""
-    chain = captions(2, tan_alpha="0.500000000001")
-    drive = ThetaPath(["0.0003"])
-    run = creep(chain, drive, solver="certified", record=("events",), max_events=200)
-    assert run.event_count == 200
-    assert run.report["restarts"] < 5
-    assert run.evidence is Evidence.PROVED
 
 
 @pytest.mark.slow
