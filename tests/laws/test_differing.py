@@ -10,7 +10,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from exactcreep import laws
+from exactcreep import Chain, GaussianSteps, laws
 from exactcreep.laws.number_types import rational
 from tests.laws import differing_chains
 from tests.laws.parameters import CONTEXT
@@ -90,6 +90,8 @@ def test_with_equal_sliders_they_are_the_laws_of_equal_sliders(n: int) -> None:
         found = laws.differing_velocity(mu_d=[F(1, 2)] * n, **known)
         sign = -1 if slope < 0 else 1
         assert found == pytest.approx(sorted(sign * value for value in both))
+        half = laws.differing_intercept([F(1, 2)] * n, slope)
+        assert half == pytest.approx(n * (0.5 - abs(slope)) * laws.cosine(slope) / 2)
         pivots = laws.pivots(n, slope, F(1, 2))
         resting = laws.pivot_sliders([F(1, 2)] * n, slope)
         assert resting.dilation == tuple(i - 1 for i in pivots)
@@ -149,6 +151,12 @@ def test_the_deviation_is_that_of_a_hundred_chains_that_stick_and_slip() -> None
 
 
 def test_beyond_the_chains_that_were_measured_no_deviation_is_stated() -> None:
+    for static, known in (("0.6", False), (["0.4", "0.5", "0.6"], True)):
+        made = Chain(3, 1000, ["0.4", "0.5", "0.6"], static, tan_alpha="0.1")
+        found = laws.prediction(made, GaussianSteps("0.003", 1))
+        assert found is not None
+        assert (found.deviation == 0) is known
+        assert found.law.endswith("exact" if known else "not known here")
     about = {"l0": 1000, "tan_alpha": 0.1, "amplitude": 0.003, "sigma_mu": 0}
     chain = {"mu_d": [0.4, 0.5, 0.6], "mu_s": [0.5, 0.6, 0.7]}
     assert laws.differing_deviation(**chain, **about) > 0

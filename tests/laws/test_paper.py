@@ -153,6 +153,21 @@ def test_the_ends_of_the_plateaus_are_those_of_the_captions(label: str, end: int
     assert laws.plateau_ends(mu_d=F(1, 2), sigma_mu=F(1, 100))[end] == pytest.approx(float(right))
 
 
+@pytest.mark.parametrize("n", [3, 4, 9])
+def test_a_plateau_lies_between_its_critical_angles_and_shares_windows_with_its_neighbours(
+    n: int,
+) -> None:
+    """A window has the width 2 (mu_s - mu_d)/N, and its printed angle above."""
+    about = {"mu_d": F(1, 2), "mu_s": F(3, 5)}
+    for i in range(2, n + 1):
+        window, above = (laws.pivot_window(n, k, **about) for k in (i, max(i - 1, 2)))
+        assert window[0] == laws.critical_angle(n=n, i=i, **about) - F(1, 5) / n
+        if window[1] is not None:
+            assert window[1] == laws.critical_angle(n=n, i=i, **about)
+        if i > 2:
+            assert (window[2], window[3]) == above[:2]
+
+
 # --- the pivot ------------------------------------------------------------------------------------
 
 

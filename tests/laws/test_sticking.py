@@ -74,3 +74,28 @@ def test_chains_that_the_law_does_not_describe_are_refused(
     about = {"n": 6, "l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.2, "amplitude": 0.01}
     with pytest.raises(ValueError, match=said):
         laws.sticking_velocity(**about | change)
+
+
+@pytest.mark.parametrize(
+    ("about", "inside", "outside", "bound"),
+    [
+        ({"amplitude": 0.03}, {"n": 60}, {"n": 61}, "N is not between"),
+        ({}, {"tan_alpha": 0.4}, {"tan_alpha": 0.4001}, "|tan_alpha| exceeds"),
+        ({}, {"mu_s": 0.833}, {"mu_s": 0.834}, "mu_s - mu_d exceeds"),
+        ({}, {"mu_s": 0.501, "sigma_mu": 0}, {"mu_s": 0.5}, "mu_s does not exceed"),
+        ({}, {"sigma_mu": 0.099}, {"sigma_mu": 0.101}, "sigma_mu exceeds"),
+        ({"sigma_mu": 0}, {"n": 8}, {"n": 7}, "fewer than 8"),
+        # N m/2 is 1.47 and D is 0.098 at a slope of 0.2
+        ({"sigma_mu": 0}, {"amplitude": 0.00295}, {"amplitude": 0.00293}, "below 2 times Eq. 22"),
+        ({}, {"amplitude": 0.00168}, {"amplitude": 0.00166}, "G is below 2 D"),
+        ({"n": 4}, {"amplitude": 0.00089}, {"amplitude": 0.00087}, "G is below 3 D"),
+        ({"tan_alpha": 0.4}, {"amplitude": 0.00094}, {"amplitude": 0.00092}, "G is below D mu_d"),
+    ],
+)  # fmt: skip
+def test_the_range_of_the_law_includes_its_bounds_and_ends_there(
+    about: dict[str, float], inside: dict[str, float], outside: dict[str, float], bound: str
+) -> None:
+    usual = {"n": 10, "l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "sigma_mu": 0.01, "tan_alpha": 0.2}
+    chain = usual | {"amplitude": 0.01} | about
+    assert laws.beyond_sticking(chain | inside) == ""
+    assert bound in laws.beyond_sticking(chain | outside)

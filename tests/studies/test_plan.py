@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from fractions import Fraction
 
 import pytest
@@ -13,7 +12,6 @@ from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, p
 from exactcreep.model.drive import Drive
 from exactcreep.scene import Scene
 from exactcreep.studies.plan import plan_scene
-from tests.conftest import Command
 from tests.paper import PAPER, captions, paper_chain
 
 SIX, CYCLES, PAIR = paper_chain(6, tan_alpha="0.23"), Cycles("0.01", 100), captions(2)
@@ -107,22 +105,3 @@ def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -
     ((_, one),) = plan_scene(named)
     assert (one.explicit, one.solver, one.reason) == ("verlet", "verlet", "the scene names it")
     assert one.seconds > 0
-
-
-def test_the_command_prints_a_plan_and_many_members_in_a_line(command: Command) -> None:
-    words = ["plan", "two-sliders-cycles", "--set"]
-    text = " ".join(command(*words, "chain.sigma_mu=0.01").out.split())
-    assert re.search(r"exact: every event counts.* cost: about", text)
-    assert re.search(r"velocity per half-cycle: \S+ \(sliding limit", text)
-    assert re.search(
-        r"27\.8\d+ ± 0\.\d+ \(sliders that stick", command("plan", "six-sliders-cycles").out
-    )
-    answered = command("plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0").out
-    assert "\nlaw: " in answered
-    assert "cost" not in answered
-    words += ["chain.sigma_mu=0", "--set", "vary.drive.amplitude={from=0.1,to=0.9,step=0.1}"]
-    _, line = command(*words).out.splitlines()
-    assert line.startswith("drive.amplitude = 0.1 … 0.9 (9 members): law: two relaxed sliders")
-    late = command(*words, "--max-seconds", "0")
-    assert late.code == 3
-    assert "0 of 9 members are planned" in late.err

@@ -9,7 +9,6 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.return_map import nearness
 from exactcreep.studies.fates.fate_result import Fate
-from tests.conftest import Command
 from tests.paper import captions
 
 
@@ -90,11 +89,3 @@ def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
     found = fate(chain, 0, start=State.prepared(chain, ["1.5"]), solver="exact")
     assert (found.outcome, found.settled_after, found.last_advance) == (Outcome.AT_REST, 1, 1)
     assert found.report["events"] > 0
-
-
-def test_the_command_prints_what_the_function_returns(command: Command) -> None:
-    words = ("fate", "--n", "3", "--amplitude", "0.00085", "--solver", "exact")
-    told = command(*words, "--json").json
-    assert told == fate(captions(3), "0.00085", solver="exact").summary()
-    assert told["itinerary"][0]["events"] == ["start 3 down", "stop 3 down"]
-    assert command(*words, "--cycles", "4").code == 3  # it has not settled

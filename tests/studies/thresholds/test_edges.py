@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from exactcreep.figures.threshold import draw_threshold
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.studies.thresholds.search import Edge
@@ -58,8 +57,6 @@ def test_two_sliders_creep_above_their_first_slip_alone(
     assert f"lower='{found.lower}'" in repr(found)
     if not given:
         assert found.evidence is found.outcome_evidence is Evidence.PROVED
-    if digits == 1000:
-        assert found.report["deciding_runs"] <= 4  # the root is found, not bisected for
 
 
 @pytest.mark.parametrize(
@@ -84,7 +81,6 @@ def test_two_arithmetics_agree_on_an_edge_that_balls_prove(
     if below:
         assert found.outcome_at_lower is floats.outcome_at_lower is below
         assert found.outcome_evidence is Evidence.PROVED
-        assert found.report["deciding_runs"] <= 4
 
 
 def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(three: Threshold) -> None:
@@ -116,7 +112,6 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
     assert found.evidence is Evidence.PROVED
     assert high - low < high / 10**40
     assert abs(float(low) - float(third.middle)) < 1e-12
-    assert found.report["deciding_runs"] < 20
 
 
 # --- searches that are not completed ----------------------------------------------------------
@@ -140,11 +135,3 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(out_of_time: OutOfTime) -
     widths = [high - low for low, high in brackets]
     assert len(set(widths)) > 2
     assert widths == sorted(widths, reverse=True)
-
-
-@pytest.mark.parametrize("horizon", [{}, {"after": 4}])
-def test_a_search_asks_before_each_run_for_the_time(horizon: dict[str, int]) -> None:
-    found = threshold(captions(2), max_seconds=0, **horizon)
-    assert (found.lower, found.reason) == (None, "max_seconds = 0 was reached")
-    (axes,) = draw_threshold(found).axes  # its laws
-    assert axes.get_xlim()[1] < 0.001

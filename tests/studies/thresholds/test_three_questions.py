@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from exactcreep import (
     Chain,
@@ -24,7 +23,6 @@ from exactcreep import (
 )
 from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
-from tests.conftest import Command
 from tests.paper import captions
 
 SEARCHES = ("horizon", "lasting")
@@ -135,24 +133,6 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
     assert "chi2" in bent.reason
     assert bent.chi2_probability < 0.01
     assert {stairs.evidence, bent.evidence} == {Evidence.UNDECIDED}
-
-
-@pytest.mark.parametrize(
-    ("words", "criterion"),
-    [
-        ("threshold --n 2 --cycles 20 --solver exact --digits 9", "horizon"),
-        ("threshold --n 2 --solver exact --digits 9", "lasting"),
-        ("intercept --n 6 --sigma-mu 0.01 --cycles 100 --fit 1.3 2", "intercept"),
-    ],
-)
-def test_the_command_keeps_what_it_prints(words: str, criterion: str, command: Command) -> None:
-    told = command(*words.split(), "--json", "--out", "a.nc").json
-    assert {"law_seuil", "law_corrected", "theorems", "compare"} <= set(told)
-    assert told.get("sensitive") == ([] if criterion == "lasting" else None)
-    kept = xr.load_dataset("a.nc").attrs
-    assert (told["criterion"], kept["criterion"], kept["mu_s"]) == (criterion, criterion, "3/5")
-    for name in told.keys() & {"lower", "intercept"}:
-        assert kept[name] == told[name]
 
 
 @pytest.mark.parametrize(
