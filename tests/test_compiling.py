@@ -135,15 +135,15 @@ def kept(tmp_path: Path) -> Path:
     return tmp_path / "kept"
 
 
-@pytest.mark.parametrize("ending", ["nbi", "nbc"])
-def test_code_that_was_kept_in_a_damaged_file_is_compiled_anew(kept: Path, ending: str) -> None:
+def test_code_that_was_kept_in_a_damaged_file_is_compiled_anew_and_kept_again(kept: Path) -> None:
     words = (sys.executable, "-B", "-c", TWICE_THEN_HITS, str(kept.parent))
-    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 0\n"
-    (file,) = kept.rglob(f"*.{ending}")
-    file.write_bytes(file.read_bytes()[:-100])
-    anew, again = (finished(*words, NUMBA_CACHE_DIR=str(kept)) for _ in range(2))
-    assert (anew.stdout, anew.stderr) == ("42 0\n", "")
-    assert again.stdout == "42 1\n"  # what was compiled anew is kept again
+    for ending in ("nbi", "nbc"):
+        assert finished(*words, NUMBA_CACHE_DIR=str(kept)).returncode == 0
+        (file,) = kept.rglob(f"*.{ending}")
+        file.write_bytes(file.read_bytes()[:-100])
+        anew = finished(*words, NUMBA_CACHE_DIR=str(kept))
+        assert (anew.stdout, anew.stderr) == ("42 0\n", "")
+    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
 
 
 def test_first_starts_that_race_keep_code_that_the_next_start_finds(kept: Path) -> None:

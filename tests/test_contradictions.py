@@ -152,9 +152,10 @@ def of_fate(found: Any) -> Iterator[Claim]:
         yield Claim(who, found.velocity, found.velocity, proved)
 
 
-def contradictions(claims: list[Claim]) -> list[tuple[Claim, Claim]]:
-    """Return the pairs that contradict each other, where one at least is proved or both claim."""
-    return [pair for pair in itertools.combinations(claims, 2) if pair[0].contradicts(pair[1])]
+def assert_none_contradict(case: Case, claims: list[Claim]) -> None:
+    pairs = itertools.combinations(claims, 2)
+    found = [pair for pair in pairs if pair[0].contradicts(pair[1])]
+    assert not found, "\n".join([repr(case), *(f"  {a}\n  {b}" for a, b in found)])
 
 
 def of_threshold(edge: Threshold, *, creeps: bool) -> Claim:
@@ -166,31 +167,21 @@ def of_threshold(edge: Threshold, *, creeps: bool) -> Claim:
     return Claim("threshold, upper", *away, edge.evidence is Evidence.PROVED)
 
 
-def told(case: Case, found: list[tuple[Claim, Claim]]) -> str:
-    """Return the case and what contradicts, as a failure shows it."""
-    return "\n".join([repr(case), *(f"  {a}\n  {b}" for a, b in found)])
-
-
-def drawn_cases(seed: int, count: int) -> list[Case]:
-    random = Random(seed)
-    return [drawn(random) for _ in range(count)]
-
-
 FAST, REST = range(4), range(4, 10)
 
 
 @cache
 def asked(part: int) -> list[tuple[Case, list[Claim]]]:
     """Return thirty cases with what is claimed of each; every sixth is enclosed, too."""
-    cases = enumerate(drawn_cases(part, 30))
-    return [(case, list(claims_of(case, enclosed=k % 6 == 0))) for k, case in cases]
+    random = Random(part)
+    cases = [drawn(random) for _ in range(30)]
+    return [(case, [*claims_of(case, enclosed=k % 6 == 0)]) for k, case in enumerate(cases)]
 
 
 @pytest.mark.parametrize("part", [*FAST, *(pytest.param(k, marks=pytest.mark.slow) for k in REST)])
 def test_no_two_parts_contradict_each_other_on_a_mean_velocity(part: int) -> None:
     for case, claims in asked(part):
-        found = contradictions(claims)
-        assert not found, told(case, found)
+        assert_none_contradict(case, claims)
 
 
 def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
@@ -224,9 +215,8 @@ def test_at_a_threshold_runs_fates_and_laws_say_the_same(part: int) -> None:
                 assert (advance_in(chain, amplitude, after) > 1e-6) == creeps, (edge, amplitude)
                 continue
             case = Case(chain, amplitude)
-            claims = list(claims_of(case, enclosed=chain.n == 2))
-            found = contradictions([of_threshold(edge, creeps=bool(creeps)), *claims])
-            assert not found, told(case, found)
+            claims = claims_of(case, enclosed=chain.n == 2)
+            assert_none_contradict(case, [of_threshold(edge, creeps=bool(creeps)), *claims])
 
 
 def advance_in(chain: Chain, amplitude: Fraction, cycle: int) -> float:

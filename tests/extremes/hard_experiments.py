@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from exactcreep import Chain, Creep, Cycles, Drive, Experiment, Path, State
-from exactcreep.model.enclosure import exact_value, floats
+from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.creep import PhysicsWarning
-from exactcreep.solvers.interface import Stretch, advance
-from exactcreep.watch.limits import Stop
 
 SEED = 1
 
@@ -93,51 +88,3 @@ def remainder_error(result: Creep) -> float:
     period = 2 * Fraction(chain.excess)
     left = (stretched - before) / period
     return nearest_float(abs(left - round(left)) * period)
-
-
-class Ledger(dict[str, float]):
-    """Energies of a run, unit ``m g**2 tau_dyn**2``: drive, gravity, elastic, friction, left.
-
-    Also ``apart``, how far x_G is from the sum over all rearrangements, and ``slips``.
-    """
-
-    __getattr__ = dict.__getitem__
-
-    @property
-    def balance(self) -> float:
-        """What is left over, relative to the energy that friction took."""
-        return abs(self["left"]) / (self["friction"] or 1.0)
-
-
-def energy_ledger(experiment: Experiment) -> tuple[Ledger, State]:
-    """Return where the energy of a run came from and went, and the state at its end.
-
-    Between rearrangements theta alone moves and works against the springs; during one it is frozen,
-    and gravity and the springs work against friction. Every line of the table of rearrangements is
-    on its own: a slider that was stopped in motion, or too far, leaves a rest.
-    """
-    drive, begin = experiment.drive, experiment.initial
-    simulation = experiment.algorithm.simulation(
-        experiment.chain, begin, experiment.seed, ("rearrangements",)
-    )
-    sums: list[tuple[float, ...]] = []  # of gravity, friction, what is left, the displacement
-
-    def take(stretch: Stretch) -> None:
-        names = ("elastic_before", "elastic_after", "gravity", "dissipation", "displacement")
-        before, after, gravity, friction, moved = (
-            floats(stretch.recorded[f"rearrangement_{name}"]) for name in names
-        )
-        terms = gravity, friction, gravity - friction - (after - before), moved
-        sums.append(tuple(float(term.sum()) for term in terms))
-
-    stretch = advance(simulation, drive, drive.half_cycles, take=take)
-    assert stretch.stop is Stop.DONE, stretch.reason
-    end = simulation.state()
-    gravity, friction, left, moved = map(math.fsum, zip(*sums, strict=True))
-    gained = (floats(end.tensions) ** 2).sum() - (floats(begin.tensions) ** 2).sum()
-    elastic = float(gained) / 2
-    travelled = float(np.mean(floats(end.displacements) - floats(begin.displacements)))
-    drive_work = elastic + left + friction - gravity
-    ledger = Ledger(drive=drive_work, gravity=gravity, elastic=elastic, friction=friction)
-    ledger.update(left=left, apart=abs(moved - travelled), slips=simulation.tally.slips)
-    return ledger, end

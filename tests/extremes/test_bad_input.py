@@ -34,7 +34,6 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.scene import Scene
-from tests.conftest import Command
 from tests.processes import finished
 
 GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
@@ -186,22 +185,6 @@ def test_a_scene_spoiled_anywhere_makes_members_or_one_sentence(changes: list[An
             scene.experiment(chosen)
 
     refusal(read)
-
-
-@pytest.fixture
-def told(command: Command, tmp_path: Path) -> Callable[..., str]:
-    """Return a function that runs a command which must be refused, and returns the sentence."""
-
-    def files() -> dict[Path, bytes]:
-        return {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-
-    def call(*words: str) -> str:
-        before = files()
-        sentence = command(*words).sentence
-        assert files() == before
-        return sentence
-
-    return call
 
 
 def test_decimals_of_thousands_of_digits_are_kept_saved_and_loaded(tmp_path: Path) -> None:

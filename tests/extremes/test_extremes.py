@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import cache
 
@@ -12,6 +13,7 @@ import xarray as xr
 from exactcreep import (
     Chain,
     Cycles,
+    Evidence,
     InputError,
     Method,
     Path,
@@ -86,13 +88,35 @@ def test_the_ends_of_a_long_chain_move_like_those_of_a_short_one() -> None:
                            rtol=0, atol=1e-12)  # fmt: skip
 
 
+PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+START = State.prepared(PAIR, [Fraction(1, 32)])
+
+
+def test_lone_slips_lose_what_the_law_says() -> None:
+    run = creep(PAIR, Cycles(Fraction(PAIR.excess) / 10, 50), start=START, record="rearrangements")
+    assert run.slip_count > 9000
+    # each of the slips is 2 D long, against the friction mu_d c
+    law = 2 * PAIR.excess * PAIR.friction * run.slip_count
+    lost = math.fsum(run.recorded["rearrangement_dissipation"])
+    assert lost == pytest.approx(law, rel=1e-15, abs=0)
+    assert remainder_error(run) < 1e-12
+
+
 def test_a_jump_of_a_hundred_thousand_slips_keeps_the_remainder() -> None:
     chain = chain_of(2, "1e15", sigma_mu=0)
     jump = Path([Fraction(10**5) * Fraction(chain.excess) * 2 / chain.l0])
-    start = State.prepared(chain, [Fraction(1, 32)], seed=SEED)
-    result = creep(chain, jump, start=start)
+    result = creep(chain, jump, start=State.prepared(chain, [Fraction(1, 32)], seed=SEED))
     assert result.slip_count > 99_000
     assert remainder_error(result) < 1e-12
+
+
+@pytest.mark.slow
+def test_a_billion_slips_keep_the_remainder() -> None:
+    drive = Cycles(Fraction(PAIR.excess) / 10, 5_200_000)
+    result = creep(PAIR, drive, start=START, record=(), max_events=3 * 10**9)
+    assert result.slip_count > 10**9
+    assert remainder_error(result) < 1e-9
+    assert result.evidence is Evidence.COMPUTED
 
 
 @pytest.mark.slow
