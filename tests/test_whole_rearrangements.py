@@ -41,7 +41,6 @@ def differences(solver: str, **options: object) -> tuple[list[int], np.ndarray]:
 
 def test_the_exact_solver_agrees_with_the_independent_integration_to_1e_9():
     differing, largest = differences("exact")
-    print("largest differences of displacements, tensions, times, l0 theta_c:", largest)
     assert len(CASES) >= 300
     assert differing == []
     assert (largest < [1e-9, 1e-9, 1e-9, 1e-12]).all()
@@ -49,17 +48,9 @@ def test_the_exact_solver_agrees_with_the_independent_integration_to_1e_9():
 
 def test_verlet_with_located_events_and_a_small_step_agrees_as_far_as_its_step_allows():
     differing, largest = differences("verlet", dt=1e-3, locate=True)
-    print(f"{len(differing)} itineraries differ; largest differences of the others: {largest}")
     assert len(differing) <= 0.03 * len(CASES)
     assert largest[0] < 1e-3
     assert largest[3] < 1e-12
-
-
-def test_verlet_as_in_the_paper_finds_most_itineraries_with_few_events():
-    differing, _ = differences("verlet", dt=1e-2)
-    few = sum(len(found.times) <= 30 for found in REFERENCE)
-    assert len(differing) > 0
-    assert sum(events <= 30 for events in differing) <= 0.1 * few
 
 
 def test_the_reference_of_two_sliders_is_the_closed_form():

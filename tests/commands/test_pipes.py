@@ -3,56 +3,34 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from exactcreep import load_scene
-from tests.processes import PATIENCE, environment
+from tests.processes import PATIENCE, PROGRAM, begun, finished
 from tests.test_book import README
 
 RUN = ("run", "chain-amplitude", "--set", "drive.cycles=2")
 FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
 
 
-def piped(*words: str, read: bool = True, **changed: str) -> subprocess.CompletedProcess[str]:
-    """Return what a program prints into a pipe; its reader leaves at once unless it shall read."""
-    variables = environment(**changed)
-    del variables["COLUMNS"]
-    started = subprocess.Popen(
-        (sys.executable, "-m", "exactcreep", *words), env=variables, text=True, encoding="utf-8",
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
-    assert started.stdout is not None
-    assert started.stderr is not None
-    if not read:
-        started.stdout.close()
-        said = started.stderr.read()
-        started.stderr.close()
-        return subprocess.CompletedProcess(words, started.wait(PATIENCE), "", said)
-    out, err = started.communicate(timeout=PATIENCE)
-    return subprocess.CompletedProcess(words, started.returncode, out, err)
-
-
 @pytest.mark.parametrize(
-    ("line", "status"),
-    [
-        (("run", "--help"), 0),
-        (RUN, 0),
-        (FEW_EVENTS, 3),
-    ],
+    ("line", "status"), [(("run", "--help"), 0), (RUN, 0), (FEW_EVENTS, 3)], ids=str
 )
 def test_a_reader_that_has_seen_enough_changes_no_status(
     line: tuple[str, ...], status: int
 ) -> None:
-    told = piped(*line, read=False)
-    assert (told.returncode, told.stderr) == (status, "")
+    with begun(*PROGRAM, *line) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.wait(PATIENCE) == status
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
 
 
 def test_a_pipe_gets_every_row_of_a_table_whole() -> None:
-    rows = piped(*RUN).stdout.splitlines()
+    rows = finished(*PROGRAM, *RUN, COLUMNS="").stdout.splitlines()
     vary = load_scene("chain-amplitude").vary
     amplitudes = [row.split()[0] for row in rows if row.startswith(" 0.0")]
     assert [float(each) for each in amplitudes] == [float(x) for x in vary["drive.amplitude"]]
@@ -70,11 +48,11 @@ def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
     }
     picture = tmp_path / "run.png"
     line = ("run", "six-sliders-cycles", "--set", "drive.cycles=80", "--plot", str(picture))
-    told = piped(*line, **forbidding)
+    told = finished(*PROGRAM, *line, **forbidding)
     assert (told.returncode, told.stderr) == (0, f"written: {picture}\n")
     assert re.search(r"velocity per half-cycle +\d+\.\d+ \+- 0\.\d+\n", told.stdout)
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert piped("fate", "--help", **forbidding).returncode == 0
+    assert finished(*PROGRAM, "fate", "--help", **forbidding).returncode == 0
 
 
 @pytest.mark.slow
@@ -85,5 +63,5 @@ def test_the_readme_shows_what_a_pipe_gets(tmp_path: Path) -> None:
     assert words is not None
     assert shown is not None
     untimed = re.compile(r"[\d.]+ s$", re.MULTILINE)
-    told = piped(*words[1].split(), "--plot", str(tmp_path / "a.png"))
+    told = finished(*PROGRAM, *words[1].split(), "--plot", str(tmp_path / "a.png"), COLUMNS="")
     assert untimed.sub("", told.stdout) == untimed.sub("", shown[1])
