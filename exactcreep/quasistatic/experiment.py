@@ -111,7 +111,7 @@ class Experiment:
             twin=bool(self.twin),
             accuracy=_valid_accuracy(self.accuracy, drive),
         )
-        _check_springs(self.chain, drive, self.initial, algorithm)
+        _check_springs(self.chain, drive, self.start, algorithm)
         self.chain.require_dilation(self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
@@ -228,12 +228,13 @@ def _valid_start(start: Any, chain: Chain) -> State | None:
     return start
 
 
-def _check_springs(chain: Chain, drive: Drive, start: State, solver: Solver) -> None:
+def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solver) -> None:
     """Raise `InputError` if dilations of springs do not fit to chain, start or solver."""
+    theta = 0 if start is None else start.theta
     if not drive.springs:
-        if isinstance(start.theta, np.ndarray):
+        if isinstance(theta, np.ndarray):
             allowed = "must be one number for a drive whose targets are numbers"
-            raise InputError("start.theta", start.theta.tolist(), allowed)
+            raise InputError("start.theta", theta.tolist(), allowed)
         return
     if drive.springs != chain.n - 1:
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
@@ -241,7 +242,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State, solver: Solver) -> 
     if EXPANSION not in solver.takes:
         allowed = f"must be numbers, the same for every spring, for the solver {solver.name}"
         raise InputError("drive.theta", "lists", allowed)
-    drive.leg(1, start.theta)  # a start that is not known exactly is refused
+    drive.leg(1, theta)  # a start that is not known exactly is refused
 
 
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
