@@ -72,7 +72,7 @@ def test_whole_rearrangements_obey_the_model(
     for case in load()[0][::every]:
         about = {"direction": case.direction, "seed": case.seed, **options}
         judged = judge(rearrange(case.chain, case.state, **about), accuracy=accuracy)
-        assert not judged.faults, case.label
+        assert judged.fault is None, case.label
         events += judged.events
     assert events > 5000 / every / 5
 
@@ -103,7 +103,7 @@ def test_a_run_obeys_the_model(
 ) -> None:
     result = creep(chain, drive, record=("x_G", "x", "tension", "events"), **settings)
     judged = judge(result, accuracy=accuracy)
-    assert not judged.faults
+    assert judged.fault is None
     assert result.slip_count >= least
     assert judged.events == result.event_count
 
@@ -132,7 +132,7 @@ def test_an_event_moved_by_ten_times_its_radius_is_caught(
         known = enclosure(result.events[i].time)
         moved = known.middle + times * Fraction(float(radii[i]))
         time = Enclosure(moved, known.radius) if options else float(moved)
-        assert judge(with_event(i, of=result, time=time)).faults, i
+        assert judge(with_event(i, of=result, time=time)).fault, i
 
 
 def test_a_dropped_event_or_slip_is_caught() -> None:
@@ -141,7 +141,7 @@ def test_a_dropped_event_or_slip_is_caught() -> None:
     own = [i for i, e in enumerate(events) if i >= start and e.sliders == events[start].sliders]
     for dropped in [{*own[:2]}, *({i} for i in range(len(events)))]:
         kept = tuple(event for i, event in enumerate(events) if i not in dropped)
-        assert judge(replace(avalanche(), events=kept)).faults, dropped
+        assert judge(replace(avalanche(), events=kept)).fault, dropped
 
 
 @pytest.mark.parametrize("options", [{}, STEPPED], ids=["exact", "verlet"])
@@ -155,13 +155,12 @@ def test_a_flipped_contact_is_caught(options: dict[str, Any]) -> None:
             {"kind": other[event.kind]},
         ):
             judged = judge(with_event(i, of=result, **changed), accuracy=accuracy)
-            assert judged.checks & {"contact", "motion"}, (i, changed)
+            assert judged.fault.check in ("contact", "motion"), (i, changed)
 
 
 def test_a_log_that_contradicts_itself_is_caught() -> None:
     events, state = avalanche().events, avalanche().state
-    exchanged = replace(avalanche(), events=(*events[:2], events[3], events[2], *events[4:]))
-    assert "order" in judge(exchanged).checks
+    assert judge(with_event(4, time=events[2].time)).fault.check == "order"
     further = replace(state, displacements=state.displacements + np.eye(6)[2] * 1e-9)
-    assert judge(replace(avalanche(), state=further)).checks == {"state"}
-    assert "contact" in judge(avalanche(), seed=SEED + 1).checks
+    assert judge(replace(avalanche(), state=further)).fault.check == "state"
+    assert judge(avalanche(), seed=SEED + 1).fault.check == "contact"

@@ -81,7 +81,7 @@ def test_every_run_obeys_the_model(case: Case) -> None:
     """Equation of motion, static condition at rest, increasing times, energy."""
     result = case.run(record=("x_G", "events"))
     judged = judge(result)
-    assert not judged.faults
+    assert judged.fault is None
     assert judged.balance < 1e-10
 
 

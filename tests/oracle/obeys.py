@@ -9,12 +9,11 @@ every slider at every instant, the drive, the energy, and the state at the end.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,43 +32,34 @@ from exactcreep.studies.event_log import rearrangements
 
 FLOAT_ACCURACY = 1e-12
 """What float64 promises: errors of forces and velocities in units of the largest threshold."""
-_ENOUGH = 20  # faults
 _EXTRA_BITS = 64  # of the replay beyond those of the log
 _SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
 _TOGETHER = 4096  # pieces of a motion that are looked at together
 _LONGEST = 1e6  # tau_dyn: no slider that friction brakes moves for so long
 
 
-class Fault(NamedTuple):
-    """What contradicts the model, and where: rearrangement and event within it, from 0.
+class Fault(Exception):
+    """The first thing that contradicts the model, with its rearrangement and event, from 0.
 
     `check` is ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy`` or ``state``.
     """
 
-    check: str
-    rearrangement: int | None
-    event: int | None
-    sentence: str
-    error: float = math.inf
-    allowed: float = 0.0
-
-
-class _EnoughFaults(Exception):
-    pass
+    def __init__(self, check: str, place: tuple[int | None, int | None], sentence: str) -> None:
+        super().__init__(f"{check}, at {place}: {sentence}")
+        self.check = check
 
 
 def judge(
     result: Rearrangement | Creep, *, seed: int | None = None, accuracy: float | None = None
 ) -> Judgement:
-    """Return what in a finished run contradicts the model; a `Creep` has to record its events.
+    """Return whether a finished run obeys the model; a `Creep` has to record its events.
 
     `accuracy` is how far forces and velocities may be off, in units of the largest threshold: by
     default what the arithmetic of the solver promises; the fixed steps of `verlet` need more. No
     more is believed of a claimed radius than that. `seed` is that of the run unless it is told.
     """
     judgement = Judgement(result, result.seed if seed is None else seed, accuracy)
-    with judgement.following():
-        judgement.run(result) if isinstance(result, Creep) else judgement.single(result)
+    judgement.follow(result)
     return judgement
 
 
@@ -104,9 +94,9 @@ def _known(text: str, radius: float) -> Enclosure:
 class Judgement:
     """What was found, and how much was looked at.
 
-    `errors` are by how much the time of each event is off, to first order, in tau_dyn, and `radii`
-    what is allowed; nan for the first of a rearrangement. `balance` is the largest energy left over
-    in a rearrangement, relative to its largest term.
+    `fault` is None if nothing was. `radii` are by how much the time of each event may be off, to
+    first order, in tau_dyn; nan for the first of a rearrangement. `balance` is the largest energy
+    left over in a rearrangement, relative to its largest term.
 
     While a log is followed, its chain is at `place` (a rearrangement, and an event within it), has
     come by `load`, the largest ``l0 |theta|``, along a ramp of direction `way`, 0 if none. A
@@ -114,9 +104,8 @@ class Judgement:
     """
 
     def __init__(self, result: Rearrangement | Creep, seed: int, accuracy: float | None) -> None:
-        self.faults: list[Fault] = []
-        self.rearrangements = self.events = 0
-        self.errors: list[float] = []
+        self.fault: Fault | None = None
+        self.events = 0
         self.radii: list[float] = []
         self.balance = self.load = self.room = 0.0
         self.place: tuple[int | None, int | None] = (None, None)
@@ -134,34 +123,27 @@ class Judgement:
             draws=start.draws,
             theta=self.arithmetic.number(exact_value(start.theta)),
         )
-        for n in np.flatnonzero(self.state.coefficients != start.coefficients):
-            self.fault("contact", f"slider {n + 1} begins with a coefficient not of this seed")
+        self.known = bool((self.state.coefficients == start.coefficients).all())
         self.scale = float(max(self.thresholds().tolist()))
 
-    @property
-    def checks(self) -> set[str]:
-        return {fault.check for fault in self.faults}
-
-    @contextmanager
-    def following(self) -> Iterator[None]:
-        """Let a judgement end early; what cannot even be followed is a fault."""
+    def follow(self, result: Rearrangement | Creep) -> None:
+        """Judge up to the first fault; a log that cannot even be followed is one."""
         try:
             with self.arithmetic.active():
-                yield
-        except _EnoughFaults:
-            pass
+                if not self.known:
+                    self.refute("contact", "a slider begins with a coefficient not of this seed")
+                self.run(result) if isinstance(result, Creep) else self.single(result)
+        except Fault as fault:
+            self.fault = fault
         except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # of damaged logs
-            sentence = f"the log cannot be followed: {error}"
-            self.faults.append(Fault("order", *self.place, sentence))
+            self.fault = Fault("order", self.place, f"the log cannot be followed: {error}")
 
-    def fault(self, check: str, sentence: str, error: Any = math.inf, allowed: Any = 0.0) -> None:
-        self.faults.append(Fault(check, *self.place, sentence, float(error), float(allowed)))
-        if len(self.faults) >= _ENOUGH:
-            raise _EnoughFaults
+    def refute(self, check: str, sentence: str) -> NoReturn:
+        raise Fault(check, self.place, sentence)
 
     def within(self, check: str, sentence: str, error: Any, allowed: float) -> None:
         if not error <= allowed:
-            self.fault(check, sentence, error, allowed)
+            self.refute(check, f"{sentence}, by {float(error):.3g} of {float(allowed):.3g}")
 
     def thresholds(self) -> NDArray[Any]:
         return self.contacts.thresholds(self.state.coefficients, self.arithmetic)
@@ -216,7 +198,7 @@ class Judgement:
                         own = getattr(self.state, made)
                         self.same(f"recorded {name} at target {q}", own, columns[name][q - 1])
         if r < len(log):
-            self.fault("order", f"{len(log) - r} rearrangements belong to no half-cycle")
+            self.refute("order", f"{len(log) - r} rearrangements belong to no half-cycle")
         if result.outcome is not Outcome.RUNAWAY:  # it goes on moving until that is proved
             self.ends_in(result.state)
 
@@ -252,9 +234,9 @@ class Judgement:
         text = "the final theta is not where the drive took it"
         self.within("state", text, float(off), rounding)
         if not np.array_equal(present.draws, state.draws):
-            self.fault("state", "the number of draws is not what the stops make")
-        elif not np.array_equal(present.coefficients, state.coefficients):
-            self.fault("state", "the final coefficients are not those of the last draws")
+            self.refute("state", "the number of draws is not what the stops make")
+        if not np.array_equal(present.coefficients, state.coefficients):
+            self.refute("state", "the final coefficients are not those of the last draws")
 
     def same(self, what: str, made: NDArray[Any], claimed: NDArray[Any]) -> None:
         """Compare numbers as well as errors of events add up."""
@@ -278,31 +260,27 @@ class Judgement:
             self.phase(replay, phase)
             for event in phase.events:
                 self.place = (rearrangement, number)
-                legal = self.contact(replay, event)
+                signs = self.contact(replay, event)
                 radius = min(nearest_float(known[number].radius), widest)
-                for n, sign in legal.items():
+                for n, sign in signs.items():
                     self.condition(replay, event.kind, n, sign, radius, widest)
-                phase.happen(event, legal)
+                phase.happen(event, signs)
                 number += 1
-        self.rearrangements += 1
         self.events += number
         self.place = (rearrangement, None)
         before, self.state = self.state, replay.state()
         self.balanced(replay, before.tensions)
-        if not ended:
-            return
-        if moving := [n + 1 for n in np.flatnonzero(replay.flow.signs).tolist()]:
-            self.fault("motion", f"sliders {moving} still move after the last event")
-        self.rests("the rearrangement ends")
+        if ended:
+            if replay.flow.signs.any():
+                self.refute("motion", "sliders still move after the last event")
+            self.rests("the rearrangement ends")
 
     def phase(self, replay: Replay, phase: Phase) -> None:
         """Judge the motion up to the next events, and let it pass."""
-        if phase.span < 0:
-            self.fault("order", "the event comes before the previous one", -phase.span)
-            phase.lasts = False
+        self.within("order", "the event comes before the previous one", -phase.span, 0.0)
         if phase.lasts and not phase.runs:
-            self.fault("order", "time passes while no slider moves", phase.span)
-        elif phase.lasts:
+            self.refute("order", "time passes while no slider moves")
+        if phase.lasts:
             resting, when = replay.just_stopped, "after it has stopped"
             if not replay.moves:
                 resting, when = set(range(self.chain.n)), "when the rearrangement begins"
@@ -312,37 +290,29 @@ class Judgement:
                     text = f"slider {n + 1} stays at rest beyond its threshold {when}"
                     self.within("static", text, beyond, self.room)
             span = nearest_float(exact_value(phase.span))
-            if span > _LONGEST:
-                self.fault("motion", f"no slider moves for {span:.3g} tau_dyn", span, _LONGEST)
-                raise _EnoughFaults
+            self.within("motion", "sliders move and nothing happens, in tau_dyn", span, _LONGEST)
             allowed = max(self.accuracy, FLOAT_ACCURACY) * self.scale
             worst, n, moving = _Margins(replay, phase.runs).worst(span, allowed)
-            if worst < -allowed:
-                act = "turns back" if moving else "exceeds its threshold"
-                self.fault("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
+            act = "turns back" if moving else "exceeds its threshold"
+            self.within("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
         phase.arrive()
 
     def contact(self, replay: Replay, event: Event) -> dict[int, int]:
-        """Judge whether the law allows the event; return the signs of the sliders it allows it."""
-        legal = {}
+        """Judge whether the law allows the event; return the signs of its sliders."""
         starts, flow = event.kind is EventKind.START, replay.flow
         for slider, sign in zip(event.sliders, event.signs, strict=True):
-            n = slider - 1
-            there = 0 <= n < self.chain.n
-            held, force = (flow.signs[n], flow.forces[n]) if there else (0, 0)
-            wrong = {
-                "is not there": not there,
-                f"has the sign {sign}": sign not in (-1, 1),
-                "starts while it moves": starts and held != 0,
-                "stops while it rests": not starts and held == 0,
-                "stops with a sign that it did not have": not starts and held != sign,
-                "starts against the force on it": starts and sign * force <= 0,
-            }
-            if why := next((text for text, holds in wrong.items() if holds), None):
-                self.fault("contact", f"slider {slider} {why}")
-            else:
-                legal[n] = sign
-        return legal
+            there = 1 <= slider <= self.chain.n
+            held, force = (flow.signs[slider - 1], flow.forces[slider - 1]) if there else (0, 0)
+            for wrong, why in (
+                (not there, "is not there"),
+                (sign not in (-1, 1), f"has the sign {sign}"),
+                (starts and held != 0, "starts while it moves"),
+                (not starts and held != sign, "stops with a sign that it did not have"),
+                (starts and sign * force <= 0, "starts against the force on it"),
+            ):
+                if wrong:
+                    self.refute("contact", f"slider {slider} {why}")
+        return {slider - 1: sign for slider, sign in zip(event.sliders, event.signs, strict=True)}
 
     def condition(
         self, replay: Replay, kind: EventKind, n: int, sign: int, radius: float, slack: float
@@ -361,13 +331,11 @@ class Judgement:
                 if first and self.way:
                     text = f"slider {n + 1} starts beyond its threshold on a ramp"
                     self.within("drive", text, value, slack)
-                self.errors.append(math.nan)
                 self.radii.append(math.nan)
                 return
         size = float(abs(value))
         allowed = 4 * radius * slope + 4 * radius * radius + slack
         self.within("motion", f"slider {n + 1} {what} at the time of its event", size, allowed)
-        self.errors.append(size / slope if slope else math.inf if size else 0.0)
         self.radii.append(allowed / slope / 4 if slope else math.inf)
 
     def balanced(self, replay: Replay, before: NDArray[Any]) -> None:
