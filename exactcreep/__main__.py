@@ -12,10 +12,10 @@ def main() -> None:
     """Run the command line of this process."""
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _leave)  # until there is something that could be saved
+            signal.signal(number, _leave)  # until there is a result to save
     import warnings
 
-    warnings.resetwarnings()  # what PYTHONWARNINGS makes an error is a sentence here
+    warnings.resetwarnings()  # PYTHONWARNINGS must not turn a warning into an error
     for kind in _UNSAID:
         warnings.simplefilter("ignore", kind)
     from exactcreep.cli import main as command_line

@@ -39,9 +39,9 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     **dict.fromkeys(studies.QUESTIONS),
     "compare": studies.compare,
 }
-"""The commands by name; None: a public function, which is imported when its command is called."""
+"""The commands by name; None: made from a public function, which is imported when called."""
 _PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
-"""What stands for signs where letters alone can be printed."""
+"""Replacements for signs that a stream cannot encode."""
 _warned: set[str] = set()
 _HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
@@ -57,7 +57,7 @@ traceback."""
 
 
 def program(wanted: Collection[str]) -> App:
-    """Return the program; of public functions that are not wanted it knows the summary alone."""
+    """Return the program; it imports only the `wanted` public functions, and lists the others."""
     app = App(
         name="exactcreep",
         help=_HELP,
@@ -84,10 +84,10 @@ def _not_called() -> None:
 
 
 def status(words: Sequence[str]) -> int:
-    """Run the command that `words` spell and return its exit status."""
+    """Run the command line `words` and return its exit status."""
     arguments = list(words)
     end = arguments.index("--") if "--" in arguments else len(arguments)
-    debug = "--debug" in arguments[:end]  # taken anywhere, so that it can be appended to a line
+    debug = "--debug" in arguments[:end]  # anywhere, so that it can be appended to a line
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
     if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         from exactcreep.model.names import did_you_mean
@@ -106,13 +106,13 @@ def status(words: Sequence[str]) -> int:
                     arguments, exit_on_error=False, print_error=False, result_action="return_value"
                 )
         except SystemExit as leaving:
-            # a help whose reader has seen enough leaves with 1
+            # if a pager closes the pipe of a help, click exits with 1
             gone = isinstance(leaving.__context__, BrokenPipeError)
             code = 0 if gone else int(leaving.code or 0)
         with unread():
             sys.stdout.flush()
     except Exception as error:
-        interrupts.check()  # what a signal broke off may end in any error
+        interrupts.check()  # an interrupted call may end with any error
         if debug:
             raise
         from exactcreep.model.numbers import InputError
@@ -139,10 +139,7 @@ def status(words: Sequence[str]) -> int:
 
 
 def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
-    """Return the sentence about an option that a command has not.
-
-    It names the nearest option, or --set for a key of a scene.
-    """
+    """Return the sentence about an unknown option: it suggests a similar option, or --set."""
     from exactcreep.model.chain import ANGLES
     from exactcreep.model.names import did_you_mean
     from exactcreep.model.remarks import in_degrees
@@ -166,14 +163,14 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
-    about = str(message).partition(" = ")[0]  # of many slopes the first is remarked
+    about = str(message).partition(" = ")[0]  # warn only once of many slopes
     if about not in _warned:
         _warned.add(about)
         complain(str(message))
 
 
 def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
-    """Return what stands for signs that a stream cannot encode; an error handler of `codecs`."""
+    """Return replacements for signs that a stream cannot encode; an error handler of `codecs`."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     signs = error.object[error.start : error.end]
@@ -189,15 +186,15 @@ def main() -> None:
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="plain")
-        os.environ["MPLBACKEND"] = "agg"  # whatever it was: pictures are files here
-        warnings.showwarning = _warn  # a sentence, without the line of code that says it
+        os.environ["MPLBACKEND"] = "agg"  # pictures are always files here
+        warnings.showwarning = _warn  # a sentence, without a line of code
         code = status(sys.argv[1:])
     except KeyboardInterrupt:
         complain("interrupted")
         code = 130
     heard = interrupts.status()
     if heard is not None and code in (0, 130):
-        if code == 0:  # it came too late to change anything, or was lost on its way
+        if code == 0:  # the signal came after the last check
             complain("interrupted")
         code = heard
     sys.exit(code)

@@ -1,4 +1,4 @@
-"""The compiler of the solvers, and where it keeps what it has compiled."""
+"""The compiler of the solvers, and its cache."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from exactcreep.watch import preparation
 
 
 class CacheWarning(UserWarning):
-    """Compiled code cannot be kept in its folder."""
+    """Compiled code cannot be stored in its folder."""
 
 
 def _find_place() -> bool:
-    """Return whether the compiler finds a folder in which it can keep what it compiles."""
+    """Return whether the compiler finds a folder for its cache."""
     try:
-        numba.njit(cache=True)(_say)  # stands for every function of this installation
+        numba.njit(cache=True)(_say)  # a test with any function of this installation
     except RuntimeError:  # "no locator available"
         _say("neither the installation nor the home directory can be written")
         return False
@@ -42,23 +42,23 @@ _KEPT = _find_place()
 
 @lru_cache
 def _compiled_modules() -> dict[Path, bytes]:
-    """Return the sources of the modules of this package that have something compiled."""
+    """Return the sources of the modules of this package that contain compiled functions."""
     sources = {path: path.read_bytes() for path in Path(__file__).parent.rglob("*.py")}
     return {path: source for path, source in sources.items() if b"compiling import" in source}
 
 
 @lru_cache
 def _digest(folder: Path) -> str:
-    """Return a digest of the modules in a folder, and of those that its own may call compiled."""
+    """Return a digest of the modules in a folder, and the compiled modules that they may call."""
     sources = _compiled_modules() | {path: path.read_bytes() for path in folder.glob("*.py")}
     return hashlib.sha256(b"\0".join(sources[path] for path in sorted(sources))).hexdigest()
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Keeps compiled code, or says once that it cannot.
+    """Stores compiled code, or warns once if it cannot.
 
-    Compiled code holds constants and functions of other modules, which numba does not compare. It
-    is kept until a module of its folder, or another compiled module of the package, changes.
+    Compiled code contains constants and functions of other modules, which numba does not compare.
+    So it is invalid when a module of its folder, or any other compiled module, changes.
     """
 
     _full = False
@@ -74,20 +74,20 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             )
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Return what was kept; None if its file is damaged, or names classes that are gone."""
+        """Return stored code; None if its file is damaged, or refers to missing classes."""
         try:
             with preparation.preparing():
                 return super().load_overload(signature, target_context)
-        except Exception:  # what unpickling can raise is not written down
+        except Exception:  # unpickling can raise any exception
             with suppress(OSError):
                 self.flush()
             return None
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep a compiled function; a full disk, or an index beyond repair, costs no more."""
+        """Store a compiled function; an error, such as a full disk, only warns."""
         try:
             super().save_overload(signature, data)
-        except Exception as error:  # OSError, or what unpickling a damaged index raises
+        except Exception as error:  # OSError, or any exception while unpickling a damaged index
             if not _Cache._full:
                 _Cache._full = True
                 reason = getattr(error, "strerror", None) or error
@@ -95,7 +95,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
-    """Return numba's decorator, which keeps what it compiles only where there is room for it."""
+    """Return numba's decorator, with a cache if a folder for it exists."""
 
     def compiled(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -111,24 +111,23 @@ _WITHIN = _OPTIONS | {
     "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True
 }  # fmt: skip
 compiled = njit(cache=True, **_OPTIONS)
-"""Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
+"""Compile without reference counting: the caller owns all arrays, and nothing is allocated."""
 merged = njit(**_WITHIN)
-"""Compile into the caller, and call from there alone. Each caller keeps what it has merged."""
+"""Compile into the caller. Each caller stores its own copy."""
 inlined = njit(cache=True, **_WITHIN)
-"""The same, kept on disk by itself, too: another variant of a caller is compiled in half the time.
-
-For functions of a module; those that are made in another function cannot be kept.
+"""Compile into the caller, and store the function itself too, which halves the time to compile
+another variant of the caller. Only for functions of a module, not for nested functions.
 """
 
 
 class _Listener(event.Listener):  # type: ignore[misc]
-    """Says once that the compiler is at work."""
+    """Reports once that the compiler is at work."""
 
     def __init__(self, say: Callable[[], None] | None) -> None:
         self.say = say
 
     def on_start(self, event: Any) -> None:
-        say, self.say = self.say, None  # saying so may need the compiler, too
+        say, self.say = self.say, None  # first, because `say` itself may need the compiler
         if say is not None:
             say()
 
@@ -137,7 +136,7 @@ class _Listener(event.Listener):  # type: ignore[misc]
 
 
 class _Stopwatch(event.Listener):  # type: ignore[misc]
-    """Counts the time of the compiler as preparation; a lock of its own lets in one thread."""
+    """Counts the compiler's time as preparation; its lock admits one thread."""
 
     def on_start(self, event: Any) -> None:
         preparation.begin()
@@ -151,6 +150,6 @@ event.register("numba:compile", _Stopwatch())
 
 @contextmanager
 def told(say: Callable[[], None] | None) -> Iterator[None]:
-    """Call `say` as soon as the compiler is at work within the block, if it ever is."""
+    """Call `say` when the compiler first works within the block."""
     with event.install_listener("numba:compile", _Listener(say)):
         yield

@@ -1,4 +1,4 @@
-"""The numbers that are drawn, each a function of its seed and of what it is for.
+"""Random numbers: each is a function of its seed and its purpose.
 
 >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
 >>> disorder.static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)

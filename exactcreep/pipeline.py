@@ -1,4 +1,4 @@
-"""From a pipeline on the seabed, in SI units, to a chain whose ends are pulled, and back.
+"""Convert a pipeline on the seabed, in SI units, to a chain with end forces, and results back.
 
 A hot pipeline expands against the friction of the soil and contracts when it is shut down. With a
 slope of the bed or a tension at one end it *walks*: it advances by the same length in each cycle.
@@ -35,16 +35,16 @@ from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 
 _MILLIMETRES = 1000
-_MOST = 20_000  # cells: a pull that is smaller beside friction moves the pipe by next to nothing
+_MOST = 20_000  # most cells; a pull that needs more, so small beside friction, hardly moves a pipe
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Pipeline(Shown):
     """A pipeline on a seabed, and its units as a chain.
 
-    It is cut into equal cells, each a slider at its middle, but for the two ends, which carry
-    the rest. A slider stands at each *virtual anchor*, the place that rests while the pipe is
-    heated, or cooled. The chain then walks as the continuum does.
+    The pipe is cut into equal cells with a slider at each middle; the two end cells take up the
+    remainder. The cells are chosen such that a slider stands at each *virtual anchor*, the place
+    that rests while the pipe is heated, or cooled. Then the chain walks like the continuum.
 
     Attributes
     ----------
@@ -53,11 +53,11 @@ class Pipeline(Shown):
     friction : tuple of (Fraction, Fraction)
         Sections from the upper end down: length in m, and coefficient.
     end_forces : tuple of Fraction
-        On the upper and the lower end, downhill positive, N.
+        Forces on the upper and the lower end, downhill positive, N.
     cell : float
         Length of a cell, m.
     positions : ndarray, shape (n,)
-        Of the sliders, m from the upper end.
+        Positions of the sliders, m from the upper end.
     chain : Chain
         The dimensionless chain.
 
@@ -94,12 +94,12 @@ class Pipeline(Shown):
 
     @property
     def length_unit(self) -> float:
-        """Unit of length: by how much the weight of a cell stretches a cell, m."""
+        """Unit of length: the weight of a cell stretches a cell by it, m."""
         return self.force_unit * self.cell / nearest_float(self.axial_stiffness)
 
     @property
     def springs(self) -> NDArray[np.float64]:
-        """Places at which `Walk.axial_force` is given: both ends, and between sliders, m."""
+        """Positions of `Walk.axial_force`: both ends, and between sliders, m."""
         middles = (self.positions[1:] + self.positions[:-1]) / 2
         return np.array([0.0, *middles, nearest_float(self.length)])
 
@@ -118,7 +118,7 @@ class Pipeline(Shown):
         Returns
         -------
         ndarray
-            As many numbers.
+            One number for each place.
         """
         ground = self._ground
         scale = ground.total / ground.coefficients[-1]
@@ -135,7 +135,7 @@ class Pipeline(Shown):
         Returns
         -------
         ndarray
-            As many numbers.
+            One number for each place.
         """
         slope = nearest_float(self.tan_alpha)
         along = nearest_float(self.submerged_weight) * slope / math.hypot(1, slope)
@@ -155,9 +155,9 @@ class Pipeline(Shown):
     def continuum_walk(self, heating: Number) -> float:
         """Return the walk per cycle of the continuum, mm, positive downhill.
 
-        It is ``(x_c - x_h)/EA max(0, EA kappa dT - F + |G|)``: x_h and x_c the `anchors`, F the
-        whole friction, G the sum of weight along the bed and end forces. On an even bed of equal
-        friction f per metre ``x_c - x_h = G/f``.
+        It is ``(x_c - x_h)/EA max(0, EA kappa dT - F + |G|)`` with the `anchors` x_h and x_c, the
+        total friction F, and the sum G of the weight along the bed and the end forces. On an even
+        bed with friction f per metre ``x_c - x_h = G/f``.
 
         Parameters
         ----------
@@ -183,7 +183,7 @@ class Pipeline(Shown):
         self, heatings: Number | Sequence[Number], cycles: int = 1, *, solver: str = "sliding",
         **options: Any,
     ) -> Walk:  # fmt: skip
-        """Return how the pipe walks under cycles of heating and shutdown, from the laid pipe on.
+        """Return how the pipe walks under cycles of heating and shutdown, starting when it is laid.
 
         Parameters
         ----------
@@ -192,10 +192,10 @@ class Pipeline(Shown):
         cycles : int
             How often the heatings are repeated.
         solver : str
-            ``sliding`` follows soil that slides without a peak of friction. Others need
-            `static_friction` (and a `profile` needs one of them).
+            ``sliding`` is for soil without a peak of friction. Other solvers need `static_friction`
+            (and a `profile` needs another solver).
         **options
-            Of `creep`.
+            As for `creep`.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class Pipeline(Shown):
         Raises
         ------
         InputError
-            If a number is out of its range, or the solver does not take the chain.
+            If a number is out of range, or the solver does not take the chain.
 
         Examples
         --------
@@ -236,7 +236,7 @@ class Walk(Result):
     pipeline : Pipeline
         The pipe.
     run : Creep
-        The run of its chain, whose targets are the ends of heatings and coolings in turns.
+        The run of its chain; its targets alternate between the ends of heatings and of coolings.
 
     Examples
     --------
@@ -276,7 +276,7 @@ class Walk(Result):
 
     @property
     def millimetres(self) -> NDArray[np.float64]:
-        """Advance of the middle of the pipe in each cycle, mm; the first is from the laid pipe."""
+        """Advance of the middle of the pipe in each cycle, mm; the first starts when it is laid."""
         cold = self.displacement[1::2].mean(axis=1)
         return np.diff(cold, prepend=0.0)
 
@@ -296,10 +296,10 @@ class Walk(Result):
 
 @dataclass(frozen=True)
 class _Ground:
-    """Friction along a pipe, added up from the upper end, and the pull at the pipe; in m and N."""
+    """Friction along a pipe, summed from the upper end, and the pull at the pipe; in m and N."""
 
     places: NDArray[np.float64]
-    coefficients: NDArray[np.float64]  # added up: the integral of mu over the length
+    coefficients: NDArray[np.float64]  # the integral of mu over the length
     total: float
     pull: float
     anchors: tuple[float, float]
@@ -376,23 +376,23 @@ def pipeline(
     submerged_weight : number
         W, N per m.
     friction : number, or sequence of (number, number)
-        Axial friction coefficient; or sections from the upper end down, each of a length in m and
-        a coefficient.
+        Axial friction coefficient; or sections from the upper end down, each with its length in m
+        and its coefficient.
     kappa : number
         Thermal expansion of the pipe, 1/K.
     tan_alpha : number
         Slope of the bed, positive where it falls towards the lower end. Default: level.
     end_tension : number, or (number, number)
-        Tension at the lower end, N; or at the upper and at the lower end. A riser pulls so.
+        Tension at the lower end, N, e.g. of a riser; or at the upper and at the lower end.
     profile : sequence of (number, number), optional
-        Heating along the pipe: places in m from the upper end, and the share of the heating there;
-        linear between them. Default: 1 everywhere.
+        Heating along the pipe: positions in m from the upper end, and the fraction of the heating
+        there; linear in between. Default: 1 everywhere.
     static_friction : number
-        Peak of the static over the sliding friction, at least 1 (no peak).
+        Peak of the static friction over the sliding friction, at least 1 (no peak).
     sigma_mu : number
-        Standard deviation of the static coefficients; 0 for soil that is everywhere the same.
+        Standard deviation of the static coefficients; 0 for uniform soil.
     contacts : int
-        How many cells the pipe is cut into, about: see `Pipeline`.
+        Approximate number of cells, see `Pipeline`.
 
     Returns
     -------
@@ -402,7 +402,7 @@ def pipeline(
     Raises
     ------
     InputError
-        If a number is out of its range, or friction does not hold the pipe.
+        If a number is out of range, or friction does not hold the pipe.
 
     Notes
     -----
@@ -468,7 +468,7 @@ def pipeline(
 
 
 def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> list[float]:
-    """Return what each spring expands by, of the heating along a pipe."""
+    """Return the fraction of the heating that each spring feels."""
     if not profile:
         return []
     places, shares = (

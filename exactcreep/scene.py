@@ -1,7 +1,6 @@
-"""Scenes: a chain, a drive and a run as one TOML file, whose members vary what `[vary]` lists.
+"""Scenes: a chain, a drive and a run in one TOML file; `[vary]` lists what its members vary.
 
-Numbers are read as exact decimals; a name that is not known is refused, with the nearest
-known one.
+Numbers are read as exact decimals. An unknown name is refused, with a similar known name.
 """
 
 from __future__ import annotations
@@ -33,9 +32,9 @@ from exactcreep.solid import Solid, physical
 from exactcreep.solvers.registry import SOLVERS
 
 MOST_MEMBERS = 1_000_000
-"""A scene that varies more is a mistake: its settings alone would fill the memory."""
+"""A scene with more members is a mistake: its settings alone would fill the memory."""
 _BUILTIN = FilePath(__file__).with_name("scenes")
-_LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
+_LARGEST_FILE = 16 * 2**20  # bytes; enough for long paths of dilations
 _DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _SPAN = {"from", "to", "step"}
@@ -43,9 +42,9 @@ _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
 def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
-    """Return the keys of a table from which something is made, and whether each is required.
+    """Return the keys of a table for the parameters of a function, and whether each is required.
 
-    Arguments that are None by default are not for users: files keep a drive by them.
+    Parameters whose default is None are only for saved drives, not for users.
     """
     taken = [each for make in made for each in signature(make).parameters.values()]
     return {each.name: each.default is each.empty for each in taken if each.default is not None}
@@ -59,7 +58,7 @@ _START = ("tensions", "theta", "size", "seed")
 
 @cache
 def _keys() -> dict[str, list[str]]:
-    """Return the keys of every table; those known of ``[drive]`` depend on its kind."""
+    """Return the keys of every table; the keys of ``[drive]`` depend on its kind."""
     options = _keys_of(*(solver() for solver in SOLVERS.values()))
     return {
         "chain": [*_keys_of(Chain)],
@@ -82,7 +81,7 @@ class Literal(str):
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a scene: the varied keys as written, and what they make."""
+    """One member of a scene: the varied keys as written, and its experiment and solid."""
 
     settings: Mapping[str, Any]
     experiment: Experiment
@@ -92,7 +91,7 @@ class Member:
 
 @dataclass(frozen=True, repr=False)
 class Scene(Shown):
-    """What a TOML scene says, checked for its names but not yet for its values.
+    """A TOML scene whose names are checked, but not yet its values.
 
     Attributes
     ----------
@@ -101,10 +100,10 @@ class Scene(Shown):
         ``chain`` or ``physical`` (a solid in SI units instead), ``drive`` and ``run`` by name, as
         written.
     vary : mapping of str to list
-        Dotted keys and the values that the members take, all combinations of them. In a file also
+        Dotted keys and their values; the members are all combinations. In a file also
         ``{ from = 0, to = 0.5, step = 0.1 }``, both ends included.
     folder : Path
-        Where files named by the scene are looked for.
+        Folder of the files that the scene names.
 
     Examples
     --------
@@ -122,16 +121,16 @@ class Scene(Shown):
 
     @classmethod
     def from_text(cls, text: str, *, name: str = "scene", folder: FilePath | None = None) -> Scene:
-        """Return the scene that TOML text describes, or raise `InputError`.
+        """Return the scene in a TOML text.
 
         Parameters
         ----------
         text : str
             TOML.
         name : str, optional
-            Of the scene.
+            Name of the scene.
         folder : Path, optional
-            Where files that it names are looked for.
+            Folder of the files that the scene names.
 
         Returns
         -------
@@ -141,7 +140,7 @@ class Scene(Shown):
         Raises
         ------
         InputError
-            If it is no TOML, or a name in it is unknown.
+            If the text is not TOML, or a name in it is unknown.
         """
         return cls.from_mapping(_parsed(text, name), name=name, folder=folder)
 
@@ -149,16 +148,16 @@ class Scene(Shown):
     def from_mapping(
         cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
     ) -> Scene:
-        """Return the scene that nested mappings describe; raise `InputError` if it is none.
+        """Return the scene in nested mappings.
 
         Parameters
         ----------
         data : mapping
             Tables by name.
         name : str, optional
-            Of the scene.
+            Name of the scene.
         folder : Path, optional
-            Where files that it names are looked for.
+            Folder of the files that the scene names.
 
         Returns
         -------
@@ -208,10 +207,10 @@ class Scene(Shown):
         return said | {f"vary.{key}": values for key, values in self.vary.items()}
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
-        """Return the scene with dotted keys set, ``{"chain.n": 6}``; `InputError` of unknown ones.
+        """Return the scene with dotted keys set, as in ``{"chain.n": 6}``.
 
-        A key that was varied takes the one value instead; another ``drive.kind`` empties the table
-        ``[drive]`` first; ``vary.KEY`` takes a list.
+        A varied key gets the single value instead. Another ``drive.kind`` first empties the table
+        ``[drive]``. ``vary.KEY`` takes a list.
 
         Parameters
         ----------
@@ -221,7 +220,7 @@ class Scene(Shown):
         Returns
         -------
         Scene
-            Another one.
+            A new scene.
 
         Raises
         ------
@@ -246,7 +245,7 @@ class Scene(Shown):
         return Scene.from_mapping(data, name=self.name, folder=self.folder)
 
     def settings(self) -> list[dict[str, Any]]:
-        """Return, for every member, the varied keys and their values; the first varies slowest.
+        """Return the varied keys and values of every member; the first key varies slowest.
 
         Returns
         -------
@@ -268,13 +267,13 @@ class Scene(Shown):
         return (dict(zip(self.vary, values, strict=True)) for values in places)
 
     def members(self) -> Iterator[Member]:
-        """Return an iterator of the members, each made when it is asked for.
+        """Return an iterator of the members; each is made on demand.
 
         Returns
         -------
         iterator of Member
-            Each with its `settings` and its `experiment`; it raises `InputError` with the key of a
-            value out of its range.
+            With `settings` and `experiment`; it raises `InputError` with the key of a value out of
+            range.
 
         Examples
         --------
@@ -300,7 +299,7 @@ class Scene(Shown):
         Raises
         ------
         InputError
-            If a value is out of its range.
+            If a value is out of range.
         """
         return self._member(settings or {}).experiment
 
@@ -331,7 +330,7 @@ class Scene(Shown):
 
 
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
-    """Return the built-in scene of that name, or the scene in that file.
+    """Return the built-in scene with this name, or the scene in this file.
 
     Parameters
     ----------
@@ -341,12 +340,12 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     Returns
     -------
     Scene
-        With its names checked, not yet its values.
+        With its names checked, but not yet its values.
 
     Raises
     ------
     InputError
-        If there is neither, it is no TOML, or a name in it is unknown.
+        If there is no such scene or file, it is not TOML, or a name in it is unknown.
 
     Examples
     --------
@@ -370,12 +369,12 @@ def builtin_scenes() -> dict[str, str]:
 
 
 def key_of(name: str) -> str:
-    """Return the first dotted key that ends in this name, as ``chain.n`` in ``n``; "" if none."""
+    """Return the first dotted key that ends in this name, e.g. ``chain.n`` for ``n``; or ""."""
     return next((key for key in _settable() if key.rpartition(".")[2] == name), "")
 
 
 def parsed_value(text: str) -> Any:
-    """Return the value that `text` has in TOML, or `text` itself if it is none (``exact``)."""
+    """Return the TOML value of `text`, or `text` itself if it has none (``exact``)."""
     try:
         data = tomllib.loads(f"value = {text}", parse_float=Literal)
     except (ValueError, RecursionError):
@@ -400,7 +399,7 @@ def _parsed(text: str, name: str) -> dict[str, Any]:
 
 
 def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> None:
-    """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
+    """Raise InputError, with a similar known key, if `table` has an unknown key."""
     for key in table:
         if key in known:
             continue
@@ -425,9 +424,9 @@ def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> It
 
 
 def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
-    """Return the numbers of ``{ from, to, step }``, both ends included, as they are written.
+    """Return the numbers of ``{ from, to, step }`` with both ends, as they are written.
 
-    A float is the decimal that Python prints for it: with its binary value a step would never fit.
+    A float counts as the decimal that Python prints; its binary value would never fit the step.
     """
     if {*span} != _SPAN:
         raise InputError(key, dict(span), "must have from, to and step, and nothing else")
@@ -446,7 +445,7 @@ def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
     if steps >= MOST_MEMBERS:
         raise InputError(f"{key}.step", span["step"], f"must make at most {MOST_MEMBERS} members")
     parts = math.lcm(first.denominator, step.denominator)
-    if pow(10, parts.bit_length(), parts):  # they have no end as decimals
+    if pow(10, parts.bit_length(), parts):  # infinite decimals
         return [first + k * step for k in range(int(steps) + 1)]
     places = next(k for k in itertools.count() if 10**k % parts == 0)
     begin, by = int(first * 10**places), int(step * 10**places)
@@ -454,7 +453,7 @@ def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
 
 
 def _as_written(value: int, places: int) -> Any:
-    """Return ``value / 10**places`` as TOML gives it: an integer, or the text of its digits."""
+    """Return ``value / 10**places`` like TOML: an integer, or the text of its digits."""
     while places and value % 10 == 0:
         value, places = value // 10, places - 1
     if not places:
@@ -474,7 +473,7 @@ def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:
 
 @contextmanager
 def _keys_within(table: str) -> Iterator[None]:
-    """Let an error within the block name its key with the table that the key belongs to."""
+    """Make an error within the block name its key together with the table."""
     try:
         yield
     except InputError as error:
@@ -510,7 +509,7 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> D
                 raise InputError("kappa", kappa, "must be physical.kappa, or be left out")
     _known(given, keys, "drive.")
     if isinstance(given.get("file"), str):
-        # a path in a scene is meant from where the scene is, not from where the program was started
+        # a relative path starts at the folder of the scene, not at the current folder
         given["file"] = folder / given["file"]
     return _made(make, given)  # type: ignore[no-any-return]
 

@@ -1,4 +1,4 @@
-"""From a solid on a slope, in SI units, to the dimensionless chain, and back."""
+"""Convert a solid on a slope, in SI units, to the dimensionless chain, and results back."""
 
 from __future__ import annotations
 
@@ -36,16 +36,15 @@ from exactcreep.quasistatic.creep_result import Creep
 
 DAYS_PER_YEAR = Fraction(1461, 4)
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
-"""Factors on all friction for which the rate of a descent is computed, unless an interval is given.
-"""
-_DAY, _MILLIMETRES = 86400, 1000  # seconds; in a metre
-_CONTACTS = 100  # times mu_d/tan_alpha: so many that the next pivot is worth two hundredths
+"""Default factors on all friction for which the rate of a descent is computed."""
+_DAY, _MILLIMETRES = 86400, 1000  # seconds in a day, millimetres in a metre
+_CONTACTS = 100  # times mu_d/tan_alpha: then the next pivot changes the rate by 2 %
 _BLOCK = 10  # days: longer than weather lasts
 _FEWEST_YEARS = 5
 
 
 class Material(NamedTuple):
-    """What a solid is made of: thermal expansion (1/K), Young's modulus (Pa), density (kg/m^3)."""
+    """A material: thermal expansion (1/K), Young's modulus (Pa), density (kg/m^3)."""
 
     kappa: str
     youngs_modulus: str
@@ -60,24 +59,25 @@ MATERIALS = {
     "zinc": Material("30e-6", "108e9", "7130", f"{_TABLES}; alloys for roofs expand less, 22e-6"),
     "steel": Material("12e-6", "210e9", "7850", "EN 1993-1-1, 3.2.6; quoted from memory"),
 }
-"""Solids by name: near room temperature. If the ground expands too, subtract its kappa."""
+"""Materials by name, near room temperature. Subtract kappa of the ground if it expands too."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Solid(Shown):
     """A solid that rests on an incline at equally spaced contacts, and its units as a chain.
 
-    It is cut into as many equal pieces as it has contacts, each with its contact at the middle.
+    The solid is cut into N equal pieces, each with a contact at its middle.
 
     Attributes
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
-        As in `physical`; `kappa` minus the expansion of the ground.
+        As in `physical`; `kappa` is the expansion of the solid minus the expansion of the ground.
     friction : tuple of Fraction
-        Least, middle and largest factor on all friction; `mu_d` of an interval is its middle.
+        Least, middle and largest factor on all friction; an interval of `mu_d` has its middle as
+        unit.
     chain : Chain
-        The dimensionless chain, with ``l0 = N Y/(g rho L)``. Its times are in units of `tau_dyn`,
-        its forces of ``mass * gravity``.
+        The dimensionless chain, with ``l0 = N Y/(g rho L)``. Times are in units of `tau_dyn`,
+        forces in units of ``mass * gravity``.
 
     Examples
     --------
@@ -141,7 +141,7 @@ class Solid(Shown):
         Raises
         ------
         InputError
-            If it is no number.
+            If it is not a number.
 
         Examples
         --------
@@ -184,7 +184,7 @@ class Solid(Shown):
         return _times(velocity, daily)
 
     def per_year(self, velocity: float, time_unit: Number) -> float:
-        """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year.
+        """Return a velocity per unit of a drive's clock in mm per year.
 
         Parameters
         ----------
@@ -203,12 +203,12 @@ class Solid(Shown):
 
     @property
     def critical_temperature_change(self) -> float:
-        """Delta T* (K), Eq. 26: cycles beyond it creep; <= 0: nothing holds it."""
+        """Delta T* (K) of Eq. 26: larger cycles creep; <= 0: the solid slides by itself."""
         known = self._dimensionless() | {"l0": self.chain.l0 * self.kappa}
         return float(threshold_amplitude(**known))
 
     def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
-        """Return Eq. 25 in mm/day, of cycles of +-amplitude (K) and a period (s).
+        """Return the velocity by Eq. 25 in mm/day, for cycles of +-amplitude.
 
         Parameters
         ----------
@@ -232,19 +232,19 @@ class Solid(Shown):
         return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
     def altered(self, *, contacts: int | None = None, friction: Number = 1) -> Solid:
-        """Return the same solid on another number of contacts, all friction times a factor.
+        """Return the same solid with another number of contacts, and a factor on all friction.
 
         Parameters
         ----------
         contacts : int, optional
-            Default: as many.
+            Default: unchanged.
         friction : number, optional
             Factor on all coefficients, positive.
 
         Returns
         -------
         Solid
-            Another one.
+            A new solid.
 
         Raises
         ------
@@ -259,10 +259,7 @@ class Solid(Shown):
 
     @property
     def converged_contacts(self) -> int:
-        """On how many contacts the descent no longer depends on their number, to about a hundredth.
-
-        It goes as ``N + 3 - 2 i`` (Eq. 20): the next pivot is worth a fiftieth.
-        """
+        """Number of contacts above which more contacts change the rate by 1 or 2 % at most."""
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
             return _CONTACTS
@@ -270,14 +267,14 @@ class Solid(Shown):
         return min(max(wanted, _CONTACTS), 2000)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
-        """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does.
+        """Return the seconds in one unit of a drive's clock; refuse what `creep` refuses.
 
         Parameters
         ----------
         temperatures : Drive
-            What the solid is to feel.
+            The drive of the solid.
         time_unit : number, optional
-            As of `creep`.
+            As in `creep`.
 
         Returns
         -------
@@ -287,7 +284,7 @@ class Solid(Shown):
         Raises
         ------
         InputError
-            If it is missing, not wanted, or the record is of another kappa.
+            If the unit is missing or not wanted, or the record has another kappa.
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
@@ -312,20 +309,20 @@ class Solid(Shown):
         seeds: int = 0,
         **options: Any,
     ) -> Descent:
-        """Return how far the solid creeps under these temperatures, and what that depends on.
+        """Return how far the solid creeps under these temperatures, and its uncertainty.
 
         Parameters
         ----------
         temperatures : TemperatureRecord or other drive
             A record with the solid's own kappa, or dilations, as of ``dilation(10)``.
         time_unit : number, optional
-            Seconds of one unit of the record's times, from one target of another drive to the next
+            Seconds in one unit of a record's times, or from one target of another drive to the next
             (43200 for day and night); not for dates.
         solver : str
             As for `exactcreep.creep`. In the sliding limit `mu_s`, `sigma_mu` and the seed have no
             effect.
         seeds : int
-            How many further seeds show what disorder does, each a run of its own.
+            Number of further runs with other seeds, to see the effect of disorder.
         **options
             As for `exactcreep.creep`.
 
@@ -337,7 +334,7 @@ class Solid(Shown):
         Raises
         ------
         InputError
-            If an argument is not what it must be, or a seed would have no effect.
+            If an argument is out of range, or a seed would have no effect.
 
         Examples
         --------
@@ -345,7 +342,7 @@ class Solid(Shown):
         >>> f"{descent.total:.2f} mm"
         '5.76 mm'
         """  # fmt: skip
-        self.time_unit_of(temperatures, time_unit)  # before the run
+        self.time_unit_of(temperatures, time_unit)  # raises before the run
         for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
             if given and solver == "sliding" and not temperatures.random:
                 allowed = "has no effect in the sliding limit, which has no static friction"
@@ -363,7 +360,7 @@ class Descent:
     solid : Solid
     result : Creep
     time_unit : float
-        Seconds of one unit of the clock of its temperatures.
+        Seconds in one unit of the clock of its temperatures.
     of_seeds : tuple of float
         Millimetres per year of runs like `result` with further seeds.
 
@@ -383,23 +380,21 @@ class Descent:
     def of(
         cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
     ) -> Descent:
-        """Return the descent of a run of this solid's chain; raise `InputError` for another.
+        """Return the descent for a run of this solid's chain.
 
         Parameters
         ----------
         solid : Solid
-            Which crept.
+            The solid that crept.
         result : Creep
             A run of its chain.
-        time_unit : number, optional
-            As of `Solid.creep`.
-        seeds : int, optional
-            As of `Solid.creep`.
+        time_unit, seeds : number, int, optional
+            As in `Solid.creep`.
 
         Returns
         -------
         Descent
-            With the runs that it depends on.
+            With its further runs.
 
         Raises
         ------
@@ -424,10 +419,7 @@ class Descent:
 
     @cached_property
     def rates(self) -> Mapping[tuple[int, Fraction], float]:
-        """Millimetres per year in the sliding limit, by `contacts` and the factor on all friction.
-
-        Six runs, which are made when they are asked for; the factors are `Solid.friction`.
-        """
+        """Millimetres per year in the sliding limit, by `contacts` and `Solid.friction`."""
         return {
             (contacts, factor): self._rate(
                 self.solid.altered(contacts=contacts, friction=factor), self.result.seed, "sliding"
@@ -437,7 +429,7 @@ class Descent:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Millimetres per year at both ends of the friction, on many contacts: least and most."""
+        """Millimetres per year on many contacts, at both ends of the friction: least and most."""
         _, many = self.contacts
         ends = [self.rates[many, factor] for factor in self.solid.friction[::2]]
         return min(ends), max(ends)
@@ -459,7 +451,7 @@ class Descent:
 
     @property
     def days(self) -> float:
-        """How long the part of the drive lasts that was reached."""
+        """Days to the last target that was reached."""
         return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
 
     @property
@@ -500,10 +492,10 @@ class Descent:
 
     @property
     def _weather(self) -> float:
-        """By how much one year's descent differs from another's, as a standard deviation, mm.
+        """Standard deviation of the descent between years, mm, due to the weather.
 
-        Between the years of a record of at least five; else from blocks of ten days, each against
-        the next, so that the seasons do not count. nan if there are too few.
+        It comes from the years of a record of at least five years, else from differences between
+        successive blocks of ten days, which exclude the seasons. nan if there are too few.
         """
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
@@ -515,7 +507,7 @@ class Descent:
 
     @property
     def disorder(self) -> float:
-        """The standard deviation between seeds, mm per year; nan if there is but one."""
+        """The standard deviation between seeds, mm per year; nan for a single seed."""
         rates = (self.millimetres_per_year, *self.of_seeds)
         return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
 
@@ -527,7 +519,7 @@ class Descent:
 
     @property
     def _pivot_step(self) -> float:
-        """By how much of itself the descent jumps when the pivot moves on by one contact."""
+        """Relative jump of the descent when the pivot moves by one contact."""
         chain = self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
@@ -537,17 +529,17 @@ class Descent:
 
     @property
     def _artefact(self) -> float:
-        """By what share the rate differs from that on many contacts, all else the same."""
+        """Relative difference of the rate to the rate on many contacts."""
         few, many = self.contacts
         return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON: a number that is not finite is None.
+        """Return the numbers by name, ready for JSON; None for numbers that are not finite.
 
         Returns
         -------
         dict
-            What `json.dumps` takes.
+            For `json.dumps`.
         """
         names = ("days", "millimetres_per_year", "disorder")
         rates = [
@@ -562,7 +554,7 @@ class Descent:
         )
 
     def lines(self) -> list[tuple[str, str]]:
-        """Return the descent and what it depends on, as pairs of a name and a sentence.
+        """Return the descent and its uncertainty, as pairs of a name and a sentence.
 
         Returns
         -------
@@ -611,7 +603,7 @@ class Descent:
 
 
 def _left_out(value: object) -> bool:
-    """Return whether a quantity has its default, 0, which stands for the value of the material."""
+    """Return whether a quantity has its default 0, so that the material's value holds."""
     return isinstance(value, (int, float)) and value == 0
 
 
@@ -643,27 +635,27 @@ def physical(
     section : number
         Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
     mu_d, mu_s : number or pair of numbers
-        Friction coefficients, as in `Chain`; an interval of `mu_d` stands for its middle, and
-        `Descent.interval` is what comes of its ends (all friction is less, or more, alike).
+        Friction coefficients, as in `Chain`. For an interval of `mu_d` the chain has its middle,
+        and `Descent.interval` has the rates at its ends, with all friction scaled alike.
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
     material : str
-        ``lead``, ``copper``, ``zinc`` or ``steel``: what `MATERIALS` says of it stands for the
-        modulus, the density and kappa that are not given.
+        ``lead``, ``copper``, ``zinc`` or ``steel``: default of the modulus, the density and kappa,
+        see `MATERIALS`.
     youngs_modulus : number
         Y, Pa.
     density : number
         rho, kg/m^3.
     kappa : number
-        Thermal expansion coefficient, 1/K.
+        Thermal expansion of the solid minus thermal expansion of the ground, 1/K.
     contacts : int
-        Number N of contacts; 0 for `Solid.converged_contacts`, where it no longer matters.
+        Number N of contacts. Default 0: `Solid.converged_contacts`, enough that it does not matter.
     sigma_mu : number
         Standard deviation of the static coefficients, as in `Chain`.
     gravity : number
         g, m/s^2.
     measured : number
-        A descent to be shown beside the computed one, mm/year.
+        A measured descent to compare with, mm/year.
 
     Returns
     -------
@@ -673,11 +665,11 @@ def physical(
     Raises
     ------
     InputError
-        If a quantity is not a positive number, or the chain's are out of their range.
+        If a quantity is not a positive number, or a parameter of the chain is out of range.
 
     Examples
     --------
-    A lead roof of 3 m between 5 and 25 degrees every day creeps so many mm/day:
+    A lead roof of 3 m, between 5 and 25 degrees every day; its velocity in mm/day:
 
     >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
     ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
@@ -711,7 +703,7 @@ def physical(
 def _middle(
     given: Number | Sequence[Number], name: str
 ) -> tuple[Number, tuple[Fraction, Fraction, Fraction]]:
-    """Return the middle of an interval of a coefficient, and its ends in units of it."""
+    """Return the middle of an interval of a coefficient, and its ends relative to the middle."""
     if not isinstance(given, (list, tuple)):
         return given, FRICTION  # type: ignore[return-value]
     ends = [positive_number(end, name) for end in given]
@@ -721,7 +713,7 @@ def _middle(
     return middle, (ends[0] / middle, Fraction(1), ends[1] / middle)
 
 
-_ROUNDING = 1e-9  # of a ratio: less is no difference
+_ROUNDING = 1e-9  # relative: smaller differences count as none
 
 
 def _percent(ratio: float) -> str:

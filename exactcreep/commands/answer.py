@@ -1,4 +1,4 @@
-"""Print, save and draw what a command computed, as JSON or for the eye, and give its status."""
+"""Print, save and draw the result of a command, as JSON or for people, and set its exit status."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LIMIT, STALE, INTERRUPTED = 3, 4, 130
 """Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""
 _RATIO = re.compile(r"-?\d+/\d+")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
-_MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
+_MOST_LINES, _MOST_WORDS = 12, 6  # most entries of a list that are printed
 _WITHOUT_END = 10**5  # columns, unless a terminal folds the lines
 _LABELS = {
     "law_seuil": "paper, Eq. 22",
@@ -40,22 +40,22 @@ _LABELS = {
     "rate": "arrests per cycle",
     "exponential": "constant rate",
 }
-"""What the keys of summaries are called where their own words do not tell."""
+"""Printed names of keys of summaries that do not explain themselves."""
 _SENTENCES = {"exponential": "lives so far from geometric have probability {}"}
-"""What says the value of a key where a number alone does not tell."""
+"""Sentences for values of keys that need more than a number."""
 
 
 # --- JSON -----------------------------------------------------------------------------------------
 
 
 def as_json(value: Any) -> str:
-    """Return `value` as JSON; a decimal of a scene keeps every digit that was written."""
+    """Return `value` as JSON; a decimal of a scene keeps all its digits."""
     text = json.dumps(_plain(value), indent=2)
     return re.sub(r'"\\u0000([^"]*)"', r"\1", text)
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON holds: nan as null, and decimals as text that says they are none."""
+    """Return a value that JSON can hold: nan becomes null; decimals become text."""
     from exactcreep.scene import Literal
 
     if isinstance(value, Mapping):
@@ -70,7 +70,7 @@ def _plain(value: Any) -> Any:
 def of_members(
     scene: str, settings: Sequence[Mapping[str, Any]], summaries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return what ``--json`` prints of a scene: its summary, or every member and what it sets.
+    """Return the output of ``--json`` for a scene: its summary, or all members and their settings.
 
     The last members may have no summary.
     """
@@ -85,7 +85,7 @@ def of_members(
 
 def complain(sentence: str) -> None:
     """Print a sentence on standard error."""
-    with suppress(OSError):  # a full device: the status says it all the same
+    with suppress(OSError):  # the device may be full; the exit status remains
         print(f"exactcreep: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
 
 
@@ -99,19 +99,19 @@ def unread() -> Iterator[None]:
 
 
 def put(text: str, end: str = "\n") -> None:
-    """Print text as it stands."""
+    """Print text unchanged."""
     with unread():
         print(text, end=end)
 
 
 def say_written(files: object) -> None:
-    """Say on standard error which files are written: standard output is the answer alone."""
+    """Say on standard error which files are written; standard output has only the answer."""
     with suppress(OSError):
         print(f"written: {files}", file=sys.stderr, flush=True)
 
 
 def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
-    """Print words with rich's markup, or a table, which is folded to a terminal alone."""
+    """Print words with rich's markup, or a table; only a terminal folds lines."""
     from rich.console import Console
 
     folded = sys.stdout.isatty() or "COLUMNS" in os.environ
@@ -122,7 +122,7 @@ def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
 
 
 def say_heading(scene: str, title: str) -> None:
-    """Print which scene it is, its name once."""
+    """Print the name and title of a scene, without repeating the name."""
     from rich.markup import escape
 
     title = title.removeprefix(f"{scene} ")
@@ -130,7 +130,7 @@ def say_heading(scene: str, title: str) -> None:
 
 
 def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
-    """Print names and what they stand for, in two columns."""
+    """Print names and values in two columns."""
     from rich.table import Table
     from rich.text import Text
 
@@ -141,7 +141,7 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
 
 def say_summary(summary: Mapping[str, Any]) -> None:
-    """Print the summary of a result: a line for each key whose value is known and not zero."""
+    """Print the summary of a result: one line for each key whose value is known and not zero."""
     rows = [(key, _worded(_without(value, summary))) for key, value in summary.items()
             if not _is_nothing(value)]  # fmt: skip
     say_rows(
@@ -158,14 +158,14 @@ def _without(value: Any, summary: Mapping[str, Any]) -> Any:
 
 
 def _is_nothing(value: Any) -> bool:
-    """Return whether a named value goes without saying; a share of no starts does."""
+    """Return whether a value is left out: unknown, empty, zero, or a share of no starts."""
     if isinstance(value, Mapping):
         return value.get("starts") == 0 or all(map(_is_nothing, value.values()))
     return not value and not isinstance(value, str)
 
 
 def _worded(value: Any) -> str:
-    """Return one value of a summary for the eye; "" if there is none."""
+    """Return one value of a summary in words; "" if there is none."""
     from exactcreep.model.numbers import in_words
 
     if value is None or (isinstance(value, float) and math.isnan(value)):
@@ -192,7 +192,7 @@ def _worded(value: Any) -> str:
 
 
 def _decimals(ends: Sequence[str]) -> str:
-    """Return the ends of an interval as decimals, outward, with digits that tell them apart."""
+    """Return the ends of an interval as decimals, rounded outward, with just enough digits."""
     low, high = map(Fraction, ends)
     digits = 9
     if high > low:
@@ -211,7 +211,7 @@ def say_table(
     folded: Collection[str] = (),
     **style: Any,
 ) -> None:
-    """Print rows under the names of their columns, which stand to the right, or may be folded."""
+    """Print rows under the names of their columns; some columns align right or may be folded."""
     from rich.table import Table
 
     table = Table(**{"box": None, "padding": (0, 1), "header_style": "bold"} | style)
@@ -224,7 +224,7 @@ def say_table(
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
-    """Return what a member sets, as a line of a summary."""
+    """Return the settings of a member, as a line of a summary."""
     return ", ".join(f"{key} = {value}" for key, value in settings.items())
 
 
@@ -234,7 +234,7 @@ def counted(words: Iterable[str] | Mapping[str, int]) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time for the eye: ``35 us``, ``1.2 s``; ``-`` if it is not known."""
+    """Return a time in words: ``35 us``, ``1.2 s``; ``-`` if it is unknown."""
     if math.isnan(seconds):
         return "-"
     unit, size = ("s", 1.0) if seconds >= 1 else ("ms", 1e-3) if seconds >= 1e-3 else ("us", 1e-6)
@@ -244,10 +244,10 @@ def duration(seconds: float) -> str:
 def grouped(
     settings: Sequence[Mapping[str, Any]], results: Sequence[Any]
 ) -> list[tuple[list[str], list[int]]]:
-    """Return groups of members with equal results whose settings are neighbours.
+    """Return groups of members with equal results (by ``==``) and neighbouring settings.
 
-    Each group: the values of every key, a range as ``first … last``, and its members. `settings`
-    holds a mapping for each member; results are compared by ``==``.
+    A group consists of the values of every key, a range as ``first … last``, and its members.
+    `settings` holds one mapping for each member.
     """
     rows = [
         ([[value] for value in setting.values()], [number])
@@ -274,7 +274,7 @@ def _range(values: Sequence[Any]) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Return one value that a member sets, in short."""
+    """Return one value of a setting, in short."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {value_text(part)}" for key, part in value.items())
     if isinstance(value, list):
@@ -290,7 +290,7 @@ def value_text(value: Any) -> str:
 
 @contextmanager
 def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Display]:
-    """Show how far a command has come; on Ctrl-C say it, with a hint, and leave with status 130."""
+    """Show the progress of a command; at Ctrl-C print a hint and exit with status 130."""
     with Display(name, quiet=quiet) as display:
         try:
             yield display
@@ -302,22 +302,11 @@ def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Di
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command has to tell.
+    """The result of a command.
 
-    Attributes
-    ----------
-    summary : mapping
-        What ``--json`` prints.
-    say : callable
-        Prints it for the eye.
-    save : callable
-        Writes its data to the path of ``--out``, over a file that exists with ``force=True``.
-    draw : callable
-        Returns the figure that goes to ``--plot``.
-    status : int
-        To leave with.
-    remark : str
-        A sentence for standard error.
+    `summary` is printed by ``--json``, and `say` prints it for people. `save` writes the data to
+    the path of ``--out`` (over an existing file with ``force=True``), and `draw` returns the figure
+    for ``--plot``. `status` is the exit status, and `remark` a sentence for standard error.
     """
 
     summary: Mapping[str, Any]
@@ -331,7 +320,7 @@ class Answer:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Printed:
-    """Where the answer of a command goes: it is printed, and written where the command has options.
+    """How a command prints and writes its answer.
 
     Parameters
     ----------
@@ -347,7 +336,8 @@ class Printed:
     def check(self, **others: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same.
 
-        Nothing is computed that could not be kept. `others` are files of further options.
+        This is checked before the computation, so that no result is lost. `others` are the files of
+        further options.
         """
         from exactcreep.quasistatic.writing import check_output, check_picture
 
@@ -362,9 +352,9 @@ class Printed:
             check_picture(self.plot)
 
     def deliver(self, answer: Answer) -> None:
-        """Save, draw and print an answer, and leave with its status.
+        """Save, draw and print an answer, and exit with its status.
 
-        The disk may be full: what was computed is told all the same.
+        If the disk is full, the answer is still printed.
         """
 
         def draw(path: Path, *, force: bool) -> None:
@@ -402,11 +392,11 @@ class Printed:
 
 
 def _written(write: Callable[..., object], path: Path, *, force: bool) -> Path:
-    """Write a file and return its name: another one, if a program has taken it meanwhile."""
+    """Write a file and return its name, a new name if another program has taken it meanwhile."""
     from exactcreep.quasistatic.writing import Occupied, free_name
 
     name = path
-    while True:  # a third program may take the next name at the same time
+    while True:  # yet another program may take the next name at the same time
         try:
             write(name, force=force and name == path)
         except Occupied:
@@ -418,14 +408,14 @@ def _written(write: Callable[..., object], path: Path, *, force: bool) -> Path:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Drawing(Printed):
-    """Of a command that has no data to save.
+    """The output of a command that draws and has no data to save.
 
     Parameters
     ----------
     plot
         Draw the result to this PNG, PDF or SVG file.
     force
-        Overwrite files that exist.
+        Overwrite existing files.
     """
 
     plot: File | None = None
@@ -435,7 +425,7 @@ class Drawing(Printed):
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Output(Drawing):
-    """Of a command that saves and draws.
+    """The output of a command that saves and draws.
 
     Parameters
     ----------

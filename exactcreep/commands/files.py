@@ -65,11 +65,11 @@ if TYPE_CHECKING:
     from exactcreep.figures.paper import Picture, Table
 
 ALL, DEFAULT = "all", Printed()
-_MOST_ROWS = 50  # points of a sweep that are printed
+_MOST_ROWS = 50  # most points of a sweep that are printed
 
 
 def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
-    """List the built-in scenes, or print one as a start for your own.
+    """List the built-in scenes, or print one that you can edit.
 
     A scene is a TOML file: a chain, its drive, recorded quantities, and varied parameters.
 
@@ -111,16 +111,16 @@ def show(
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
 
-    What the run did not record is computed again from its parameters, bit for bit.
+    Quantities that the run did not record are computed again, bit for bit.
 
     Parameters
     ----------
     half_cycle : int
-        Look at the end of half-cycle K; default the last.
+        Show the end of half-cycle K. Default: the last.
     window : int
-        Half-cycles in the space-time diagram, at most.
+        Most half-cycles in the space-time diagram.
     out : path
-        PNG, PDF or SVG file; default RUN.png.
+        PNG, PDF or SVG file. Default: RUN.png.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def export(
 ) -> None:
     """Write one table of a saved run as CSV or Parquet.
 
-    What was recorded (run.record of the scene) is there: one row for each half-cycle, event and
+    The scene must have recorded the table (run.record): one row for each half-cycle, event and
     slider, rearrangement, or slip. Parquet needs pyarrow: the extra "export".
 
     Parameters
@@ -179,7 +179,7 @@ def export(
 
 
 def _content(rows: DataFrame, to: Path) -> bytes:
-    """Return a table as the file that the ending of its name says."""
+    """Return a table as the content of a file, by the ending of its name."""
     if to.suffix == ".csv":
         units = rows.attrs["units"]
         header = [f"{name} [{units[name]}]" if units[name] != "1" else name for name in rows]
@@ -206,22 +206,22 @@ def animate(
     out: File | None = None,
     force: Force = False,
 ) -> None:
-    """Draw one avalanche exactly as it moves, from its closed form.
+    """Animate one avalanche, computed from the closed form of its motion.
 
-    A page shows the run around it, too, and plays the avalanche at any speed; it needs no network.
-
-    Rearrangements are numbered from 0 along the drive, as in a run that records its events.
+    An .html page also shows the whole run, and plays the avalanche at any speed; it needs no
+    network. Rearrangements are numbered from 0 along the drive, as in a run that records its
+    events.
 
     Parameters
     ----------
     rearrangement : int
-        Its number, from 0; default the one with most events in 100 half-cycles.
+        Its number, from 0. Default: the one with most events in 100 half-cycles.
     frames : int
-        Pictures of the GIF file; default 120.
+        Frames of the GIF file. Default: 120.
     max_seconds : number
-        Give up looking for the rearrangement after so much time.
+        Stop searching for the rearrangement after this time.
     out : path
-        GIF file, or .html: a page; default SCENE-K.gif.
+        GIF file, or .html for a page. Default: SCENE-K.gif.
 
     Examples
     --------
@@ -269,14 +269,14 @@ def animate(
 
 
 def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag = False) -> None:
-    """Play with a chain in the browser: sliders for its parameters, avalanches that move.
+    """Play with a chain in the browser: sliders for its parameters, and animated avalanches.
 
-    An app of marimo (the extra "explore"), served to this machine alone, until Ctrl-C.
+    Starts a marimo app (the extra "explore") that only this machine can reach, until Ctrl-C.
 
     Parameters
     ----------
     port : PORT
-        Where the app is; default a port that is free.
+        Port of the app. Default: a free port.
     headless : bool
         Do not open a browser.
 
@@ -299,14 +299,14 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
                 raise exactcreep.InputError("port", number, allowed) from None
         words += ["--port", str(number)]
     app = Path(exactcreep.__file__).parent / "figures" / "explorer_app.py"
-    os.environ["MARIMO_SKIP_UPDATE_CHECK"] = "1"  # it asks nothing outside this machine
+    os.environ["MARIMO_SKIP_UPDATE_CHECK"] = "1"  # no request leaves this machine
     sys.argv = ["marimo", "--yes", "run", str(app), "--no-token", *words]
-    try:  # within this process: however that ends, no server is left behind
+    try:  # within this process, so that no server is left behind
         runpy.run_module("marimo", run_name="__main__", alter_sys=True)
     except SystemExit as leaving:
         if leaving.code and interrupts.status() is None:
             raise
-    raise KeyboardInterrupt  # marimo hears it, too, and leaves as if nothing had been
+    raise KeyboardInterrupt  # marimo also handles Ctrl-C, and then returns normally
 
 
 def sweep(
@@ -325,8 +325,8 @@ def sweep(
 ) -> None:
     """Run every member of a scene as a labelled grid, on all cores or on a cluster.
 
-    Every cell is saved when it has finished; a sweep that was stopped goes on with --resume and
-    gives the same bits. The grid is written to DIRECTORY/sweep.nc.
+    Each cell is saved when it finishes. A sweep that was stopped continues with --resume and gives
+    the same bits. The grid is written to DIRECTORY/sweep.nc.
 
     Parameters
     ----------
@@ -335,9 +335,9 @@ def sweep(
     scheduler : ADDRESS
         A dask scheduler, e.g. tcp://10.0.0.1:8786.
     out : DIR
-        Directory of the results; default SCENE-sweep.
+        Directory of the results. Default: SCENE-sweep.
     resume : bool
-        Go on with the cells that the directory holds.
+        Continue with the cells in the directory.
     plot : path
         Draw the velocities to this PNG, PDF or SVG file.
 
@@ -383,7 +383,7 @@ def sweep(
 
 
 def _print_grid(grid: xr.Dataset) -> None:
-    """Print the mean velocity and what happens at every point, the seeds of each together."""
+    """Print the mean velocity and the outcomes at every point, over all seeds."""
     from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
     from exactcreep.model.outcome import Outcome, with_direction
@@ -414,7 +414,7 @@ def _print_grid(grid: xr.Dataset) -> None:
 
 
 def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:
-    """Return why the errors of velocities are not known, and in how many runs each."""
+    """Return why standard errors are unknown, and in how many runs for each reason."""
     runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
     return Counter(str(reason) for velocity, reason in runs if math.isfinite(velocity) and reason)
 
@@ -439,9 +439,9 @@ def reproduce(
 ) -> None:
     """Compute and draw the paper's figures.
 
-    Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
-    law, the exact one, deviations in standard errors; in its range the law of sliders that stick
-    and slip), and prints the table.
+    Prints a table for each figure (measured velocity, the paper's law, the exact law, deviations in
+    standard errors, and the law of sliders that stick and slip within its range). Writes NAME.png,
+    NAME.pdf, NAME.nc (the data) and NAME.csv (the table).
 
     Parameters
     ----------
@@ -479,7 +479,7 @@ def reproduce(
     for number, picture in enumerate(wanted):
         hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
         with locked(out / picture.name, "out"), shown(picture.name, hint=hint) as display:
-            check([picture])  # another program may have drawn it since
+            check([picture])  # another program may have drawn it meanwhile
             data = picture.data(quick=quick, workers=threads, progress=display.show)
             tables = picture.write(data, out, force=force)
         for table in tables:
@@ -514,7 +514,7 @@ def _print_table(table: Table) -> None:
 
 
 def _beside(law: Sequence[float], deviation: float) -> tuple[str, str]:
-    """Return the values of a law, and how far off it the measured value is."""
+    """Return the values of a law, and the deviation of the measured value."""
     off = "" if math.isnan(deviation) else f"{deviation:+.1f}"
     if deviation == 0 and len(set(law)) > 1:
         off = "between"

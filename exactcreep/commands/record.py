@@ -1,4 +1,4 @@
-"""``exactcreep record``: how a file of temperatures is written, and its faults."""
+"""``exactcreep record`` and ``roof``: read, check and use a file of temperatures."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ def record(
     mend: File | None = None,
     output: Drawing = _DRAWN,
 ) -> None:
-    """Guess how a file of temperatures is written, and print the lines for a scene.
+    """Guess the format of a file of temperatures, list its faults, and print lines for a scene.
 
-    Delimiter, decimal comma, date format, encoding, and the columns: of times, and of temperatures
-    or of minima and maxima. A guess that may be wrong has a remark. T0 is the mean: set it to the
-    temperature at which the solid was laid.
+    The lines give the delimiter, decimal comma, date format, encoding, and the columns of times and
+    of temperatures (or of minima and maxima). An uncertain guess has a remark. T0 is the mean; set
+    it to the temperature at which the solid was laid.
 
-    Faults of the record are listed below the lines: readings that are missing or far from their
-    neighbours, gaps, rows out of order, minima above their maxima. A plot marks them. Exit status:
-    0 the record can be used as it is, or was mended, 2 it cannot.
+    Faults follow below: missing readings and outliers, gaps, rows out of order, minima above their
+    maxima. A plot marks them. Exit status: 0 the record can be used as it is, or was mended, 2 it
+    cannot.
 
     Parameters
     ----------
     mend : path
-        Write a copy, CSV in degrees, whose gaps are filled and whose suspect readings are replaced
-        from the same hour of the days around; what was done is printed.
+        Write a copy, CSV in degrees, in which the same hour of nearby days replaces gaps and
+        suspect readings; the changes are printed.
 
     Examples
     --------
@@ -93,20 +93,20 @@ def roof(
 ) -> None:
     """Say how far a roof creeps in the weather of a file, in millimetres a year, and how surely.
 
-    The file is read as `exactcreep record` guesses. The rate is computed in the sliding limit: the
-    static friction has no effect.
+    The file is read as by `exactcreep record`. The rate is computed in the sliding limit, in which
+    the static friction has no effect.
 
     Parameters
     ----------
     length : X
-        Of the sheet along the slope, in m.
+        Length of the sheet along the slope, in m.
     slope_degrees : X
         Pitch of the roof.
     material : NAME
         lead, copper, zinc or steel.
     friction : LOW,HIGH
-        Least and largest dynamical friction coefficient; default from 2 % more than holds the sheet
-        to 1, or to the double.
+        Least and largest dynamical friction coefficient. Default: from 2 % more than holds the
+        sheet to 1, or to twice the least.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def roof(
 
 
 def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], list[str]]:
-    """Write mended readings, and return how a scene reads them and what was done."""
+    """Write mended readings; return the settings with which a scene reads them, and the changes."""
     import numpy as np
 
     from exactcreep.quasistatic.writing import write_file
@@ -165,5 +165,5 @@ def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], li
 
 
 def _as_toml(value: Any) -> str:
-    """Return a text or a number as TOML has it."""
+    """Return a text or a number in TOML."""
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)

@@ -1,4 +1,4 @@
-"""``exactcreep run`` and ``resume``: drive the chain of a scene, or go on from a checkpoint."""
+"""``exactcreep run`` and ``resume``: run a scene, or continue from a checkpoint."""
 
 from __future__ import annotations
 
@@ -57,18 +57,18 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Session(Output):
-    """Where a run goes, and how far.
+    """The output and the limits of a run.
 
     Parameters
     ----------
     plot : path
         Draw x_G and theta to this PNG, PDF or SVG file.
     every : SECONDS
-        How often to write the checkpoint.
+        Time between two writings of the checkpoint.
     max_events : int
-        Give up a member after K events.
+        Stop a member after K events.
     max_seconds : SECONDS
-        Give up after so much time.
+        Stop after this time.
     """
 
     every: Seconds = "60"
@@ -76,8 +76,8 @@ class Session(Output):
     max_seconds: Seconds | None = None
 
     def limits(self) -> Limits:
-        """Return the limits of the command, whose time begins now, at its first line."""
-        import_module("exactcreep.scene")  # loading is no part of the time
+        """Return the limits of the command; the time begins now, at its first line."""
+        import_module("exactcreep.scene")  # the time to load it does not count
         import_module("exactcreep.studies.members")
         from exactcreep.watch.limits import Limits
 
@@ -91,7 +91,7 @@ class Session(Output):
         note: Mapping[str, Any],
         kept: Checkpoint | None,
     ) -> None:
-        """Run members, then save, draw and print them; leave with the exit status they make.
+        """Run members, then save, draw and print them, and exit with their status.
 
         The `note` of the checkpoint: the scene's name and title, and the settings of members.
         """
@@ -106,7 +106,7 @@ class Session(Output):
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
         with shown(quiet=self.json) as display, warnings.catch_warnings():
-            warnings.simplefilter("ignore", CheckpointWarning)  # the last line says it
+            warnings.simplefilter("ignore", CheckpointWarning)  # the last line reports it
             try:
                 results = run_members(
                     (member.experiment for member in chain(ahead, members)), len(settings),
@@ -144,11 +144,11 @@ class Session(Output):
 
 DEFAULT = Session()
 _AHEAD = 256
-"""Members that are made, and so checked, before the first begins; others when they are due."""
+"""Members that are made and checked before the first one runs; later members are made in turn."""
 
 
 def _descent(result: Creep, member: Member) -> Descent | None:
-    """Return what a single run comes to in millimetres, if its time is known."""
+    """Return the descent of a single run in millimetres, if its unit of time is known."""
     solid, seconds = member.solid, member.time_unit
     if solid is None or seconds is None or not result.half_cycles:
         return None
@@ -171,7 +171,7 @@ def run(
     session: Session = DEFAULT,
     twin: Flag = False,
 ) -> None:
-    """Drive the chain of a scene, or of every member of it.
+    """Run a scene: drive its chain, or the chain of every member.
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.
@@ -179,8 +179,8 @@ def run(
     Parameters
     ----------
     solver : NAME
-        exact, reference, mpmath, certified, verlet or sliding. Default: what the scene names, else
-        exact.
+        exact, reference, mpmath, certified, verlet or sliding. Default: the solver that the scene
+        names, else exact.
     dt : DT
         Time step of verlet, unit tau_dyn.
     locate : bool
@@ -188,15 +188,15 @@ def run(
     digits : int
         Decimal digits of mpmath and certified.
     accuracy : X
-        End as soon as the mean velocity is known to this relative error, at 95 %; the cycles of the
-        scene are the most.
+        Stop when the mean velocity has this relative error, at 95 %, or at the end of the scene's
+        drive.
     record : NAMES
         x_G, x, tension, slips, events, rearrangements, slip_table; repeatable or with commas; or
         none.
     checkpoint : path
-        Keep a file from which exactcreep resume goes on.
+        Write a file from which exactcreep resume continues.
     twin : bool
-        Follow a twin a few roundings off until it parts, however late.
+        Follow slightly perturbed copies until one differs, however late.
 
     Examples
     --------
@@ -225,14 +225,14 @@ def run(
 
 
 def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
-    """Go on from a checkpoint, bit for bit as if the run had never stopped.
+    """Continue from a checkpoint, bit for bit as if the run had never stopped.
 
-    The file is kept up to date. Limits count anew, except the limit of events.
+    The file is kept up to date. Limits start again, except the limit of events.
 
     Parameters
     ----------
     checkpoint : FILE
-        What `exactcreep run --checkpoint` kept.
+        File from `exactcreep run --checkpoint`.
 
     Examples
     --------
@@ -256,7 +256,7 @@ def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
 
 
 def _number_or_range(name: str, value: Any) -> str:
-    """Return a parameter of a chain: both end forces, of other lists the least and the largest."""
+    """Return a parameter of a chain; a list as its least and largest value, end forces as both."""
     if name == "end_forces":
         return " and ".join(f"{float(force):.6g}" for force in value)
     ends = dict.fromkeys([min(value), max(value)] if isinstance(value, list) else [value])
@@ -266,7 +266,7 @@ def _number_or_range(name: str, value: Any) -> str:
 def _print(
     results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], descent: Descent | None
 ) -> None:
-    """Print the results, the paper's prediction beside the measured value."""
+    """Print the results, with the paper's prediction beside the measured value."""
     first = results[0]
     known = [pair for pair in first.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in known)
@@ -303,14 +303,14 @@ def _predicted(result: Creep, digits: int) -> tuple[str, str]:
     found = prediction(result.chain, result.drive)
     if found is None:
         return "", ""
-    slope = result.chain.tan_alpha  # below its threshold the equation points up the slope
+    slope = result.chain.tan_alpha  # below its threshold the equation gives uphill velocities
     holds = slope == 0 or any(value * slope > 0 for value in found.printed)
     values = found.printed if holds else ()
     return found.label, " or ".join(f"{value:.{digits}g}" for value in values)
 
 
 def _held(result: Creep) -> str:
-    """Return what the law that holds for a run gives, its deviation, and its name."""
+    """Return the velocity of the law that holds for a run, its deviation, and its name."""
     from exactcreep.laws import prediction
 
     experiment = result.experiment

@@ -1,6 +1,6 @@
-"""Commands that ask a question: of a chain, or of the members of a scene.
+"""Commands that ask a question about a chain, or about the members of a scene.
 
-A public function of a chain is a command as it stands: its options are the arguments of the
+A command about a chain is made from a public function: its options are the parameters of the
 function, and its help is the docstring.
 """
 
@@ -52,11 +52,11 @@ if TYPE_CHECKING:
 
     from exactcreep import Plan
 
-_FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
+_FOR_EVER = "1e9"  # seconds: with a limit of time a study also checks for Ctrl-C
 _UNSEEN = ("Hearer", "Executor")
-"""Annotations of what a command line cannot give."""
+"""Annotations of parameters that a command line cannot give."""
 _KEYWORD = inspect.Parameter.KEYWORD_ONLY
-_MOST_IN_FULL = 8  # planned members; of more one line each is printed
+_MOST_IN_FULL = 8  # most planned members that are printed in full; others have one line each
 _FLAGS = {"low": "--from", "high": "--to", "after": ("--after", "--cycles")}
 _START = "Tension of every spring at the start; default the relaxed chain."
 
@@ -64,13 +64,8 @@ _START = "Tension of every spring at the start; default the relaxed chain."
 class Question(NamedTuple):
     """A public function that is a command.
 
-    Attributes
-    ----------
-    summary : str
-        The first sentence of its docstring, for a list of commands that does not import it.
-    group : type
-        The options that say where the answer goes.
-    examples : tuple of str
+    `summary` is the first sentence of its docstring, for a list of commands that does not import
+    the function; `group` has the options of its output; `examples` are command lines.
     """
 
     summary: str
@@ -91,7 +86,7 @@ QUESTIONS = {
         ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
     ),
     "fate": Question(
-        "Follow a chain without disorder under temperature cycles until it has settled for ever.",
+        "Find out whether a chain without disorder rests, is locked or creeps for ever.",
         Drawing,
         (
             "--n 5 --amplitude 0.000765",
@@ -119,14 +114,14 @@ def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
 
 
 def _drawn(result: Any) -> Any:
-    """Return the picture of an answer; only now is what draws imported."""
+    """Return the picture of an answer; the drawing modules are imported only here."""
     return result.plot()
 
 
 def question(command: str) -> Callable[..., None]:
     """Return a public function as a command; see `QUESTIONS`.
 
-    Its exit status is 3 where the function gives up, or has a reason to come back early.
+    Its exit status is 3 if the function gives up, or returns early for a reason.
     """
     about = QUESTIONS[command]
     public = getattr(exactcreep, command.replace("-", "_"))
@@ -139,7 +134,7 @@ def question(command: str) -> Callable[..., None]:
         if tension is not None:
             arguments["start"] = exactcreep.State.prepared(chain, [tension] * (chain.n - 1))
         output.check()
-        # Ctrl-C returns the known part, like the end of the time
+        # Ctrl-C returns a partial result, as the limit of time does
         with shown(quiet=output.json) as display, interrupts.deferred():
             try:
                 result = public(chain, **arguments, progress=display.show)
@@ -170,14 +165,14 @@ def question(command: str) -> Callable[..., None]:
 
 
 def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
-    """Return what a public function says of itself, with exit statuses and lines to be typed."""
+    """Return a function's docstring up to its sections, with exit statuses and examples."""
     text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
     status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far)."
     return "\n".join([text, "", status, "", "Examples", "--------", *examples])
 
 
 def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
-    """Return what the command of a public function takes, by how the command line takes it."""
+    """Return the signature of the command of a public function."""
     said, options = described(public), list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
@@ -189,7 +184,7 @@ def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Sign
 
 
 def _kind(own: inspect.Parameter, about: str) -> Any:
-    """Return how the command line takes an argument of a public function."""
+    """Return the annotation of a parameter of a public function on the command line."""
     annotation, named = str(own.annotation), dict[str, Any](help=about)
     if own.name in _FLAGS:
         named["name"] = _FLAGS[own.name]
@@ -204,7 +199,7 @@ def _kind(own: inspect.Parameter, about: str) -> Any:
 
 
 def _as_text(default: Any) -> Any:
-    """Return a default as the command line would give it: numbers as text, one by one."""
+    """Return a default in the form of the command line: numbers as text."""
     if isinstance(default, tuple):
         return tuple(map(_as_text, default))
     is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
@@ -222,13 +217,13 @@ def compare(
     seeds: Annotated[str | None, taken("SEEDS")] = None,
     output: Output = _WRITTEN,
 ) -> None:
-    """Show what each solver is worth beside the certified one, with the same disorder.
+    """Compare each solver with the certified one, with the same disorder.
 
-    For exact, Verlet without and with located events, and the sliding limit: events that agree,
-    the position error before the first wrong one, its order in dt, the bias of the mean velocity
-    with an interval of 95 % over the seeds, and time per half-cycle.
-
-    Of a scene with several members the first is compared; --set chooses another.
+    Solvers are exact, Verlet with and without located events, and the sliding limit. The table has
+    the number of events that agree, the position error before the first wrong event, its order in
+    dt, the bias of the mean velocity with an interval of 95 % over the seeds, and the time per
+    half-cycle. If a scene has several members, only the first is compared; choose another with
+    --set.
 
     Parameters
     ----------
@@ -237,9 +232,9 @@ def compare(
     digits : int
         Decimal digits of the certified solver.
     events : int
-        Certified events to compare, of each seed; default by the number of sliders.
+        Certified events to compare for each seed. Default: by the number of sliders.
     seeds : SEEDS
-        Compare over K seeds, or over those listed: 1,2,3; default by the number of sliders.
+        Compare over K seeds, or over a list: 1,2,3. Default: by the number of sliders.
 
     Examples
     --------
@@ -329,15 +324,15 @@ def plan(
 ) -> None:
     """Say what a scene needs, which solver answers it and why, what it costs, how far to trust it.
 
-    A solver that the scene names itself is never overridden. Of more than 8 members one line each
-    is printed; --json has all of all.
+    A solver that the scene names is never overridden. More than 8 members are printed in one line
+    each; --json always holds every member in full.
 
     Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
 
     Parameters
     ----------
     digits : int
-        Significant digits that are wanted of the trajectory.
+        Significant digits required of the trajectory.
 
     Examples
     --------
@@ -362,7 +357,7 @@ def plan(
 
 
 def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bool) -> None:
-    """Print plans of members with what these set, in full, or one line each."""
+    """Print plans of members with their settings, in full, or in one line each."""
     if in_full:
         for setting, plan in plans:
             if setting:

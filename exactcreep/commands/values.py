@@ -1,7 +1,7 @@
-"""What options take: kinds of text, by their names in a help, and how the text is read.
+"""Kinds of values that options take: their names in a help, and how they are read.
 
-Numbers stay the text that was written until a function of the package reads them exactly. A value
-may begin with a hyphen, as -5/12 does.
+Numbers stay text until a function of the package reads them exactly. A value may begin with a
+hyphen: -5/12.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 def taken(metavar: str, **further: Any) -> Parameter:
-    """Return how an option takes a value that is called `metavar` in the help."""
+    """Return the parameter of an option whose value is called `metavar` in the help."""
     return Parameter(metavar=metavar, allow_leading_hyphen=True, **further)
 
 
@@ -52,7 +52,7 @@ Force = Annotated[Flag, Parameter(help="Overwrite files that exist.")]
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class ChainOptions:
-    """The chain of a command that is about a chain and no scene.
+    """The chain of a command that does not read a scene.
 
     Parameters
     ----------
@@ -103,14 +103,14 @@ def chosen(members: Sequence[T], member: str) -> T:
 
 
 def whole(text: str | None, name: str, least: int = 1, most: int | None = None) -> int | None:
-    """Return the whole number that an option gives; None if it is not given."""
+    """Return the whole number of an option; None if it is not given."""
     from exactcreep.model.numbers import whole_number
 
     return None if text is None else whole_number(text, name, least=least, most=most)
 
 
 def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
-    """Return the allowed names, and the name that was meant."""
+    """Return the allowed names, and a suggestion near the given name."""
     from exactcreep.model.names import did_you_mean
 
     return f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
@@ -123,7 +123,7 @@ _ENTRY = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$\n((?:^ +\S.*\n|^\n(?= ))*)", re.M
 
 
 def help_of(function: Callable[..., Any]) -> str:
-    """Return what a docstring says before its sections, a line a paragraph, and its examples."""
+    """Return a docstring without its sections, one line per paragraph, and its examples."""
     said, *parts = _SECTION.split(inspect.getdoc(function) or "")
     lines = dict(zip(parts[::2], parts[1::2], strict=True)).get("Examples", "").splitlines()
     examples = "\n".join(f"    {_continued(line)}" for line in lines if line)
@@ -132,11 +132,11 @@ def help_of(function: Callable[..., Any]) -> str:
 
 
 def _continued(line: str) -> str:
-    """Return a line as a shell takes it in pieces: none is broken by a narrow terminal."""
+    """Return a command line broken with backslashes, so that it can be copied from any terminal."""
     import shutil
     import textwrap
 
-    room = shutil.get_terminal_size().columns - 6  # of the indent, and of a blank and a backslash
+    room = shutil.get_terminal_size().columns - 6  # without the indent, a blank and a backslash
     kept = re.sub(r"(--\S+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)  # an option and its value
     parts = textwrap.wrap(
         kept, room, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
@@ -145,7 +145,7 @@ def _continued(line: str) -> str:
 
 
 def described(function: Callable[..., Any]) -> dict[str, str]:
-    """Return what the docstring of a public function says of each parameter."""
+    """Return the description of each parameter in the docstring of a public function."""
     _, *parts = _SECTION.split(inspect.getdoc(function) or "")
     section = dict(zip(parts[::2], parts[1::2], strict=True)).get("Parameters", "")
     return {
