@@ -1,6 +1,5 @@
 """Scenes: exact numbers, refused names, members, and starts."""
 
-from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -24,12 +23,6 @@ kind = "cycles"
 amplitude = 1e-3
 cycles = 5
 """
-
-
-def test_numbers_are_read_as_the_decimals_that_are_written() -> None:
-    experiment = Scene.from_text(TEXT).experiment()
-    assert experiment.chain == Chain(3, 1000, "1/2", "3/5", tan_alpha=Fraction(1, 10))
-    assert experiment.drive == Cycles(Fraction(1, 1000), 5)
 
 
 @pytest.mark.filterwarnings("ignore:in .*the minimum is above the maximum on 1 of 52503 days")
@@ -67,20 +60,18 @@ def test_settings_reach_the_experiment_and_another_kind_of_drive_replaces_the_ta
     assert scene.with_settings(random).experiment().drive == GaussianSteps("0.01", 9)
 
 
-def test_members_are_all_combinations_and_the_first_key_varies_slowest() -> None:
-    text = TEXT + '[vary]\nchain.n = [2, 3]\n"drive.amplitude" = [0.001, 0.002]\n'
+def test_decimals_are_read_as_they_are_written_and_the_first_key_varies_slowest() -> None:
+    start = '[run]\nstart = { tensions = [0.1, "1/3"], theta = 0.001 }\n'
+    text = TEXT + '[vary]\nchain.l0 = [1, 1_000.0]\n"drive.amplitude" = [0.001, 1e-3]\n' + start
     members = list(Scene.from_text(text).members())
     assert [tuple(m.settings.values()) for m in members] == [
-        (2, "0.001"), (2, "0.002"), (3, "0.001"), (3, "0.002"),
+        (1, "0.001"), (1, "1e-3"), ("1_000.0", "0.001"), ("1_000.0", "1e-3"),
     ]  # fmt: skip
-    assert [m.experiment.chain.n for m in members] == [2, 2, 3, 3]
-
-
-def test_a_start_of_given_tensions_is_exact() -> None:
-    text = TEXT + '[run]\nstart = { tensions = [0.1, "1/3"], theta = 0.001 }\n'
-    start = Scene.from_text(text).experiment().initial
-    assert start.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
-    assert start.theta == Fraction(1, 1000)
+    last = members[-1].experiment
+    assert last.chain == Chain(3, 1000, "1/2", "3/5", tan_alpha=Fraction(1, 10))
+    assert last.drive == Cycles(Fraction(1, 1000), 5)
+    assert last.initial.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
+    assert last.initial.theta == Fraction(1, 1000)
 
 
 def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Path) -> None:
@@ -134,19 +125,10 @@ def test_a_bad_scene_is_refused_by_name(change: tuple[str, str], told: str) -> N
 @pytest.mark.parametrize(
     ("text", "value"),
     [("6", 6), ("0.01", "0.01"), ("1/5", "1/5"), ("exact", "exact"), ('"exact"', "exact"),
-     ("[1, 2]", [1, 2]), ("true", True), ("{ size = 1e-6 }", {"size": "1e-6"}), ("", ""),
-     ("1\nx = 2", "1\nx = 2")],
+     ("[1, 2]", [1, 2]), ("{ size = 1e-6 }", {"size": "1e-6"}), ("", ""), ("1\nx = 2", "1\nx = 2")],
 )  # fmt: skip
 def test_a_set_value_is_read_as_toml_or_as_it_stands(text: str, value: object) -> None:
     assert parsed_value(text) == value
-
-
-def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
-    scene = tmp_path / "huge.toml"
-    for size, told in ((3, "must be UTF-8 text; line 1 holds another"), (2**25, "at most 16 MiB")):
-        scene.write_bytes(b"\xe9" + bytes(size))
-        with pytest.raises(InputError, match=told):
-            load_scene(scene)
 
 
 SPAN = "[vary]\ndrive.amplitude = {{ {} }}\n"
@@ -170,20 +152,10 @@ def test_equal_steps_are_the_decimals_that_would_be_written(
     scene = Scene.from_text(TEXT + SPAN.format(span))
     listed = TEXT + f"[vary]\ndrive.amplitude = [{', '.join(map(str, values))}]\n"
     assert scene.vary == {"drive.amplitude": values} == Scene.from_text(listed).vary
-    kinds = [type(value) for value in scene.vary["drive.amplitude"]]
-    assert kinds == [Literal if isinstance(value, str) else int for value in values]
-    given = {"vary.drive.amplitude": parsed_value(f"{{ {span} }}")}
-    assert Scene.from_text(TEXT).with_settings(given).vary == scene.vary
-
-
-@pytest.mark.parametrize("number", [str, float, Decimal, Fraction, Literal])
-def test_equal_steps_in_python_are_numbers_of_any_kind(number: Callable[[str], object]) -> None:
-    span = {"from": number("0.001"), "to": number("0.0013"), "step": number("0.0001")}
-    scene = Scene.from_text(TEXT).with_settings({"vary.drive.amplitude": span})
-    assert scene.vary["drive.amplitude"] == ["0.001", "0.0011", "0.0012", "0.0013"]
-    thirds = {"from": 0, "to": Fraction(1), "step": Fraction(1, 3)}
-    varied = Scene.from_text(TEXT).with_settings({"vary.drive.amplitude": thirds}).vary
-    assert varied["drive.amplitude"] == [0, Fraction(1, 3), Fraction(2, 3), 1]
+    given = parsed_value(f"{{ {span} }}")
+    for number in (str, Decimal, Fraction, Literal):  # of any kind, in Python
+        same = {"vary.drive.amplitude": {key: number(value) for key, value in given.items()}}
+        assert Scene.from_text(TEXT).with_settings(same).vary == scene.vary
 
 
 @pytest.mark.parametrize(
