@@ -102,6 +102,7 @@ def test_the_data_that_are_written_are_those_of_the_run(command: Command) -> Non
     assert told.json["velocity"] == loaded.velocity > 0
     assert told.json["half_cycles"] == loaded.half_cycles > 0
     assert (told.json["outcome"], told.json["solver"]) == ("limit", "exact")
+    assert not loaded.experiment.twin  # nobody asked for it
     counts = loaded.rearrangements, loaded.event_count, loaded.slip_count, loaded.undecided
     assert counts == tuple(told.json[k] for k in ("rearrangements", "events", "slips", "undecided"))
 
