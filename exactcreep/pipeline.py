@@ -30,6 +30,7 @@ from exactcreep.model.numbers import (
     positive_number,
     whole_number,
 )
+from exactcreep.model.remarks import remark
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
@@ -423,6 +424,7 @@ def pipeline(
             ("submerged_weight", submerged_weight), ("kappa", kappa),
         )
     }  # fmt: skip
+    remark("kappa", exact["kappa"])
     slope, count = exact_number(tan_alpha, "tan_alpha"), whole_number(contacts, "contacts", least=2)
     pulled = end_tension if isinstance(end_tension, (list, tuple)) else (0, end_tension)
     if len(pulled) != 2:

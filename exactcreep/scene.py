@@ -480,7 +480,7 @@ def _keys_within(table: str) -> Iterator[None]:
         field = error.field
         if field == table.rpartition(".")[2]:
             field = table
-        elif not field.startswith(f"{table}."):
+        elif not field.startswith((f"{table}.", "chain.")):
             field = f"{table}.{field}"
         raise InputError(field, error.value, error.allowed) from None
 

@@ -29,6 +29,8 @@ from exactcreep.model.numbers import (
     shown,
     whole_number,
 )
+from exactcreep.model.outcome import Outcome
+from exactcreep.model.remarks import remark
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import creep
@@ -404,6 +406,10 @@ class Descent:
         seconds, own = solid.time_unit_of(result.drive, time_unit), result.experiment
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
+        if result.outcome is Outcome.RUNAWAY:
+            slope = f"tan_alpha = {nearest_float(solid.chain.tan_alpha):.3g}"
+            allowed = f"must exceed {slope}, or the solid slides down at once"
+            raise InputError("mu_d", solid.chain.mu_d, allowed)
         count = whole_number(seeds, "seeds", least=0)
 
         made = cls(solid, result, seconds)
@@ -583,6 +589,9 @@ class Descent:
             least, most = self.interval
             between = f"{in_full(least, 4)} to {in_full(most, 4)} mm/year"
             between += f" for mu_d from {high:.4g} to {low:.4g}"
+            if most == math.inf:
+                between = f"{in_full(least, 4)} mm/year for mu_d = {high:.4g}, without bound for"
+                between += f" {low:.4g}, which does not hold the solid"
             said["friction"] = f"{between} (sliding limit, N = {many})"
         if math.isfinite(self._weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
@@ -692,6 +701,7 @@ def physical(
     mu_d, friction = _middle(mu_d, "mu_d")
     mu_s, _ = _middle(mu_s, "mu_s")
     exact = {name: positive_number(value, name) for name, value in quantities.items()}
+    remark("kappa", exact["kappa"])
     n = whole_number(contacts, "contacts", least=0)
     beside = number_from_zero(measured, "measured")
     l0 = exact["youngs_modulus"] / (exact["gravity"] * exact["density"] * exact["length"])

@@ -136,6 +136,7 @@ class Chain(Shown):
                 raise InputError("sigma_mu", sigma_mu, allowed)
         remark("tan_alpha", self.tan_alpha)
         remark("mu_s", self.largest_mu_s)
+        remark("sigma_mu", self.sigma_mu)
 
     def _frictions(self) -> Iterator[tuple[str, Fraction, Fraction]]:
         """Yield index, mu_d and mu_s of each slider; once for all sliders if they are alike."""

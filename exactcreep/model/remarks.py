@@ -12,8 +12,19 @@ from typing import Any
 
 import numpy as np
 
-_PLAUSIBLE = {"tan_alpha": 3, "mu": 10, "mu_d": 10, "mu_s": 10}
-"""Slopes and coefficients of friction up to which nothing is said."""
+_FRICTION = "a coefficient of friction is mostly between 0.1 and 1"
+_PLAUSIBLE = {
+    "tan_alpha": (3, ""),
+    "mu": (10, _FRICTION),
+    "mu_d": (10, _FRICTION),
+    "mu_s": (10, _FRICTION),
+    "sigma_mu": (0.5, "static coefficients mostly scatter by less than 0.1"),
+    "kappa": (0.001, "solids expand by some 1e-5 of their length per kelvin"),
+    "steps": (1e6, "so many time steps in one tau_dyn; Verlet mostly takes 10 to 1000"),
+    "sliders": (500_000, "a run takes about a kilobyte of memory for each"),
+    "events": (3e12, "a run of so many takes more than a day; max_seconds ends it sooner"),
+}
+"""Up to which value nothing is said of a quantity, and what is said beyond."""
 THETA_BEYOND_ONE = (
     "|theta| reaches 1, where a spring of the model has no length left: theta is a thermal strain,"
     " the expansion coefficient times the change of temperature, e.g. 0.0009 for lead and 30 K"
@@ -52,12 +63,13 @@ def in_degrees(angle: Any) -> str:
 
 
 def remark(name: str, value: Any) -> None:
-    """Warn if a slope or a coefficient of friction, or one of several, is implausibly large."""
-    largest = float(np.abs(value).max(initial=0.0) if isinstance(value, np.ndarray) else abs(value))
-    if largest <= _PLAUSIBLE.get(name, math.inf):
+    """Warn if a quantity, or one of several, is implausibly large."""
+    most, said = _PLAUSIBLE.get(name, (math.inf, ""))
+    values = np.ravel(value) if isinstance(value, np.ndarray) else [value]
+    largest = float(max(values, key=abs, default=0.0))
+    if not abs(largest) > most:
         return
     if name == "tan_alpha":
-        angle = f"{math.degrees(math.atan(largest)):.0f} degrees"
-        warn(f"tan_alpha = {largest:g}: a slope of {angle}? {in_degrees(largest)}")
-    else:
-        warn(f"{name} = {largest:g}: a coefficient of friction is mostly between 0.1 and 1")
+        angle = f"{math.degrees(math.atan(abs(largest))):.0f} degrees"
+        said = f"a slope of {angle}? {in_degrees(largest)}"
+    warn(f"{name} = {largest:g}: {said}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
 from fractions import Fraction
@@ -15,7 +16,7 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
-from exactcreep.model.remarks import THETA_BEYOND_ONE, warn
+from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import EXPANSION
@@ -27,6 +28,8 @@ DRIVES: dict[str, type[Drive]] = {
     kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
 }
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
+_BYTES = 800
+"""Of memory that a run takes at least for each slider."""
 _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
 
 
@@ -97,6 +100,7 @@ class Experiment:
         ):
             if not isinstance(value := getattr(self, name), kind):
                 raise InputError(name, value, allowed)
+        _check_memory(self.chain.n)
         seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
             drive = Path.of(drive, seed)
@@ -115,8 +119,22 @@ class Experiment:
         self.chain.require_dilation(self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
+        remark("sliders", self.chain.n)
+        remark("events", self._expected_events())
         widest = float(np.abs(self.theta).max(initial=0.0))
         self.chain.require_dilation(widest, "start.theta", self.theta)
+
+    def _expected_events(self) -> float:
+        """Return about how many events cycles make on a chain of equal sliders; 0: not known."""
+        chain, drive = self.chain, self.drive
+        if not isinstance(drive, Cycles) or chain.unlike or chain.slides or chain.may_run_away:
+            return 0.0
+        advance = nearest_float(chain.l0 * drive.amplitude)
+        held = chain.friction - abs(chain.sin_alpha)
+        step = chain.times_cosine(max(chain.mu_s - chain.mu_d, chain.sigma_mu))
+        if min(held, step) <= 0:  # in float64
+            return 0.0
+        return drive.half_cycles * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
 
     @property
     def theta(self) -> Any:
@@ -215,6 +233,17 @@ class Experiment:
             "start": None if start is None else State(**start),
         }
         return cls(**{**data, **made})
+
+
+def _check_memory(n: int) -> None:
+    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
+    try:
+        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // _BYTES
+    except (AttributeError, ValueError, OSError):  # the system does not say
+        return
+    if n > most:
+        allowed = f"must be at most {most} to fit into the memory of this machine"
+        raise InputError("chain.n", n, allowed)
 
 
 def _valid_start(start: Any, chain: Chain) -> State | None:

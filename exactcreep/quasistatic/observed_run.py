@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 from exactcreep.model.enclosure import Enclosure, as_float
-from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.creep_result import Creep
@@ -33,7 +31,6 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
-_LEAST_BYTES = 500  # of memory for a slider
 _MOST_NUMBERS = 1 << 21  # in a column, recorded at once
 _SAVED = 1.25  # factor between the targets of successive snapshots for `state_at`
 _FIRST_SAVED = 64  # target of the first snapshot; the next comes at most at twice the target
@@ -50,7 +47,6 @@ class ObservedRun:
     kept_up_to_date = False
 
     def __init__(self, experiment: Experiment) -> None:
-        _check_memory(experiment.chain.n)
         self.experiment = experiment
         self.total = experiment.drive.half_cycles
         self.done, self.seconds = 0, 0.0
@@ -248,13 +244,3 @@ class ObservedRun:
         self.outcome = Outcome(kept["outcome"]) if kept["outcome"] else None
         require(0 <= self.done <= self.total, f"it has reached {self.done} of {self.total} targets")
         self._save()
-
-
-def _check_memory(n: int) -> None:
-    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
-    try:
-        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // _LEAST_BYTES
-    except (AttributeError, ValueError, OSError):  # the system does not say
-        return
-    if n > most:
-        raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")

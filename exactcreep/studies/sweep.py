@@ -52,6 +52,7 @@ _CELL_FORMAT = "exactcreep cell 1"
 _CELL = names(Place.CELL)
 _TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
 """Names in a grid that no dimension may have."""
+_BETWEEN = 1000  # experiments that are made before they are counted anew
 _MOST_FAILURES = 10  # cells that may fail before one succeeds
 Cell = dict[str, Any]
 
@@ -141,7 +142,7 @@ def sweep(
         scene = _Listed(scene)
     elif not isinstance(scene, Scene):
         scene = load_scene(scene)  # type: ignore[arg-type]
-    cells = _Cells(scene)
+    cells = _Cells(scene, progress)
     with cell_folder(out, scene, resume=resume) as folder:
         cells.keep_in(folder)
         try:
@@ -186,9 +187,14 @@ class CellsFailed(InputError):
 class _Cells:
     """The cells of a sweep: the experiment of each, and its result or None."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, progress: Hearer) -> None:
         self.scene, self.settings = scene, scene.settings()
-        self.experiments = [_experiment(scene, setting) for setting in self.settings]
+        self.experiments = list[Experiment]()
+        say, total = reporter(progress), len(self.settings)
+        for setting in self.settings:
+            if len(self.experiments) % _BETWEEN == 0:
+                say("preparing", len(self.experiments), total, "cells", text="prepared")
+            self.experiments.append(_experiment(scene, setting))
         self.values: list[Cell | None] = [None] * len(self.experiments)
         self.folder: CellFolder | None = None
 

@@ -267,4 +267,4 @@ def test_the_chain_that_no_memory_holds_is_refused_before_it_is_made() -> None:
     )
     done = finished(sys.executable, "-c", script)
     assert done.returncode == 2
-    assert "exactcreep: n = 100000000: must be at most" in done.stderr
+    assert "exactcreep: chain.n = 100000000: must be at most" in done.stderr

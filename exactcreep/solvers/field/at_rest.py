@@ -289,9 +289,7 @@ class ChainAtRest(ABC):
             return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
         return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
 
-    def _before(
-        self, way: int, room: Any, target: Fraction, starts: list[tuple[int, int]]
-    ) -> bool:
+    def _before(self, way: int, room: Any, target: Fraction, starts: list[tuple[int, int]]) -> bool:
         """Whether sliders that lack `room` start before `target`."""
         stretch = max(self.stretches[n] for n, _ in starts)
         slack = self.rest.force_slack * stretch + self.rest.theta_slack

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Drive, Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.remarks import remark
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import FLOAT64
@@ -42,7 +43,7 @@ from exactcreep.solvers.verlet import steps
 from exactcreep.solvers.verlet.steps import AT_REST_ROWS, COUNTS, Arrays, B, Constants, X, Y
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
-_TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
+_TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; change dt"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
 _ENDINGS = {
     steps.REST: Ending(Stop.DONE),
@@ -336,6 +337,7 @@ class Verlet(Solver):
         if not (dt > 0.0 and dt * dt > 0.0 and math.isfinite(dt * dt)):
             allowed = "must be a positive time step, unit tau_dyn, whose square is a float64"
             raise InputError("dt", self.dt, allowed)
+        remark("steps", 1 / dt)
         object.__setattr__(self, "dt", dt)
         if not isinstance(self.locate, (bool, np.bool_)):
             raise InputError("locate", self.locate, "must be true or false")
