@@ -12,7 +12,15 @@ from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CycloptsError,
+    Group,
+    MissingArgumentError,
+    Parameter,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
 
 from exactcreep import __version__
 from exactcreep.commands import files, studies
@@ -96,6 +104,7 @@ def status(words: Sequence[str]) -> int:
         scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
         near = did_you_mean(arguments[0], [*COMMANDS, "--help"])
         near = near or did_you_mean(f"run {arguments[0]}", scenes)
+        near = near or "; exactcreep --help lists the commands"
         complain(f"No such command {arguments[0]!r}{near}")
         return 2
     code = 0 if arguments else 2
@@ -118,7 +127,11 @@ def status(words: Sequence[str]) -> int:
         from exactcreep.model.numbers import InputError
 
         if isinstance(error, UnusedCliTokensError):
-            complain(f"{arguments[0]} takes no further {' '.join(error.unused_tokens or ())!r}")
+            told = "; --set takes KEY=VALUE" if "--set" in arguments else ""
+            further = " ".join(error.unused_tokens or ())
+            complain(f"{arguments[0]} takes no further {further!r}{told}")
+        elif isinstance(error, MissingArgumentError):
+            complain(_missing(arguments, error))
         elif isinstance(error, UnknownOptionError):
             complain(_no_option(arguments, error))
         elif isinstance(error, (CycloptsError, InputError)):
@@ -136,6 +149,17 @@ def status(words: Sequence[str]) -> int:
             return 1
         return 2
     return code
+
+
+def _missing(arguments: Sequence[str], error: MissingArgumentError) -> str:
+    """Return the sentence about what a command line lacks, with a line that has it."""
+    name = error.argument.name if error.argument else ""
+    if name in arguments:
+        return f"{name} needs a value"
+    function = COMMANDS[arguments[0]] or studies.question(arguments[0])
+    _, _, examples = (function.__doc__ or "").partition("Examples")
+    line = next(line for line in examples.splitlines() if "exactcreep" in line)
+    return f"{arguments[0]} needs {name}, e.g. {line.strip()}"
 
 
 def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
@@ -157,7 +181,8 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
         why = f": {in_degrees(degrees)}"
     key = key_of(name) if "--set" in options else ""
     if key:
-        return f"{command} takes a scene; set its {key} with --set {key}={value}{why}"
+        setting = f"vary.{key}=[{value}]" if "," in value else f"{key}={value}"
+        return f"{command} takes a scene; set its {key} with --set {setting}{why}"
     near = f" (did you mean --tan-alpha?){why}" if why and "--tan-alpha" in options else ""
     return f"{command} has no option {option}{near or did_you_mean(option, options)}"
 

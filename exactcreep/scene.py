@@ -38,6 +38,7 @@ _LARGEST_FILE = 16 * 2**20  # bytes; enough for long paths of dilations
 _DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _SPAN = {"from", "to", "step"}
+_ONE_NUMBER = re.compile(r"must be a (\w+ )?number\b")
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
@@ -482,7 +483,11 @@ def _keys_within(table: str) -> Iterator[None]:
             field = table
         elif not field.startswith((f"{table}.", "chain.")):
             field = f"{table}.{field}"
-        raise InputError(field, error.value, error.allowed) from None
+        value, allowed = error.value, error.allowed
+        several = isinstance(value, list) or (isinstance(value, str) and "," in value)
+        if several and _ONE_NUMBER.match(allowed):
+            allowed += f"; several values are for vary.{field}"
+        raise InputError(field, value, allowed) from None
 
 
 def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:

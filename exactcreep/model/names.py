@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 _BETWEEN = re.compile(r"[.\s_-]")  # the parts of a name
-_NEAR = 0.6  # share of the letters that agree
+_NEAR = 0.61  # share of the letters that agree
 
 
 def meant(name: object, known: Iterable[str]) -> str:
@@ -20,9 +20,10 @@ def meant(name: object, known: Iterable[str]) -> str:
     >>> meant("xyzzy", ["exact", "verlet"])
     ''
     """
-    word = str(name).lower()
-    parts = [each for each in known if word in _BETWEEN.split(each)]
-    return next(iter(get_close_matches(word, parts or known, 1, 0.0 if parts else _NEAR)), "")
+    word, bare = str(name).lower().lstrip("-"), {each.lstrip("-"): each for each in known}
+    parts = [each for each in bare if word in _BETWEEN.split(each)]
+    near = get_close_matches(word, parts or bare, 1, 0.0 if parts else _NEAR)
+    return bare[near[0]] if near else ""
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:

@@ -191,9 +191,9 @@ class _Cells:
         self.scene, self.settings = scene, scene.settings()
         self.experiments = list[Experiment]()
         say, total = reporter(progress), len(self.settings)
-        for setting in self.settings:
-            if len(self.experiments) % _BETWEEN == 0:
-                say("preparing", len(self.experiments), total, "cells", text="prepared")
+        for made, setting in enumerate(self.settings):
+            if made and made % _BETWEEN == 0:
+                say("preparing", made, total, "cells", text="prepared")
             self.experiments.append(_experiment(scene, setting))
         self.values: list[Cell | None] = [None] * len(self.experiments)
         self.folder: CellFolder | None = None

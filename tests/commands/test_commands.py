@@ -167,7 +167,10 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("run", "parameter SCENE requires an argument"),
+        ("run", "run needs SCENE, e.g. exactcreep run two-sliders-cycles"),
+        (f"{QUICK} --plot", "--plot needs a value"),
+        (f"{QUICK} --n 2,4", "--set vary.chain.n=[2,4]"),
+        (f"{QUICK} --set chain.n=[2,4]", "several values are for vary.chain.n"),
         ("compare chain-size --dts 0.1,fast", "dt = 'fast'"),
         ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
