@@ -112,11 +112,11 @@ def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) 
             resume(file)
 
 
-@pytest.mark.parametrize("solver", ["reference", "mpmath", "certified"])
-def test_a_solver_in_other_numbers_keeps_no_checkpoint(tmp_path: Path, solver: str) -> None:
+def test_a_solver_in_other_numbers_keeps_no_checkpoint(tmp_path: Path) -> None:
     file = tmp_path / "run.ckpt"
-    with pytest.raises(InputError, match=f"keeps runs of exact, sliding, verlet, not of {solver}"):
-        creep(THREE, Cycles("0.0015", 1), solver=solver, checkpoint=file)
+    for solver in ("reference", "mpmath", "certified"):
+        with pytest.raises(InputError, match=f"exact, sliding, verlet, not of {solver}"):
+            creep(THREE, Cycles("0.0015", 1), solver=solver, checkpoint=file)
     assert not file.exists()
 
 

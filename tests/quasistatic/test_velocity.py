@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Creep, Cycles, GaussianSteps, TemperatureRecord, creep
+from exactcreep import Chain, Creep, Cycles, GaussianSteps, TemperatureRecord, creep
 from exactcreep import Path as ThetaPath
+from exactcreep.model.drive import Drive
 from tests.paper import paper_chain
 from tests.quasistatic.runs import SIX, TWO, TWO_SURE
 
-WEAK, WANDERING = paper_chain(2, tan_alpha="0.005"), 0
+WEAK = paper_chain(2, tan_alpha="0.005")
 BRIEF = Cycles("0.01", 5)
 
 
@@ -33,15 +34,14 @@ def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
     assert result.burn_in == left_out
 
 
-def test_a_path_has_no_burn_in_unless_it_is_asked_for() -> None:
-    drive = ThetaPath(["0.01", "-0.01"] * 30)
-    result = creep(TWO, drive)
-    assert result.burn_in == 0
-    assert result.velocity == pytest.approx(result.x_G / 60, rel=1e-15, abs=0)
+def test_the_velocity_of_a_path_is_over_all_of_it_unless_a_burn_in_is_asked_for() -> None:
+    for burn_in in (None, 4):
+        result = creep(TWO, ThetaPath(["0.01", "-0.01"] * 30), burn_in=burn_in)
+        left_out = burn_in or 0
+        assert result.burn_in == left_out
+        began = result.recorded["x_G"][left_out - 1] if left_out else 0
+        assert result.velocity == pytest.approx((result.x_G - began) / (60 - left_out), rel=1e-13)
     assert result.velocity_units == "g tau_dyn^2 per target"
-    cut = creep(TWO, drive, burn_in=4)
-    moved = result.x_G - result.recorded["x_G"][3]
-    assert cut.velocity == pytest.approx(moved / 56, rel=1e-13, abs=0)
     assert creep(TWO, Cycles("0.01", 3)).velocity_units == "g tau_dyn^2 per half-cycle"
 
 
@@ -100,30 +100,24 @@ def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
     assert (apart > 1.96 * errors)[known].sum() <= 0.1 * known.sum()
 
 
-NONE = "no {} was completed after the burn-in of {}; {} were reached"
-UNKNOWN = {
-    NONE.format("whole cycle", "10 half-cycles", 10): (TWO, BRIEF, {"burn_in": 10}),
-    NONE.format("target", "1 targets", 1): (TWO, ThetaPath(["0.01"]), {"burn_in": 1}),
-    "the chain runs away: a velocity without bound has no standard error": (
-        paper_chain(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}),
-    "8 half-cycles after the burn-in are too few for a standard error": (TWO, BRIEF, {}),
-    "900 targets after the burn-in are too few for a standard error beside the time over which the"
-    " advance is correlated": (WEAK, GaussianSteps("0.01", 1000), {"seed": WANDERING}),
-    "180 half-cycles after the burn-in are too few for a standard error: near its threshold a chain"
-    " rests for as long as it creeps, or longer": (SIX, Cycles("0.0008", 100), {}),
-    "nothing happened in 90 targets: how rarely it does is not known": (
-        TWO, GaussianSteps("1e-6", 100), {}),
-    "10 targets after the burn-in are too few for a standard error": (
-        TWO, GaussianSteps("0.01", 9000), {"burn_in": 8990}),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("reason", UNKNOWN)
-def test_a_velocity_that_is_not_known_says_why(reason: str, tmp_path: Path) -> None:
-    chain, drive, given = UNKNOWN[reason]
+@pytest.mark.parametrize(
+    ("chain", "drive", "given", "reason"),
+    [
+        (TWO, BRIEF, {"burn_in": 10}, "no whole cycle"),
+        (TWO, ThetaPath(["0.01"]), {"burn_in": 1}, "no target"),
+        (paper_chain(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}, "the chain runs away"),
+        (TWO, BRIEF, {}, "8 half-cycles"),
+        (WEAK, GaussianSteps("0.01", 1000), {}, "900 targets"),
+        (SIX, Cycles("0.0008", 100), {}, "180 half-cycles"),
+        (TWO, GaussianSteps("1e-6", 100), {}, "nothing happened in 90 targets"),
+        (TWO, GaussianSteps("0.01", 9000), {"burn_in": 8990}, "10 targets"),
+    ],
+)
+def test_a_velocity_that_is_not_known_says_why(
+    chain: Chain, drive: Drive, given: dict[str, int], reason: str
+) -> None:
     result = creep(chain, drive, **given)
     assert math.isnan(result.velocity_error)
     assert math.isnan(result.velocity) is reason.startswith("no ")
-    assert result.velocity_reason == result.summary()["velocity_reason"] == reason
-    result.save(tmp_path / "run.nc")
-    assert Creep.load(tmp_path / "run.nc").velocity_reason == reason
+    assert result.velocity_reason.startswith(reason)
+    assert result.summary()["velocity_reason"] == result.velocity_reason

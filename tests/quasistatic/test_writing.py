@@ -1,25 +1,15 @@
-"""Files are written in one piece or not at all: killed, interrupted, or on a full disk."""
+"""Files are written in one piece or not at all, by one writer at a time."""
 
 from __future__ import annotations
 
-import errno
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from exactcreep import Cycles, InputError
-from exactcreep.cli import status
-from exactcreep.figures import style
-from exactcreep.figures.run import draw_run
+from exactcreep import InputError
 from exactcreep.quasistatic import writing
-from exactcreep.quasistatic.checkpoint import Checkpoint
-from exactcreep.quasistatic.creep import run_alone
-from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import Occupied, check_output, locked, write_file
-from tests.paper import paper_chain
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
@@ -92,37 +82,6 @@ def test_of_two_writers_of_one_file_the_second_is_told(tmp_path: Path) -> None:
         write_file(tmp_path / "a", OLD, "out", force=False)
     assert (tmp_path / "a").read_bytes() == NEW
     assert left(tmp_path) == ["a"]
-
-
-EXPERIMENT = Experiment(paper_chain(2), Cycles("0.01", 3))
-SHORT = ("two-sliders-cycles", "--set", "drive.cycles=3")
-WRITERS: dict[str, Callable[[Path], Any]] = {
-    "result": lambda path: run_alone(EXPERIMENT).save(path, force=True),
-    "run": lambda path: status(["run", *SHORT, "--out", str(path), "--force"]),
-    "picture": lambda path: style.save_picture(draw_run([run_alone(EXPERIMENT)]), path),
-    "checkpoint": lambda path: run_alone(EXPERIMENT, checkpoint=Checkpoint(path, 0, force=True)),
-}
-
-
-@pytest.mark.parametrize("writer", WRITERS)
-def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(
-    writer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / ("it.png" if writer == "picture" else "it.nc")
-    write_file(path, OLD, "out")
-
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(writing.os, "fsync", full)
-    try:
-        assert WRITERS[writer](path) == 2
-        said = capsys.readouterr().err
-    except InputError as error:
-        said = str(error)
-    assert "cannot be written: No space left on device" in said
-    assert path.read_bytes() == OLD
-    assert not list(tmp_path.rglob("*.part"))
 
 
 def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
