@@ -42,6 +42,7 @@ def test_a_pipe_walks_as_the_continuum_whatever_the_number_of_cells(name: str) -
             assert walk.millimetres[-1] == pytest.approx(expected, rel=1e-9, abs=1e-6)
             assert walk.total == pytest.approx(walk.displacement[-1].mean())
     assert (pipe.continuum_walk(60) < 0) is (name == "uphill")
+    assert pipe.walk(60).millimetres.shape == (1,)
     if len(pipe.friction) == 1:
         assert pipe.continuum_walk(60) == pytest.approx(formula(pipe, 60), rel=1e-12)
 

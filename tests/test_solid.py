@@ -87,10 +87,32 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     assert moved[-1] - moved[3] == pytest.approx(28 * daily, rel=1e-9)
     assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
     assert "not for a year" in repr(descent)
-    assert descent.summary()["weather"] is None  # of one month
+    said = descent.summary()
+    assert said["weather"] is None  # of one month
+    n, many = descent.contacts
+    assert n == 20
+    more = solid.altered(contacts=many).creep(month(solid)).millimetres_per_year
+    assert said["artefact_of_contacts"] == pytest.approx(descent.millimetres_per_year / more - 1)
+    assert said["pivot_step"] == pytest.approx(2 / 9)  # N + 3 - 2 i, for i = 7
     counted = solid.creep(NUMBERED, time_unit=DAY)  # times without dates say the same
     assert counted.millimetres_per_year == pytest.approx(descent.millimetres_per_year, rel=1e-12)
     assert counted.elapsed.tolist() == descent.elapsed.tolist()
+
+
+def test_weather_is_told_by_how_much_blocks_of_ten_days_differ() -> None:
+    solid, days = lead(tan_alpha="0.23"), 80
+    warm = [10 + (11 + 4 * (k // 20 % 2)) * (-1) ** k for k in range(2 * days)]
+    times = [0.5 * k for k in range(2 * days)]
+    descent = solid.creep(month(solid, warm, times), time_unit=DAY)
+    rates = [
+        solid.millimetres_per_day(
+            prediction(solid.chain, Cycles(solid.dilation(swing), 1)).sliding[0], DAY
+        )
+        for swing in (11, 15)
+    ]
+    apart = 10 * (rates[1] - rates[0])
+    expected = math.sqrt(365.25 / 10 * apart**2 / 2)
+    assert descent.summary()["weather"] == pytest.approx(expected, rel=0.05)
 
 
 # --- scenes in SI units ---------------------------------------------------------------------------
