@@ -13,6 +13,7 @@ from exactcreep import (
     Cycles,
     Experiment,
     InputError,
+    Path,
     Scene,
     Solid,
     State,
@@ -40,6 +41,7 @@ UNLIKE: dict[str, dict[str, Any]] = {
     "expansion": {"expansion": [1, "0.5"]},
 }
 CYCLES = Cycles("0.002", 2)
+VECTORS = Path([["0.002", 0], ["0.002", "0.001"], [0, 0]])
 
 
 def _solid(chain: Chain) -> Solid:
@@ -105,6 +107,42 @@ def test_an_unlike_chain_is_understood_or_refused(call: str, kind: str) -> None:
     with pytest.raises(InputError) as refused:
         CALLS[call](chain)
     assert refused.value.field.rpartition(".")[2] in UNLIKE[kind]
+
+
+OF_VECTORS: dict[str, Callable[[Chain], Any]] = {
+    **{f"creep {name}": lambda chain, name=name: creep(chain, VECTORS, solver=name)
+       for name in SOLVERS},
+    "plan": lambda chain: plan(chain, VECTORS),
+    "sweep": lambda chain: sweep([Experiment(chain, VECTORS)]),
+    "compare": lambda chain: exactcreep.compare(Experiment(chain, VECTORS), events=5),
+    "prediction": lambda chain: laws.prediction(chain, VECTORS),
+    "creep from": lambda chain: creep(chain, CYCLES, start=_state(chain)),
+    "fate from": lambda chain: fate(chain, "0.002", start=_state(chain)),
+    "plan from": lambda chain: plan(chain, CYCLES, start=_state(chain)),
+    **{f"rearrange {name}": lambda chain, name=name: rearrange(
+        chain, _state(chain), direction=1, solver=name)
+       for name in SOLVERS if name != "sliding"},
+}  # fmt: skip
+"""What takes a drive or a state, given those of springs with a dilation of their own."""
+TAKES_VECTORS = {
+    "sweep", "prediction", *(f"creep {name}" for name in SOLVERS if name != "sliding")
+}  # fmt: skip
+
+
+def _state(chain: Chain) -> State:
+    return creep(chain, Path(VECTORS.theta[:1])).state
+
+
+@pytest.mark.filterwarnings("ignore:a static coefficient was drawn")
+@pytest.mark.parametrize("call", OF_VECTORS)
+def test_a_dilation_of_each_spring_is_understood_or_refused(call: str) -> None:
+    chain = Chain(**ALIKE | {"mu_s": "0.5" if "sliding" in call else "0.6"})
+    if call in TAKES_VECTORS:
+        OF_VECTORS[call](chain)
+        return
+    with pytest.raises(InputError) as refused:
+        OF_VECTORS[call](chain)
+    assert refused.value.field in {"drive.theta", "start.theta", "state.theta"}
 
 
 def test_every_public_function_of_a_chain_is_asked() -> None:

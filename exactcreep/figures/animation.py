@@ -7,6 +7,8 @@ import itertools
 import math
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,7 +111,12 @@ def _rearrangements(
         if still.events:
             yield still
             state = still.state
-    target = experiment.drive.exact_target(half_cycle, seed)
+    leg = experiment.drive.leg(half_cycle, experiment.initial.theta)
+    if leg is None:
+        target = experiment.drive.exact_target(half_cycle, seed)
+    else:  # as `Leg` says
+        chain, target = replace(chain, expansion=leg.expansion(chain)), Fraction(1)
+        state = replace(state, theta=0)
     direction = 1 if target > as_float(state.theta) else -1
     while True:
         motion = rearrange(chain, state, direction, seed)

@@ -60,9 +60,11 @@ def run_data(run: Creep) -> dict[str, Any]:
     recorded, drive = run.recorded, run.drive
     half_cycle = recorded["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
-    ramps = np.append(run.experiment.theta, drive.targets(1, reached, run.seed))
-    passed = floats(recorded["rearrangement_theta"]) - ramps[half_cycle - 1]
-    span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
+    passed, span = floats(recorded["rearrangement_theta"]), np.ones(half_cycle.size)
+    if not drive.springs:
+        ramps = np.append(run.experiment.theta, drive.targets(1, reached, run.seed))
+        passed = passed - ramps[half_cycle - 1]
+        span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
     slips = ("slider", "rearrangement", "displacement")
     return {
         "described": description_of(run.experiment),

@@ -300,7 +300,8 @@ def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
 
 
 def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
-    return np.arange(values.size + 1), np.append(start, values)
+    begin = np.full_like(values, start, shape=(1, *values.shape[1:]))
+    return np.arange(len(values) + 1), np.concatenate([begin, values])
 
 
 # --- a solid -------------------------------------------------------------------------------------
@@ -462,7 +463,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
     theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)
     if first == 1:
-        theta = np.append(as_float(experiment.initial.theta), theta)
+        theta = np.concatenate([np.zeros((1, *theta.shape[1:])) + experiment.theta, theta])
     return Portrait(result, asked, first, theta, x_G, recorded["slips"], states[asked])
 
 
@@ -493,7 +494,7 @@ def draw_portrait(seen: Portrait) -> Figure:
     panels: list[Any] = [row.split() for row in rows.split(",")]
     axes = figure.subplot_mosaic(panels, height_ratios=(0.75, 1.25, 1.7, 1.7))
     top, middle, space = (axes[name] for name in ("top", "middle", "space"))
-    time = seen.first - 1 + np.arange(seen.theta.size)
+    time = seen.first - 1 + np.arange(len(seen.theta))
     top.step(time, seen.theta, where="pre", color="0.25", linewidth=0.8)
     top.set_ylabel(r"$\theta$ at the end")
     middle.step(time, seen.x_G, where="pre", color=INKS[6], linewidth=1.2)
@@ -505,8 +506,9 @@ def draw_portrait(seen: Portrait) -> Figure:
         each.set_xlim(time[0], time[-1])
     if result.half_cycles > len(seen.slips) and "x_G" in result.recorded:
         _draw_whole(middle.inset_axes((0.68, 0.16, 0.3, 0.4)), seen)
-    theta = as_float(seen.state.theta)
-    moment = rf"end of half-cycle {seen.half_cycle} ($\theta = {theta:.4g}$)"
+    moment = f"end of half-cycle {seen.half_cycle}"
+    if not result.drive.springs:
+        moment += rf" ($\theta = {as_float(seen.state.theta):.4g}$)"
     if chain.n > 1:
         _draw_tensions(axes["tensions"], seen)
         axes["tensions"].set_title(moment, fontsize=8)

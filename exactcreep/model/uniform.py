@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from exactcreep.model.numbers import InputError
+
+if TYPE_CHECKING:
+    from exactcreep.model.drive import Drive
 
 FRICTION, END_FORCES, EXPANSION = "friction", "end_forces", "expansion"
 EVERYTHING = frozenset({FRICTION, END_FORCES, EXPANSION})
@@ -49,3 +52,23 @@ def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[
             listed = isinstance(parameters.get("mu_d"), list | tuple)
             field = ("mu_d" if listed else "mu_s") if name == FRICTION else name
             raise InputError(field, parameters[field], f"{_SHOULD[name]} for {what}")
+
+
+def require_one_dilation(drive: Drive, what: str) -> None:
+    """Raise `InputError` if each spring has a dilation of its own at a target of a drive.
+
+    Parameters
+    ----------
+    drive : Drive
+        Any.
+    what : str
+        What takes one dilation of all springs: the subject of the sentence.
+
+    Raises
+    ------
+    InputError
+        If it has.
+    """
+    if drive.springs:
+        allowed = f"must hold numbers, the dilation of all springs, for {what}"
+        raise InputError("drive.theta", f"lists of {drive.springs}", allowed)

@@ -314,9 +314,10 @@ def run_experiment(
 
 def _progress(run: ObservedRun, phase: str) -> Progress:
     drive, seed, done = run.experiment.drive, run.experiment.seed, run.done
-    theta = float(drive.targets(done, 1, seed)[0]) if done else run.experiment.theta
-    part = 0.0
-    if done < run.total:
+    theta, part = None, 0.0
+    if not drive.springs:
+        theta = float(drive.targets(done, 1, seed)[0]) if done else run.experiment.theta
+    if theta is not None and done < run.total:
         before, theta = theta, as_float(run.simulation.state().theta)
         way = float(drive.targets(done + 1, 1, seed)[0]) - before
         part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0

@@ -15,7 +15,14 @@ import xarray as xr
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.enclosure import Enclosure, as_float, as_written, exact_value, quantity
+from exactcreep.model.enclosure import (
+    Enclosure,
+    as_float,
+    as_written,
+    exact_value,
+    floats,
+    quantity,
+)
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -89,6 +96,12 @@ def dataset_of(result: Creep) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, _attributes(result))
 
 
+def _exact(theta: Any) -> Any:
+    """Return a dilation as a rational; a list of them if each spring has its own."""
+    each = isinstance(theta, np.ndarray)
+    return [*map(exact_value, theta.tolist())] if each else exact_value(theta)
+
+
 def _labelled(
     columns: Mapping[str, Column], written: Mapping[str, Any], *dimension: str
 ) -> dict[str, Any]:
@@ -97,13 +110,17 @@ def _labelled(
         column = columns.get(quantity(name))
         if column is not None:
             about = column.attributes if name in columns else {"units": column.unit}
-            variables[name] = ((*dimension, *column.across), values, about)
+            across = column.across
+            if np.ndim(values) > len(dimension) + len(across):  # a dilation of each spring
+                across = ("spring",)
+            variables[name] = ((*dimension, *across), values, about)
     return variables
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
     """Return a state by its names in files."""
-    theta = as_float(state.theta)
+    each = isinstance(state.theta, np.ndarray)
+    theta = floats(state.theta) if each else as_float(state.theta)
     written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": theta}
     for name in ("tension", "displacement", "coefficient"):
         values, full = getattr(state, f"{name}s"), moment + name
@@ -134,7 +151,7 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "twin": int(experiment.twin),
         "accuracy": experiment.accuracy,
         "start": "relaxed" if experiment.start is None else "given",
-        "start_theta": exact_value(experiment.initial.theta),
+        "start_theta": _exact(experiment.initial.theta),
         "direction": result.direction,
         "velocity_exact": velocity and velocity.middle,
         "velocity_exact_radius": velocity and velocity.radius,
@@ -175,7 +192,7 @@ def _fields_of(member: Group) -> dict[str, Any]:
     return fields | {
         "experiment": _experiment(member),
         "velocity_enclosure": exact,
-        "state": _state(member, "final", float(member["final_theta"])),
+        "state": _state(member, "final", _dilation(member["final_theta"])),
         "recorded": recorded,
     }
 
@@ -200,13 +217,15 @@ def _experiment(member: Group) -> Experiment:
         listed = f"drive_{name}"
         value = member[listed].tolist() if listed in member else about[name]
         if name in _RATIOS:
-            value = [*map(ratio_of, value)] if isinstance(value, list) else ratio_of(str(value))
+            value = [*map(_ratios, value)] if isinstance(value, list) else ratio_of(str(value))
         parameters[name] = value
     start = None
     if about["start"] == "given":
-        theta = ratio_of(about["start_theta"])
-        near = nearest_float(theta)
-        start = _state(member, "initial", near if Fraction(near) == theta else theta)
+        theta = _ratios(about["start_theta"])
+        each = np.array(theta, dtype=object)
+        near = np.frompyfunc(nearest_float, 1, 1)(each)
+        exact = bool(np.all(np.frompyfunc(Fraction, 1, 1)(near) == each))
+        start = _state(member, "initial", _dilation(near if exact else each))
     return Experiment(
         _chain(about),
         drive_of_parameters(about["drive"], parameters),
@@ -219,6 +238,18 @@ def _experiment(member: Group) -> Experiment:
         twin=bool(about["twin"]),
         accuracy=float(about["accuracy"]) if "accuracy" in about else None,
     )
+
+
+def _ratios(text: str) -> Any:
+    """Return the rational in a text, or a list of several."""
+    found = [*map(ratio_of, str(text).split(" "))]
+    return found if len(found) > 1 else found[0]
+
+
+def _dilation(theta: Any) -> Any:
+    """Return a dilation as a `State` holds it: a number, or an array of one for each spring."""
+    array = np.asarray(theta)
+    return array if array.ndim else array.item()
 
 
 def _chain(about: Mapping[str, Any]) -> Chain:

@@ -19,7 +19,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, wh
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
-from exactcreep.model.uniform import EXPANSION
+from exactcreep.model.uniform import EXPANSION, require_one_dilation
 from exactcreep.solvers.interface import Solver
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
@@ -269,8 +269,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
         raise InputError("drive.theta", drive.springs, allowed)
     if EXPANSION not in solver.takes:
-        allowed = f"must be numbers, the same for every spring, for the solver {solver.name}"
-        raise InputError("drive.theta", "lists", allowed)
+        require_one_dilation(drive, f"the solver {solver.name}")
     drive.leg(1, theta)  # a start that is not known exactly is refused
 
 

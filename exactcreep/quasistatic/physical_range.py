@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.enclosure import as_float, floats
+from exactcreep.model.enclosure import floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
@@ -28,7 +28,8 @@ class PhysicalRange(Observer):
         experiment = self.experiment
         if experiment.widest >= 1:
             theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
-            self.theta_beyond_one += int(np.count_nonzero(np.abs(theta) >= 1))
+            largest = np.abs(theta).reshape(len(theta), -1).max(axis=1)
+            self.theta_beyond_one += int(np.count_nonzero(largest >= 1))
         if self._gaps is not None:
             gaps = self._gaps + np.diff(floats(stretch.recorded["x"]), axis=1)
             self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
@@ -48,5 +49,5 @@ def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
     most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max(initial=0.0))
     if chain.n == 1 or (1 - experiment.widest) * l0 > most:
         return None
-    lengths = (1 + as_float(initial.theta) * chain.floats("expansion")) * l0
-    return lengths + tensions - np.diff(floats(initial.displacements))
+    lengths = (1 + experiment.theta * chain.floats("expansion")) * l0
+    return np.asarray(lengths) + tensions - np.diff(floats(initial.displacements))

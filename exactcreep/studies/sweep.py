@@ -292,8 +292,9 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cel
         raise KeyboardInterrupt
     result = run_alone(experiment, progress=glance)
     recorded = {name: result.recorded[name] for name in experiment.record}
-    if experiment.record and not experiment.drive.cyclic:
-        recorded["theta"] = experiment.drive.targets(1, result.half_cycles, experiment.seed)
+    drive = experiment.drive
+    if experiment.record and not (drive.cyclic or drive.springs):
+        recorded["theta"] = drive.targets(1, result.half_cycles, experiment.seed)
     value: Cell = {"version": __version__, "warnings": dict(result.warnings), "recorded": recorded}
     entries = {name: getattr(result, attribute_of(name)) for name in _CELL}
     value |= {name: getattr(entry, "value", entry) for name, entry in entries.items()}

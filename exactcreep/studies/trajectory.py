@@ -20,6 +20,7 @@ from exactcreep.model.drive import Path
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
+from exactcreep.model.uniform import EXPANSION, require_one_dilation
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.interface import Simulation, Solver, advance
 from exactcreep.solvers.registry import solver_named
@@ -102,8 +103,10 @@ class Method:
         InputError
             As for `algorithm`, and if the solver does not take this chain.
         """
-        chain, start = experiment.chain, experiment.initial
-        return self.algorithm().simulation(chain, start, experiment.seed, record)
+        algorithm, chain, start = self.algorithm(), experiment.chain, experiment.initial
+        if EXPANSION not in algorithm.takes:
+            require_one_dilation(experiment.drive, f"the solver {self.solver}")
+        return algorithm.simulation(chain, start, experiment.seed, record)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +218,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
     """
     drive, seed = experiment.drive, experiment.seed
     simulation = Method("exact").simulation(experiment, ("events",))
-    theta: list[Fraction] = []
+    theta: list[Any] = []  # a number, or one for each spring
     ends: list[int] = []
     for q in range(1, drive.half_cycles + 1):
         loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
@@ -225,7 +228,9 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
             loads += [float(each.theta) for each in rearrangements(stretch.recorded)]
             if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
                 break
-        between = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
+        between: list[Any] = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
+        if (leg := drive.leg(q, experiment.initial.theta)) is not None:
+            between = [leg.at(part, Fraction) for part in between]
         theta += between
         ends += [q] * len(between)
         if stretch.stop is Stop.BUDGET and theta:
