@@ -6,11 +6,11 @@ from .model.drive import (
     Cycles as Cycles,
     Drive as Drive,
     GaussianSteps as GaussianSteps,
-    Path as Path,
 )
 from .model.enclosure import Enclosure as Enclosure
 from .model.numbers import InputError as InputError
 from .model.outcome import Evidence as Evidence, Outcome as Outcome
+from .model.path import Path as Path
 from .model.readings import RecordWarning as RecordWarning
 from .model.remarks import PhysicsWarning as PhysicsWarning
 from .model.state import State as State

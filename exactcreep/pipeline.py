@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Path
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -30,6 +29,7 @@ from exactcreep.model.numbers import (
     positive_number,
     whole_number,
 )
+from exactcreep.model.path import Path
 from exactcreep.model.remarks import remark
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep import creep

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.model.drive import Listed
 from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import (
     InputError,
@@ -28,6 +27,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
+from exactcreep.model.path import Listed
 from exactcreep.model.readings import ABSOLUTE_ZERO, Readings, RecordWarning
 from exactcreep.model.record_format import table_of
 from exactcreep.model.remarks import warn

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord

@@ -19,7 +19,7 @@ import pandas as pd
 import xarray as xr
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.numbers import (
@@ -30,6 +30,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Outcome
+from exactcreep.model.path import Path
 from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.drive import Path
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
+from exactcreep.model.path import Path
 from exactcreep.model.uniform import EXPANSION, require_one_dilation
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.interface import Simulation, Solver, advance

@@ -13,7 +13,7 @@ from exactcreep import laws
 from exactcreep.laws import gaussian_integral, law_values, prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.drive import Path as Dilations
+from exactcreep.model.path import Path as Dilations
 from exactcreep.model.state import State
 from tests.laws.parameters import context
 from tests.paper import captions

@@ -5,8 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError
+from exactcreep.model.path import Path
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import exactcreep
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.enclosure import Enclosure, as_written
 from exactcreep.model.numbers import (
     exact_number,
@@ -19,6 +19,7 @@ from exactcreep.model.numbers import (
     sign_of_surd,
     whole_number,
 )
+from exactcreep.model.path import Path
 from exactcreep.model.state import State
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")

@@ -91,7 +91,7 @@ def proved() -> list[Creep]:
     """Return runs along vectors that are proved."""
     rng, runs = random.Random(81), []
     for seed in range(8):
-        chain = unlike(rng, most=5)
+        chain = unlike(rng)
         drive = vectors(rng, chain.n - 1, 4)
         runs.append(creep(chain, drive, seed=seed, solver="certified"))
     return [run for run in runs if run.evidence is Evidence.PROVED]

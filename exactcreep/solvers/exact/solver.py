@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
-from exactcreep.model.drive import Cycles, Drive, Leg, Path
+from exactcreep.model.drive import Cycles, Drive, Leg
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
+from exactcreep.model.path import Path
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.runaway import NEVER_STOPS
