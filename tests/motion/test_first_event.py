@@ -64,30 +64,20 @@ def test_no_slider_acts_before_the_first_event(arithmetic):
             assert abs(float(found[0](time)[0])) < 1e-14
 
 
-def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
-    # slider 1 moves by 2 (3/5 - 1/2) = 1/5 and brings slider 2 exactly to its threshold
-    forces = [Fraction(3, 5), Fraction(2, 5), 0]
-    thresholds = [Fraction(3, 5)] * 3
-    balls = balls_of(200)
-    with balls.active(), pytest.raises(Undecided):
-        first_time(balls, flow_of(balls, forces, {0: 1}), thresholds)
-    flow = flow_of(FLOAT64, forces, {0: 1})
-    found, time, search = first_time(FLOAT64, flow, thresholds)
+def test_a_graze_is_undecided_and_roots_closer_than_the_precision_are():
+    """Slider 1 brings slider 2 exactly to its threshold; or two sliders stop almost together."""
+    thresholds = [Fraction(3, 5)] * 5
+    graze = [Fraction(3, 5), Fraction(2, 5), 0, 0, 0], {0: 1}
+    flow = flow_of(FLOAT64, *graze)
+    _, time, search = first_time(FLOAT64, flow, thresholds)
     assert search.undecided > 0
     assert time == pytest.approx(math.pi, rel=1e-7)
-    assert found[0].slider in (0, 1)
-
-
-def test_two_roots_closer_than_the_precision_are_undecided_and_farther_are_not():
-    def search(bits, difference):
+    apart = {0: Fraction(1, 3), 4: -Fraction(1, 3) - Fraction(1, 10**40)}
+    pair = [Fraction(3, 5), 0, 0, 0, Fraction(-3, 5)], {0: 1, 4: -1}, apart
+    for bits, case in ((200, graze), (100, pair)):
         balls = balls_of(bits)
-        with balls.active():
-            forces = [Fraction(3, 5), 0, 0, 0, Fraction(-3, 5)]
-            third = Fraction(1, 3)
-            speeds = {0: third, 4: -third - difference}
-            flow = flow_of(balls, forces, {0: 1, 4: -1}, speeds)
-            return first_time(balls, flow, [Fraction(3, 5)] * 5)[0]
-
-    assert [w.slider for w in search(200, Fraction(1, 10**40))] == [4]
-    with pytest.raises(Undecided):
-        search(100, Fraction(1, 10**40))
+        with balls.active(), pytest.raises(Undecided):
+            first_time(balls, flow_of(balls, *case), thresholds)
+    with balls_of(200).active():
+        first = first_time(balls_of(200), flow_of(balls_of(200), *pair), thresholds)[0]
+        assert [watch.slider for watch in first] == [4]

@@ -79,6 +79,8 @@ def test_energies_close_in_every_phase_and_the_end_is_the_solver_s(
             assert energies.friction >= 0
             assert energies.kinetic >= -rounding
             assert abs(energies.left) <= rounding
+            for event in phase.events[:1]:  # the others of an instant happen with the next phase
+                phase.happen(event)
             phases += 1
         assert phases > 5
         assert abs(energies.end_forces) > 1e-3

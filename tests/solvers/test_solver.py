@@ -119,22 +119,17 @@ REASONS = [
 
 
 @pytest.mark.parametrize("name", SLIPPING)
-@pytest.mark.parametrize(("limits", "stop", "reason"), REASONS)
-def test_an_advance_says_why_it_stopped_and_goes_on_without_loss(
-    name: str, limits: Limits, stop: Stop, reason: str
-) -> None:
-    simulation = started(name)
-    part = advance(simulation, DRIVE, 4, limits)
-    assert (part.stop, part.reason) == (stop, reason)
-    assert len(part.recorded["x_G"]) == part.completed
-    if limits.events:
-        assert 9 <= simulation.tally.events <= 12
-    taken: list[Stretch] = []
-    rest = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
-    assert (rest.completed, rest.stop, len(rest.recorded["x_G"])) == (
-        4 - part.completed, Stop.DONE, 0,
-    )  # fmt: skip
-    assert shown([part.recorded, *(one.recorded for one in taken)]) == in_one_go(name)[0]
+def test_an_advance_says_why_it_stopped_and_hands_on_what_it_takes(name: str) -> None:
+    for limits, stop, reason in REASONS:
+        simulation, taken = started(name), list[Stretch]()
+        part = advance(simulation, DRIVE, 4, limits)
+        assert (part.stop, part.reason) == (stop, reason)
+        if limits.events:
+            assert 9 <= simulation.tally.events <= 12
+        rest = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
+        assert (rest.stop, len(rest.recorded["x_G"])) == (Stop.DONE, 0)
+        assert part.completed + rest.completed == 4
+        assert shown([part.recorded, *(one.recorded for one in taken)]) == in_one_go(name)[0]
 
 
 def asked(times: int) -> Limits:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, State
+from exactcreep import Chain, Cycles, Evidence, Path, State, creep
 from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
-from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
+from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.computed import FieldSimulation
 from exactcreep.solvers.interface import Start
-from exactcreep.solvers.tables import LOGS, joined
+from exactcreep.solvers.tables import LOGS
 from exactcreep.watch.limits import Limits
-from tests.paper import event_rows, paper_chain
+from tests.oracle.obeys import as_claimed
+from tests.paper import captions, event_rows, paper_chain
 
 
 def relaxed(chain):
@@ -95,28 +98,19 @@ def test_lone_slips_stay_exact_for_ever():
     assert len(event_rows(stretch)) > 100
 
 
-def test_a_restart_hands_out_no_row_twice():
-    chain, drive = paper_chain(6), Cycles("0.003", 1)
-    _, expected = followed(chain, drive, 60, record=tuple(LOGS))
-    solver = Certified(digits=30, most_digits=2000)
-    simulation = CertifiedSimulation(relaxed(chain), tuple(LOGS), solver)
-    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(110))
-    simulation.tally = simulation.mechanics.tally
-    rows, parts, done = [], [], 0
-    while done < 2:
-        stretch = simulation.follow(drive, done + 1, 2 - done, Limits(5))
-        rows += event_rows(stretch)
-        parts.append(stretch.recorded)
-        done += stretch.completed
-    assert simulation.restarts > 0
-    assert simulation.tally.events == len(rows)
-    assert rows == event_rows(expected)
-    for name, values in joined(parts).items():
-        for value, truth in zip(values.flat, expected.recorded[name].flat, strict=True):
+def test_a_restart_with_more_digits_hands_out_no_row_twice():
+    """Float64 finds the times of near-grazes too vaguely; no precision is asked for for ever."""
+    chain = captions(2, tan_alpha="0.500000000001")
+    known = {"solver": "certified", "record": tuple(LOGS), "max_events": 200}
+    run, expected = (creep(chain, Path(["0.0003"]), digits=d, **known) for d in (10, 60))
+    assert 0 < run.report["restarts"] < 5
+    assert (run.event_count, run.evidence) == (200, Evidence.PROVED)
+    found, truths = (as_claimed(each.recorded) for each in (run, expected))
+    for name, values in found.items():
+        for value, truth in zip(values.tolist(), truths[name].tolist(), strict=True):
             one, other = enclosure(value), enclosure(truth)
             assert abs(one.middle - other.middle) <= one.radius + other.radius
-    places = simulation.state().displacements.tolist()
-    assert all(x.rad() <= 1e-30 * (1 + abs(x)) for x in places)  # as many digits as were asked for
+            assert one.radius <= Fraction(1, 10**9) * (1 + abs(one.middle))
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, Evidence, Path, State, creep, rearrange
+from exactcreep import Chain, Creep, Cycles, Evidence, State, creep, rearrange
 from tests.paper import captions
 
 each_solver = pytest.mark.parametrize("solver", ["exact", "reference", "mpmath", "certified"])
@@ -56,7 +56,3 @@ def test_every_grazing_crossing_is_found(k: int, solver: str) -> None:
     gap = math.pi - float(found.events[1].time)
     assert gap == pytest.approx(2 * math.sqrt(10 * 10.0**-k), rel=0.1)
     assert (found.evidence is Evidence.PROVED) == (solver == "certified")
-    if solver == "certified":  # float64 finds such times too vaguely; balls decide
-        run = creep(chain, Path(["0.0003"]), solver=solver, max_events=200)
-        assert (run.event_count, run.evidence) == (200, Evidence.PROVED)
-        assert run.report["restarts"] < 5
