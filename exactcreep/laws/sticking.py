@@ -4,7 +4,7 @@ The forces of all sliders add up to ``N s``. So the slope decides how many slide
 how many uphill, up to the sum of their phases ``(|F_n| - mu_d c)/D``, which fluctuates. Near the
 end of a plateau two pivots share the time, and the velocity passes smoothly to the next plateau.
 ``notebooks/reference/misprints.md`` says which part is derived and which part is measured, on the
-chains of ``tests/laws/sticking_chains.py``.
+chains of ``notebooks/pictures/sticking.csv``.
 """
 
 from __future__ import annotations

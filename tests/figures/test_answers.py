@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -11,9 +9,8 @@ from numpy.testing import assert_allclose
 from exactcreep import Chain, Cycles, State, creep, fate, intercept, laws, threshold
 from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.threshold import draw_threshold
-from exactcreep.model.outcome import Outcome
-from exactcreep.studies.fates.survival import StartRecord, Survival
 from tests.pictures import assert_shows_data, line
+from tests.studies.fates.test_survival import made
 
 TWO = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 
@@ -54,27 +51,13 @@ def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
     assert settled.finding in above.figure.get_suptitle()
 
 
-def invented(lifetimes: list[int], censored: list[int], chain: Chain = TWO) -> Survival:
-    """Return a survival of starts that live so long, and of others that are seen so long."""
-
-    def record(outcome: Outcome, cycles: int) -> StartRecord:
-        return StartRecord(0, outcome.value, "computed", cycles, cycles, cycles, -1, 0, -1,
-                           marginal=False, dormant=False, over=False)  # fmt: skip
-
-    records = [record(Outcome.CYCLING, cycles) for cycles in lifetimes]
-    records += [record(Outcome.LIMIT, cycles) for cycles in censored]
-    return Survival(chain, Fraction(1), Fraction(1), len(records), 10**6, 0, 500, tuple(records))
-
-
 def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> None:
-    (axes,) = draw_survival(invented([10, 20, 20, 50], [15, 60])).axes
+    (axes,) = draw_survival(made([10, 20, 20, 50], [15, 60])).axes
     curve, censored = axes.lines
     assert_allclose(curve.get_xdata(), [0, 10, 15, 20, 50, 60])
     assert_allclose(curve.get_ydata(), [1, 5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
     assert_allclose(censored.get_xydata(), [[15, 5 / 6], [60, 5 / 24]])
-    lives = invented(
-        np.ceil(-1000 * np.log(1 - (np.arange(70) + 0.5) / 70)).astype(int).tolist(), []
-    )
+    lives = made(np.ceil(-1000 * np.log(1 - (np.arange(70) + 0.5) / 70)), [])
     (axes,) = assert_shows_data(draw_survival(lives), framed=True).axes
     steps, moving = axes.lines[0].get_data()
     times, constant = line(axes, "constant rate")

@@ -11,13 +11,11 @@ import re
 from fractions import Fraction
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import pandas as pd
 import pytest
 import xarray as xr
 
 from exactcreep.figures.paper import PICTURES, Table, to_csv
-from exactcreep.figures.style import styled
 from exactcreep.figures.sweep import Point, deviation
 from exactcreep.laws import (
     threshold_amplitude,
@@ -25,7 +23,7 @@ from exactcreep.laws import (
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from tests.conftest import Command
-from tests.pictures import assert_shows_data, inks
+from tests.pictures import assert_shows_data
 
 pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 
@@ -112,20 +110,6 @@ def test_a_picture_shows_and_keeps_every_number(name: str, tmp_path: Path) -> No
     shown = [y for axes in figure.axes for points in axes.containers
              for y in points[0].get_ydata(orig=False)]  # fmt: skip
     assert not shown or set(measured) <= set(shown)
-
-
-def test_a_blank_page_with_labels_shows_no_data() -> None:
-    figure, axes = styled(plt.subplots)()
-    axes.set(xlabel="amplitude", ylabel="velocity", title="thirty sliders")
-    axes.plot([], [], label="computed")
-    axes.legend()
-    axes.grid()
-    assert inks(figure) == {axes: 0}
-    with pytest.raises(AssertionError):
-        assert_shows_data(figure)
-    axes.plot([0.2, 0.8], [0.2, 0.8])
-    assert inks(figure)[axes] > 100
-    plt.close(figure)
 
 
 # --- what the tables must show -------------------------------------------------------------------

@@ -4,39 +4,48 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from exactcreep import laws
-from tests.laws.sticking_chains import FILE, cases, run
+from exactcreep import Chain, Cycles, creep, laws
 
-CASES = {case.number: case for case in cases()}
+FILE = Path(__file__).parents[2] / "notebooks" / "pictures" / "sticking.csv"
+FITTED = 490
+"""The law was fitted on two of three of so many chains; others came later."""
 
 
-def measured() -> list[dict[str, str]]:
+def measured() -> Iterator[tuple[dict[str, str], dict[str, Any]]]:
+    """Yield the chains of the table that were held out of the fit, with their parameters."""
     with FILE.open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+        for row in csv.DictReader(file):
+            if int(row["number"]) % 3 == 2 or int(row["number"]) >= FITTED:
+                size = "sigma_theta" if row["kind"] == "random" else "amplitude"
+                numbers = {name: row[name] for name in ("mu_d", "mu_s", "sigma_mu", "tan_alpha")}
+                chain = Chain(int(row["n"]), 1000, **numbers)
+                yield row, chain.parameters() | {size: Fraction(row["size"])}
 
 
 def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> None:
     """In each quarter of the range, by length, by G/D, by slope and by disorder."""
     off, limits, places = [], [], []
-    for row in measured():
-        case = CASES[int(row["number"])]
-        assert all(row[name] == str(value) for name, value in vars(case).items())  # fixed before
-        about, velocity = case.parameters, float(row["velocity"])
-        if not case.held_out or laws.beyond_sticking(about):
+    for row, about in measured():
+        if laws.beyond_sticking(about):
             continue
         found = laws.prediction_of(about)
         assert found is not None
-        (value,) = found.values
+        (value,), velocity = found.values, float(row["velocity"])
         stated = math.hypot(found.deviation, float(row["error"]))
         off.append(abs(value - velocity) / stated)
         limits.append(abs(np.mean(found.sliding) - velocity) / stated)
-        chain = case.chain
-        slope, rough = chain.tan_alpha / chain.mu_d, chain.sigma_mu / (chain.mu_s - chain.mu_d)
-        places.append([case.n, laws.sticking_gain(about) / chain.excess, slope, rough])
+        sticks = about["mu_s"] - about["mu_d"]
+        gain = laws.sticking_gain(about) / (sticks * laws.cosine(about["tan_alpha"]))
+        slope, rough = about["tan_alpha"] / about["mu_d"], about["sigma_mu"] / sticks
+        places.append([about["n"], gain, slope, rough])
     within = np.array([np.less(off, k) for k in (1, 2)])
     assert len(off) > 120
     assert 0.6 <= within[0].mean() <= 0.75
@@ -51,12 +60,14 @@ def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:a static coefficient was drawn below mu_d")
-@pytest.mark.parametrize("number", [5, 9, 13, 14, 17])
+@pytest.mark.parametrize("number", [5, 14, 17])
 def test_chains_run_anew_have_the_velocity_of_the_table(number: int) -> None:
-    (row,) = (row for row in measured() if row["number"] == str(number))
-    again = run(CASES[number])
-    error = math.hypot(float(row["error"]), again["error"])
-    assert abs(again["velocity"] - float(row["velocity"])) <= 5 * error
+    ((row, about),) = ((row, about) for row, about in measured() if row["number"] == str(number))
+    chain = Chain(**{name: about[name] for name in Chain.__dataclass_fields__ if name in about})
+    drive = Cycles(about["amplitude"], 400)
+    runs = [creep(chain, drive, seed=seed, burn_in=200).velocity for seed in range(4)]
+    error = math.hypot(float(row["error"]), np.std(runs, ddof=1) / 2)
+    assert abs(np.mean(runs) - float(row["velocity"])) <= 5 * error
 
 
 @pytest.mark.parametrize(

@@ -134,23 +134,6 @@ def test_a_packed_file_and_arrays_say_what_the_file_says(write):
     assert TemperatureRecord.of(values, KAPPA, 10, times=np.arange(24)).dates is None
 
 
-@pytest.mark.parametrize(
-    ("written", "dates"),
-    [
-        ("%d.%m.%Y %H:%M:%S", ("01.02.2024 09:30:00", "02.02.2024 00:00:30")),
-        ("%m/%d/%y %H.%M.%S", ("2/1/24 9.30.00", "2/2/24 0.00.30")),
-    ],
-)
-def test_decimal_commas_dates_and_bytes_are_what_is_said(write, written, dates):
-    text = f"time;Lufttemperatur in °C\n{dates[0]};-1,5\n{dates[1]};2\n"
-    options = {"delimiter": ";", "decimal": ",", "date_format": written, "encoding": "latin-1"}
-    path = write(text.encode("latin-1"))
-    drive = record(path, temperature_column="Lufttemperatur in °C", **options)
-    assert drive.theta == (Fraction(KAPPA) * Fraction(-3, 2), Fraction(KAPPA) * 2)
-    days = np.array(["2024-02-01T09:30:00", "2024-02-02T00:00:30"], dtype="datetime64[ns]")
-    assert (drive.dates == days).all()
-
-
 def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
     path = write("day,high,low\n1878-01-01,66,14\n1878-01-02,-5,-74\n1878-01-03,9,2\n")
     drive = record(path, **DAYS)

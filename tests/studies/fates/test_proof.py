@@ -205,21 +205,17 @@ def settled_fates(seed: int, count: int, first: int, last: int, cycles: int) -> 
     return out
 
 
-WHOLE = pytest.param(40, 80, marks=pytest.mark.slow)
-
-
-@pytest.mark.parametrize(("count", "cycles"), [(2, 12), WHOLE])
-def test_an_integration_goes_through_the_proved_period(count: int, cycles: int) -> None:
+@pytest.mark.parametrize(
+    ("count", "cycles"), [(2, 12), pytest.param(60, 80, marks=pytest.mark.slow)]
+)
+def test_an_integration_goes_through_the_proved_period_and_closes_the_invariant_cycle(
+    count: int, cycles: int
+) -> None:
     for found in settled_fates(5, count, 0, 40, cycles):
         assert found.evidence is Evidence.PROVED
         settled = found.settled_after
         course = integrated(found, settled + 2 * found.period, np.zeros(found.chain.n - 1))
         assert course.halves[2 * settled :] == 2 * halves_of(found, settled)
-
-
-@pytest.mark.parametrize(("count", "cycles"), [(0, 12), WHOLE])
-def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int) -> None:
-    for found in (fate(captions(3), "0.0007"), *settled_fates(6, count, 0, 40, cycles)):
         end = creep(found.chain, Cycles(found.amplitude, found.cycles), solver="certified").state
         tensions = np.array([float(x) for x in end.tensions])
         low = -float(found.amplitude * found.chain.l0)

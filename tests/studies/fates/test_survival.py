@@ -1,5 +1,6 @@
 """How long creep lives, and what the statistics of lives are worth."""
 
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
@@ -22,7 +23,7 @@ def six() -> Survival:
     return survival(SIX, HORIZON * Fraction("1.005"), starts=60, cycles=2000)
 
 
-def made(lifetimes: np.ndarray, censored: np.ndarray) -> Survival:
+def made(lifetimes: Iterable[int], censored: Iterable[int]) -> Survival:
     """Return a survival of invented starts."""
 
     def record(outcome: Outcome, cycles: int) -> StartRecord:
@@ -124,7 +125,7 @@ def test_starts_that_rest_from_the_beginning_have_no_rate() -> None:
 
 
 def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
-    found = made(np.array([10, 20, 20, 50]), np.array([15, 60]))
+    found = made([10, 20, 20, 50], [15, 60])
     assert found.curve.cycles.tolist() == [10, 15, 20, 50, 60]
     assert found.curve.moving == pytest.approx([5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
 
