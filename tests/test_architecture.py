@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -167,18 +166,6 @@ def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
     assert all(getattr(exactcreep, name) is not None for name in public)
     with pytest.raises(AttributeError, match="velocity"):
         exactcreep.velocity  # noqa: B018
-
-
-def test_no_two_modules_share_a_name() -> None:
-    """But a figures/X or commands/X that draws or calls X, and the solver.py of two solvers."""
-    faces = ("figures/", "commands/")
-    named = Counter(
-        Path(module).name
-        for module in MODULES
-        if not module.startswith(faces) and not module.endswith("__init__.py")
-    )
-    assert named.pop("solver.py") == 2
-    assert {name for name, times in named.items() if times > 1} == set()
 
 
 def private_names(tree: ast.Module) -> Iterator[str]:
