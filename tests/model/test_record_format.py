@@ -47,9 +47,6 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
         (columns("day,min,max", lambda k, day: f"{day},{k},{3 * k}"),
          {"time_column": "day", "minimum_column": "min", "maximum_column": "max", "scale": 0.1},
          "scale"),
-        ("time;t\n2/1/24 9.30.00;-1,5\n2/2/24 0.00.30;2\n",
-         {"delimiter": ";", "decimal": ",", "date_format": "%m/%d/%y %H.%M.%S",
-          "temperature_column": "t"}, ""),
         (columns("time,temperature", lambda k, day: f"{k},{280 + k % 9}.5"), {"unit": "K"}, ""),
         ("time,temperature\n01/02/2024,3.5\n", {"date_format": "%d/%m/%Y"}, "date_format"),
     ],
@@ -75,7 +72,10 @@ def test_bytes_that_are_no_utf_8_and_packed_files_are_read(tmp_path: Path) -> No
             encoding,
             "Tag des Märzes",
         )
-        assert TemperatureRecord(tmp_path / name, kappa=1, T0=0, **found).half_cycles == 80
+        record = TemperatureRecord(tmp_path / name, kappa=1, T0=0, **found)
+        assert record.temperatures[:4].tolist() == [-1.5, 8.25, 0.5, 9.25]
+        assert record.half_cycles == 80
+        assert record.dates[2].astype("datetime64[D]") == np.datetime64(DAYS[1])
 
 
 @pytest.mark.parametrize(

@@ -59,9 +59,7 @@ def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:
     assert image.velocity == -run.velocity > 0
     lives = survival(SHALLOW, UPHILL, starts=12, cycles=300)
     ways = [record.direction for record in lives.records if record.outcome == "creeping"]
-    assert (
-        len(ways) == lives.creeping.starts == sum(one.starts for one in lives.directions.values())
-    )
+    assert len(ways) == lives.creeping.starts
     assert ways.count("uphill") == lives.directions["uphill"].starts > 0
 
 

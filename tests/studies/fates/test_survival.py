@@ -130,6 +130,7 @@ def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
     assert found.curve.moving == pytest.approx([5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
 
 
+@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
 def test_starts_that_the_time_leaves_no_room_for_are_not_begun_and_count_nowhere() -> None:
     found = survival(captions(30), "0.0045", starts=10**9, cycles=10**9, max_seconds=0)
     assert found.dataset["start"].values.tolist() == [1]
