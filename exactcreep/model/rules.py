@@ -4,7 +4,8 @@ A slider at rest stays while ``|F| <= mu_s c``; a slider that moves feels ``mu_d
 motion. Forces change continuously, so that a start, a stop or the end of a ramp is a comparison,
 and a rule says what follows from it, equality included.
 
-Elsewhere stand: that a coefficient below mu_d acts as mu_d (`model.contacts`), when the whole chain
+Elsewhere stand: how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as mu_d
+(`model.contacts`), which coefficient a contact has (`model.keyed_disorder`), when the whole chain
 runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
 
 The rules are written over ``sign(x, slack)``. It returns -1, 0 or +1, and whether that is in doubt:
@@ -29,6 +30,7 @@ class Rules(NamedTuple):
     is_before: Callable[..., tuple[bool, bool]]
     order: Callable[..., tuple[int, bool]]
     leaves: Callable[..., tuple[bool, bool]]
+    driven: Callable[..., tuple[Any, bool]]
 
 
 def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
@@ -69,8 +71,10 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
     def order(one, other, slack):
         """Return which comes first: -1 the one, +1 the other, 0 both together as one event.
 
-        On a ramp every slider with a rate comes to its threshold at a theta of its own; the first
-        ones start.
+        On a ramp every slider with a rate comes to its threshold at a theta of its own, in an
+        avalanche every event has a time of its own. The first of them happen, stops and starts
+        alike. A search for events compares ranges of times: events whose ranges are as narrow as
+        they get, and overlap, come together.
         """
         return sign(one - other, slack)
 
@@ -78,6 +82,7 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
     def leaves(lead, moves, slack):
         """Return whether a slider exactly at its limit acts at once: stops, or starts from rest.
 
+        It is at its limit as a motion begins, or it touches its limit in passing (`lead` is 0).
         `lead` is the first derivative that is not zero of its event function, positive if the
         slider does not act: of the speed of a slider that has started, or of the distance between
         the force on a resting slider and its threshold. If all derivatives are zero, a moving
@@ -86,7 +91,13 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
         inwards, close = sign(lead, slack)
         return inwards < 0 or (moves and inwards == 0), close
 
-    return Rules(start_direction, reversal, is_before, order, leaves)
+    @compiled
+    def driven(rate, way):
+        """Return in which direction a ramp drives a slider: theta goes `way`, the force `rate`."""
+        up, close = sign(rate, 0)
+        return up * way, close
+
+    return Rules(start_direction, reversal, is_before, order, leaves, driven)
 
 
 def in_turn(freeze: Any, draw: Any, test: Any, compiled: Any = lambda rule: rule) -> Any:

@@ -334,7 +334,7 @@ class Search:
             raise Undecided("a grazing root is not decided")
         self.undecided += function.grazes == 0
         function.grazes += 1
-        if function.side == 0:
+        if EXACTLY.leaves(0, function.side == 0, 0)[0]:
             function.safe = function.last = t
             return
         slack = function.slack if function.slack > 0 else self.arithmetic.upper(abs(function(t)[0]))

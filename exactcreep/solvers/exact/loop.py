@@ -35,7 +35,7 @@ from exactcreep.solvers.exact.ramps import next_start, next_uneven_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
-_start_direction, _reversal, _is_before, _order, _ = FLOATS
+_start_direction, _reversal, _is_before, _order, _, _driven = FLOATS
 
 STEP_WORK = 40
 """Of a step of a cluster, in units of about 5 ns."""
@@ -198,7 +198,7 @@ def _ramp(cell, whole, now, log, target, target_low):
     _place_at_theta(cell, now)
     for k in range(starts):
         i = whole[layout.EVENT, k]
-        sign = up if cell[layout.RATE, i] > 0.0 else -up
+        sign, _ = _driven(cell[layout.RATE, i], up)
         _start(cell, now, log, i, sign, cell[layout.EXCESS, i])
     now.number += 1
     _decompose(cell, now, log)

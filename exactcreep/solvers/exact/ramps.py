@@ -13,7 +13,7 @@ from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus, times
 from exactcreep.solvers.exact.layout import PAD, ULP
 
-_, _, _is_before, _order, _ = FLOATS
+_is_before, _order, _driven = FLOATS.is_before, FLOATS.order, FLOATS.driven
 
 
 @inlined
@@ -65,8 +65,8 @@ def _start_of(cell, now, up, i):
     """
     rate = cell[layout.RATE, i]
     room = cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
-    needed = room if (rate > 0.0) == (up > 0.0) else -room
-    high, low = plus(-cell[layout.FORCE, i], -cell[layout.FORCE_LOW, i], needed)
+    sign, _ = _driven(rate, up)
+    high, low = plus(-cell[layout.FORCE, i], -cell[layout.FORCE_LOW, i], sign * room)
     theta = high / rate
     reached, error = times(rate, cell[layout.RATE_LOW, i], theta, 0.0)
     theta_low = ((high - reached) + (low - error)) / rate

@@ -43,7 +43,7 @@ from exactcreep.solvers.exact.simd import (
     take,
 )
 
-_, _, _, _, _leaves = FLOATS
+_order, _leaves = FLOATS.order, FLOATS.leaves
 
 _NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
 _REACH = np.array(
@@ -238,7 +238,8 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
             if graze:
                 # within rounding of the end of its range somewhere: a slider at rest stays,
                 _doubt(cell, now, i)
-                if moving and slope_a < 0.0 and slope_b > 0.0:
+                stops, _ = _leaves(0.0, moving, 0.0)
+                if stops and slope_a < 0.0 and slope_b > 0.0:
                     # and a mover stops, where it is slowest
                     least = a - (b - a) * slope_a / (slope_b - slope_a)
                     at_least, _ = margins.at_time(series, row, lane, orders, least)
@@ -393,11 +394,11 @@ def _together(cell, whole, series, now, first, contenders, t):
                     blur = max(blur, margins.blur(slope_1, bound))
                 continue
             curve = margins.curved(series, row, lane, series[row + layout.BENT, lane], t)
-            near = off <= max(missed, bound)
+            order, _ = _order(off, max(missed, bound), 0.0)
             excluded = not (crosses or falls(-outward, bound, curve))
             for earlier in range(events):
                 excluded = excluded or whole[layout.EVENT, earlier] == i
-            if near and not excluded:
+            if order <= 0 and not excluded:
                 whole[layout.EVENT, events] = i
                 events += 1
     now.counts.undecided += max(events - 1, 0)

@@ -255,7 +255,7 @@ class ChainAtRest(ABC):
         for n, rate in self.rates.items():
             if self.rest.mirrored and n > last - n:
                 continue  # it starts with its image
-            sign, order = way if rate > 0 else -way, -1
+            sign, order = self.rules.driven(rate, way)[0], -1
             room = self.room(n, sign)
             if starts:
                 pair = n, starts[0][0]
