@@ -4,9 +4,9 @@ A slider at rest stays while ``|F| <= mu_s c``; a slider that moves feels ``mu_d
 motion. Forces change continuously, so that a start, a stop or the end of a ramp is a comparison,
 and a rule says what follows from it, equality included.
 
-Elsewhere stand: how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as mu_d
-(`model.contacts`), which coefficient a contact has (`model.keyed_disorder`), when the whole chain
-runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
+Elsewhere stand: how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as
+mu_d (`model.contacts`), which coefficient a contact has (`model.keyed_disorder`), when the whole
+chain runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
 
 The rules are written over ``sign(x, slack)``. It returns -1, 0 or +1, and whether that is in doubt:
 `x` may be off by `slack`, and a number that cannot be told from zero is zero. Floats have the rules
