@@ -1,8 +1,8 @@
-"""Make the tables of rearrangements and slips of what solvers log: slips, and rests.
+"""Compute the tables of rearrangements and slips from the slips and rests that solvers log.
 
-Every slip goes one way: friction takes ``mu_d cos(alpha)`` times its length, gravity and the end
-forces give what they are times its displacement, and the springs have the difference. The elastic
-energies come from tensions, not from the others: that all add up shows that each slip ended at
+A slip has one direction. Friction dissipates ``mu_d cos(alpha)`` times its length, gravity and the
+end forces do work along its displacement, and the springs supply the difference. The elastic
+energies are computed independently, from the tensions; their sum checks that each slip ended at
 rest.
 """
 
@@ -28,24 +28,17 @@ _OF_SLIPS = (
 REST_LOG = {
     name: column for name, column in REARRANGEMENT_TABLE.fields.items() if name not in _OF_SLIPS
 } | {"moved": Column("float64", LENGTH, "sum of the displacements of all sliders")}
-"""What solvers log of each rearrangement at its end; all else its slips tell."""
+"""What solvers log when a rearrangement ends; everything else follows from its slips."""
 
 
 def ledger(
     rests: Any, slips: Any, chain: Chain, arithmetic: Arithmetic = FLOAT64
 ) -> dict[str, NDArray[Any]]:
-    """Return the table of rearrangements that have ended, by its fields.
+    """Return the table of finished rearrangements, by its fields.
 
-    Parameters
-    ----------
-    rests : mapping or structured array of REST_LOG
-        A row for each of them.
-    slips : mapping or structured array of the fields of SLIP_TABLE
-        A row for each of their slips, in order of stops; each has at least one.
-    chain : Chain
-        Theirs.
-    arithmetic : Arithmetic
-        The numbers of the solver.
+    `rests`: mapping or structured array of `REST_LOG`, a row for each rearrangement; `slips`: of
+    the fields of `SLIP_TABLE`, a row for each slip in order of stops, at least one for each
+    rearrangement; `arithmetic`: the numbers of the solver.
     """
     slider, length = slips["slider"].copy(), np.abs(slips["displacement"])
     which = slips["rearrangement"] - slips["rearrangement"][:1]
@@ -56,7 +49,7 @@ def ledger(
 
     def summed(lengths: NDArray[Any]) -> NDArray[Any]:
         total: NDArray[Any] = 0 * length[begins]
-        np.add.at(total, which, lengths)  # one slip after the other: `reduceat` would add in pairs
+        np.add.at(total, which, lengths)  # in the order of the slips: `reduceat` would add in pairs
         return total
 
     weight = arithmetic.times_cosine(chain, chain.tan_alpha)
@@ -82,10 +75,9 @@ def ledger(
 
 
 class Avalanche:
-    """A rearrangement under way, in any arithmetic: logs slips, and its rest, of its events.
+    """A running rearrangement, in any arithmetic: logs slips, and its rest, from its events.
 
-    `ramp` holds its `half_cycle`, `theta` and `direction`; `tensions`, shape (n -
-    1,), those at theta_c.
+    `ramp` holds its `half_cycle`, `theta` and `direction`; `tensions`: at theta_c, shape (n - 1,).
     """
 
     def __init__(
@@ -94,7 +86,7 @@ class Avalanche:
         self.ramp, self.tensions = ramp, tensions
         self.moved = arithmetic.zeros(chain.n)
         self.chain, self.arithmetic = chain, arithmetic
-        self._under_way: dict[int, tuple[Any, ...]] = {}  # since when and from where
+        self._under_way: dict[int, tuple[Any, ...]] = {}  # start time and place of moving sliders
         self.slips: list[tuple[Any, ...]] = []
         self._began: tuple[int, ...] = ()
         self._events = 0
@@ -102,9 +94,9 @@ class Avalanche:
     def take(
         self, event: Event, number: int, moved: NDArray[Any], coefficient: Callable[[int], Any]
     ) -> list[tuple[Any, ...]]:
-        """Take in an event of rearrangement `number`; return the rows of slips it ends.
+        """Process an event of rearrangement `number`; return the rows of slips that it ends.
 
-        `moved` are displacements since its start; `coefficient(k)` is what slider k (from 0) draws.
+        `moved`: displacements since the start; `coefficient(k)`: the draw of slider k (from 0).
         """
         before = len(self.slips)
         self._began = self._began or event.sliders
@@ -120,7 +112,7 @@ class Avalanche:
         return self.slips[before:]
 
     def rest(self, undecided: int) -> dict[str, Any]:
-        """Return what is logged of it at rest, see `REST_LOG`."""
+        """Return the log entry at rest, see `REST_LOG`."""
         arithmetic, tensions = self.arithmetic, self.tensions
         before = arithmetic.dot(tensions, tensions) / 2
         return dict(self.ramp) | {
@@ -137,7 +129,7 @@ class Avalanche:
 
 
 def rearrangement_rows(ended: Sequence[tuple[Avalanche, int]]) -> list[tuple[Any, ...]]:
-    """Return the table of rearrangements of one chain, with what was undecided in each."""
+    """Return the table of rearrangements of one chain; each comes with its number of undecided."""
     if not ended:
         return []
     first, slips = ended[0][0], [slip for avalanche, _ in ended for slip in avalanche.slips]

@@ -1,4 +1,4 @@
-"""A rearrangement in rounded numbers, with an estimate of what rounding has made of it."""
+"""A rearrangement in rounded numbers, with an estimate of its rounding error."""
 
 from __future__ import annotations
 
@@ -14,14 +14,10 @@ from exactcreep.solvers.rearrangement import Rearrangement
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Estimated(Rearrangement):
-    """A rearrangement that is undecided, too, where rounding may have grown too large.
+    """A rearrangement that is also undecided if its rounding error may be too large.
 
-    Its error is estimated when it is asked for, from its events.
-
-    Attributes
-    ----------
-    promised : float
-        The largest error with which it is called computed.
+    The error is estimated on demand, from the events. `promised` is the largest error for which the
+    evidence is `COMPUTED`.
     """
 
     promised: float
@@ -41,7 +37,7 @@ class Estimated(Rearrangement):
 
     @property
     def evidence(self) -> Evidence:
-        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
+        """Undecided if a comparison is, or if the error may exceed the promise."""
         return self.decided if self.error <= self.promised else Evidence.UNDECIDED
 
     @property

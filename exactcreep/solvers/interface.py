@@ -1,4 +1,4 @@
-"""What a solver is: it makes rearrangements and simulations, which follow a drive."""
+"""The interface of solvers: they make rearrangements, and simulations that follow a drive."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import preparing
 
 MOST_EVENTS = 20_000
-"""`rearrange` gives up after so many events, unless it is told another number."""
+"""Default limit of events of `rearrange`."""
 LONGEST_AVALANCHE = 10**6
-"""Events of one avalanche that may never end after which it is given up, and 1000 a slider."""
+"""Most events of an avalanche that may never end, plus 1000 for each slider."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 TENSION_TOLERANCE = 1e-12
-"""What float64 promises for one rearrangement: the largest error of a tension, in units ``m g``."""
+"""Largest error of a tension that float64 promises for one rearrangement, in units of ``m g``."""
 _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'
@@ -43,8 +43,8 @@ _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 def longest_avalanche(chain: Chain) -> int:
     """Return after how many events an avalanche of a chain is given up.
 
-    Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction
-    takes exactly what gravity gives, and one may go round for ever without all sliders ever moving.
+    Below mu_d every avalanche ends, and there is no limit. On the slope mu_d itself friction equals
+    gravity, and an avalanche may continue for ever although not all sliders move.
     """
     return LONGEST_AVALANCHE + 1000 * chain.n if chain.may_run_away else 2**62
 
@@ -61,25 +61,17 @@ class Tally:
     draws_below_mu_d: int = 0
     undecided: int = 0
     long_rearrangements: int = 0
-    """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
+    """Rearrangements with too many events for the promise of 1e-12 (of `exact`)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """What `Simulation.follow` and `advance` came to.
+    """The result of `Simulation.follow` and `advance`.
 
-    Attributes
-    ----------
-    completed : int
-        Targets reached in this call.
-    recorded : mapping of str to ndarray
-        ``x_G`` (completed,), and what else was asked for, at targets and in tables.
-    stop, reason : Stop, str
-        Why it ended; a sentence unless every target was reached.
-    begun : mapping of str to ndarray
-        Rows of tables since the last target that the next stretch brings again.
-    doubts : ndarray of int64 or None
-        At each target: how much of the way so far is undecided; None if that is not known.
+    `completed`: targets reached in this call; `recorded`: ``x_G`` (completed,) and other requested
+    columns, at targets and in tables; `stop`, `reason`: why it ended, with a sentence unless every
+    target was reached; `begun`: rows since the last target, which the next stretch delivers again;
+    `doubts` (ndarray of int64 or None): undecided comparisons up to each target, if known.
     """
 
     completed: int
@@ -91,12 +83,12 @@ class Stretch:
 
     @property
     def whole(self) -> Mapping[str, NDArray[Any]]:
-        """What was recorded, with what has begun since the last target."""
+        """The recorded columns, with the rows since the last target."""
         return joined([self.recorded, self.begun])
 
 
 class PerturbedCopies(ABC):
-    """Copies of a simulation, a few roundings off all the way."""
+    """Slightly perturbed copies of a simulation."""
 
     @abstractmethod
     def follow(
@@ -104,24 +96,24 @@ class PerturbedCopies(ABC):
     ) -> tuple[NDArray[np.float64], bool]:
         """Follow the copies beside a simulation, from target `first` of the drive on.
 
-        `stretch` is what that came to, with its tensions and slips. The copies go no further than
-        `most_events`, since their start, and the target at which one of them is more than `apart`
-        off. Returns at each target that one has reached the largest distance of a tension, over the
-        largest tension if that exceeds 1, inf where other sliders have slipped; and whether all
-        have come to the end.
+        `stretch` is the result of the simulation, with its tensions and slips. The copies stop
+        after `most_events` since their start, and at the target at which one of them is more than
+        `apart` off. Returns for each target reached the largest distance of a tension (relative to
+        the largest tension if this exceeds 1; inf if other sliders have slipped), and whether all
+        copies have come to the end.
         """
 
     @abstractmethod
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the copies are, at a target, in arrays."""
+        """Return a snapshot of the copies at a target, in arrays."""
 
     @abstractmethod
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Go on from a snapshot, or raise `ValueError` if it is of another kind."""
+        """Continue from a snapshot, or raise `ValueError` if it is of another kind."""
 
 
 class Simulation(ABC):
-    """A chain on its way along a drive: the only mutable thing in the package."""
+    """A chain that follows a drive: the only mutable object in the package."""
 
     tally: Tally
 
@@ -129,9 +121,8 @@ class Simulation(ABC):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
-        Returns early, with fewer targets completed, soon after the events of `limits` are used up,
-        which count from this call, or the time is over; calling again with ``first`` = the first
-        target not completed goes on, with the same bits as if it had never returned.
+        Returns early when the events of `limits`, counted from this call, or the time are used up.
+        Calling again with the first target that was not completed continues with the same bits.
         """
 
     @abstractmethod
@@ -145,21 +136,21 @@ class Simulation(ABC):
 
     @abstractmethod
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the chain is, at rest, in numbers and arrays; nothing that is recorded."""
+        """Return the chain at rest in numbers and arrays, without recorded data."""
 
     @abstractmethod
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Go on from a snapshot of a simulation with the same start, seed and records.
+        """Continue from a snapshot of a simulation with the same start, seed and records.
 
-        Raises `ValueError` if it has other names, or arrays of other types and shapes.
+        Raises `ValueError` if names, types or shapes differ.
         """
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
-        """Let the rearrangement under way end, if the limits allow it; return what is logged."""
+        """Let the present rearrangement end, if the limits allow it; return its log."""
         return {}
 
     def copies(self) -> PerturbedCopies | None:
-        """Return copies that are a few roundings off all the way; None if rounding is no matter."""
+        """Return slightly perturbed copies; None if the solver does not round."""
         return None
 
     @property
@@ -176,9 +167,9 @@ def require(holds: bool, otherwise: str) -> None:
 
 
 def require_like(like: Any, held: Any, name: str = "it") -> None:
-    """Raise `ValueError` unless what a file holds has the names, types and shapes of `like`.
+    """Raise `ValueError` unless data from a file have the names, types and shapes of `like`.
 
-    Of `like`, an array without rows stands for any number of them, None and a list for anything.
+    In `like`, an array without rows allows any number of rows; None and a list allow anything.
     """
     if isinstance(like, Mapping):
         require(isinstance(held, Mapping) and like.keys() == held.keys(), f"{name} lacks a name")
@@ -194,7 +185,7 @@ def require_like(like: Any, held: Any, name: str = "it") -> None:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A chain, the state from which it departs, and the seed of what is drawn on the way."""
+    """A chain, its initial state, and the seed of its later draws."""
 
     chain: Chain
     state: State
@@ -202,33 +193,33 @@ class Start:
 
 
 class Solver(ABC):
-    """An algorithm: a frozen dataclass, whose fields are its options, that it validates.
+    """An algorithm: a frozen dataclass whose fields are its validated options.
 
-    A subclass says by `rearrange_from` and `simulation_from` what it does.
+    A subclass implements `rearrange_from` and `simulation_from`.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
-    """One line for humans."""
+    """One line for people."""
     needs_slips: ClassVar[bool] = True
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
     takes: ClassVar[frozenset[str]] = frozenset()
-    """In which respects sliders and springs may differ; see `Chain.unlike`."""
+    """Respects in which sliders and springs may differ; see `Chain.unlike`."""
     perturbs: ClassVar[bool] = False
-    """Whether its simulations know what a few roundings make of them; `Simulation.copies`."""
+    """Whether its simulations have perturbed copies; see `Simulation.copies`."""
     on_file: ClassVar[bool] = True
     """Whether a file can hold snapshots of its simulations."""
     records: ClassVar[tuple[str, ...]] = RECORDS
     no_more: ClassVar[str] = ""
-    """What its simulations can record, and why no more."""
+    """The quantities that its simulations can record, and why there are no others."""
 
     def rearrange(
         self, chain: Chain, state: State, direction: int, seed: int,
         limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:  # fmt: skip
-        """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange.
+        """Ramp theta in `direction` (+1, -1, or 0: not at all) to theta_c, and rearrange.
 
-        The outcome is `LIMIT` after the events of `limits`, or soon after its time is over.
+        The outcome is `LIMIT` if the limits end it.
         """
         if isinstance(state.theta, np.ndarray):
             allowed = "must be one number: theta ramps alike for all springs"
@@ -240,7 +231,7 @@ class Solver(ABC):
     ) -> Simulation:
         """Return a simulation that starts from `state`.
 
-        A start that is not at rest is first rearranged at its own theta, by `Simulation.follow`.
+        `Simulation.follow` first rearranges a start that is not at rest, at its own theta.
         """
         for name in record:
             if name not in self.records:
@@ -257,14 +248,14 @@ class Solver(ABC):
 
     @abstractmethod
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Do what `rearrange` says."""
+        """Implement `rearrange`."""
 
     @abstractmethod
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        """Do what `simulation` says."""
+        """Implement `simulation`."""
 
     def compiles(self, n: int) -> int:
-        """Return a length of chains that need the same compiled code as one of `n` sliders."""
+        """Return a number of sliders for which the same compiled code is used as for `n`."""
         return 2
 
 
@@ -274,9 +265,9 @@ def compiled(
     record: tuple[str, ...] = (),
     say: Callable[[], None] | None = None,
 ) -> None:
-    """Have the code compiled, or loaded, with which a solver follows and records such a chain.
+    """Compile or load the code with which a solver follows and records such a chain.
 
-    `say` is called if the compiler works. What else a chain may need is compiled on its way.
+    `say` is called if the compiler works. Rarely needed code is compiled later.
     """
     kind = (solver.name, solver.compiles(chain.n), record)
     if kind in _COMPILED:
@@ -304,7 +295,7 @@ def advance(
 ) -> Stretch:
     """Take a chain from target `done` of a drive to target `until`, and say why it ended.
 
-    What was recorded on the way goes to `take` stretch by stretch, or else is returned whole.
+    Recorded data go to `take`, stretch by stretch, or are returned as a whole.
     """
     reached, before = done, simulation.tally.events
     parts: list[Mapping[str, NDArray[Any]]] = [{"x_G": np.empty(0)}]

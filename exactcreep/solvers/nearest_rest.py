@@ -1,7 +1,6 @@
-"""Relax a start that friction cannot hold to the state at rest that is nearest in elastic energy.
+"""Relax a start that friction cannot hold to the nearest state at rest, by elastic energy.
 
-That is the step a rate-independent chain makes: without inertia it slides to where the balance of
-forces holds it, and no further.
+A rate-independent chain makes this step: without inertia it slides until the forces balance.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import Any
 
 
 def partial_sums(steps: Sequence[Any]) -> list[Any]:
-    """Return the sums of the first 1, 2, ... numbers, floats rounded once from the exact sum."""
+    """Return the sums of the first 1, 2, ... numbers; floats are rounded once from exact sums."""
     if not isinstance(steps[0], float):
         return list(accumulate(steps))
     if min(steps) == max(steps):
@@ -22,10 +21,10 @@ def partial_sums(steps: Sequence[Any]) -> list[Any]:
 
 
 class _Half:
-    """The derivative of a convex function on one side of its root: a stack of pieces.
+    """The derivative of a convex function on one side of its root, as a stack of pieces.
 
-    A piece is (outer end, slope) or a jump (place, None, height). Every step moves all of them to
-    `shift` from where they were pushed, and adds one to all slopes; both are done lazily.
+    A piece is (outer end, slope) or a jump (place, None, height). A step shifts all pieces by
+    `shift` and adds one to all slopes; both are done lazily.
     """
 
     def __init__(self, zero: Any) -> None:
@@ -42,7 +41,7 @@ class _Half:
         self.pieces.append((end - self.shift, stored, jump))
 
     def cross(self, place: Any, rise: Any, other: _Half) -> Any:
-        """Return where the derivative has changed by `rise` from `place` on outwards."""
+        """Return the place where the derivative has changed by `rise`, outwards from `place`."""
         while self.pieces:
             end, stored, jump = self.pieces.pop()
             end = end + self.shift
@@ -63,19 +62,19 @@ class _Half:
                     return place - step if end < place else place + step
                 rise = rise - gain
             place = end
-        other.push(place, None, rise)  # the end of what is possible: a jump from here on
+        other.push(place, None, rise)  # a jump marks the end of the admissible range
         return place
 
 
 def nearest_at_rest(
     tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
 ) -> list[Any]:
-    """Return the tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n`` nearest to the given.
+    """Return the nearest tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n``.
 
-    Nearest in elastic energy, ``sum (T_n - given_n)^2``, with T_0 = T_N = 0. Dynamic programming
-    over the springs: the derivative of the least energy up to spring n is piecewise linear with
-    jumps; its two halves move apart by the two bounds from spring to spring, and its root is the
-    best T_n. The halves are stacks with the part next to the root on top.
+    Nearest means the least elastic energy ``sum (T_n - given_n)^2``, with T_0 = T_N = 0. This is
+    dynamic programming over the springs: the derivative of the least energy up to spring n is
+    piecewise linear with jumps, and its root is the best T_n. From spring to spring its two halves
+    move apart by the two bounds. Each half is a stack with the piece next to the root on top.
     """
     best: list[Any] = []
     root = zero = uphill[0] - uphill[0]
@@ -111,11 +110,11 @@ def brought_to_rest(
 ) -> tuple[list[Any], list[Any], Any]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
-    Where every slider moves, those at -b uphill and those at +b downhill, the balance of forces
-    leaves open where the chain as a whole ends; the range of that is the third result, else zero,
-    and the chain ends the `share` of it further up. `uphill` is ``b + s`` and `downhill` ``b - s``
-    of each slider, b its sliding friction and s its weight with the force at an end: how far a
-    tension may fall or rise from spring to spring. All is exact in exact arithmetic.
+    `uphill` is ``b + s`` and `downhill` ``b - s`` of each slider, with its sliding friction b and
+    its weight s including an end force: the most that the tension may fall or rise from spring to
+    spring. If every slider moves (those at -b uphill, those at +b downhill), the balance of forces
+    does not fix the place of the whole chain. The third result is the range of places (else zero),
+    and the chain ends the `share` of it further up. All is exact in exact arithmetic.
     """
     zero = uphill[0] - uphill[0]
     nearest = nearest_at_rest(tensions, uphill, downhill)
@@ -127,7 +126,7 @@ def brought_to_rest(
         (step + fall, rise - step) for step, fall, rise in zip(steps, uphill, downhill, strict=True)
     ]
     margins = [min(room) for room in rooms]
-    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits does not move
+    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits rests
     if not max(margins) > 0:
         falls = [low > high for low, high in rooms]
         anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)

@@ -1,4 +1,4 @@
-"""What a rearrangement's result holds: its events, what it came to, and how well that is known."""
+"""The result of a rearrangement: its events, its outcome, and how well it is known."""
 
 from __future__ import annotations
 
@@ -25,17 +25,16 @@ from exactcreep.watch.limits import Stop
 
 
 class Ending(NamedTuple):
-    """Why a simulation came back; `reason` is a sentence, unless every target was reached."""
+    """Why a simulation returned; `reason` is a sentence, unless every target was reached."""
 
     stop: Stop
     reason: str = ""
 
 
 class Energy(NamedTuple):
-    """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``, numbers or arrays.
+    """The energies of a rearrangement; unit ``m g**2 tau_dyn**2``, numbers or arrays.
 
-    `gravity`, the potential energy in its field and that of the end forces, and `dissipated` count
-    from the start.
+    `gravity` (the potential energy of weight and end forces) and `dissipated` count from the start.
     """
 
     kinetic: Any
@@ -48,18 +47,18 @@ class Energy(NamedTuple):
 class Rearrangement(Result):
     """One mechanical rearrangement, from unstable rest to rest.
 
-    What a solver did not need is made when it is asked for, and kept. `==` compares all but
-    `report` and what follows from the rest.
+    Some attributes are computed on demand. `==` compares everything except `report` and derived
+    attributes.
 
     Parameters
     ----------
     **attributes
-        What follows, by name.
+        The attributes below, by name.
 
     Attributes
     ----------
     chain : Chain
-        What was rearranged.
+        The chain that was rearranged.
     initial, state : State
         At rest at theta_c, and at the end.
     events : tuple of Event
@@ -69,20 +68,20 @@ class Rearrangement(Result):
     velocities : ndarray, shape (n,)
         At the end; zero at rest.
     undecided, draws_below_mu_d : int
-        Comparisons inside their rounding bound, settled by the model's rules; static coefficients
+        Comparisons within their rounding bound, settled by the model's rules; static coefficients
         drawn below `mu_d`, which act as `mu_d`.
     solver, seed : str, int
-        The seed keys the coefficients that were drawn at stops.
+        The solver, and the seed of the coefficients drawn at stops.
     arithmetic : Arithmetic
-        The numbers that the solver computes with.
+        The numbers of the solver.
     decided : Evidence
-        What the solver's comparisons alone are worth.
+        The evidence of the comparisons alone.
     report : mapping
-        What only this solver knows: precision, enclosure radii, work counts.
+        Facts that only this solver reports: precision, enclosure radii, work counts.
     reason : str
-        For a runaway what proves it, for a limit which it is: one sentence.
+        What proves a runaway, or which limit was reached, in one sentence.
     motion : Solution or None
-        The closed form, if the solver has kept it.
+        The closed form, if the solver has stored it.
 
     Examples
     --------
@@ -114,7 +113,7 @@ class Rearrangement(Result):
 
     @classmethod
     def of(cls, moved: Any, solver: str, ended: Ending, **attributes: Any) -> Self:
-        """Return the rearrangement that a solver has come to.
+        """Return the rearrangement from a solver's final state.
 
         Parameters
         ----------
@@ -123,14 +122,14 @@ class Rearrangement(Result):
         solver : str
             Its name.
         ended : Ending
-            Why it came back.
+            Why it returned.
         **attributes
-            What the solver adds, by name.
+            Further attributes, by name.
 
         Returns
         -------
         Rearrangement
-            Of the class that is asked.
+            Of this class.
         """
         tally = moved.tally
         return cls(
@@ -149,12 +148,12 @@ class Rearrangement(Result):
 
     @property
     def finding(self) -> str:
-        """What the chain came to, and how sure that is."""
+        """The outcome, and how sure it is, in words."""
         return found_text(self.outcome, "none", "", self.evidence)
 
     @property
     def evidence(self) -> Evidence:
-        """What the result is worth: proved, computed, or undecided where rounding may decide."""
+        """Proved, computed, or undecided if rounding may have decided an event."""
         return self.decided
 
     @cached_property
@@ -167,10 +166,10 @@ class Rearrangement(Result):
 
     @property
     def error(self) -> float:
-        """Estimate of the largest error that rounding leaves in a tension or a displacement.
+        """Estimated largest rounding error of a tension or displacement; inf: events in doubt.
 
-        Of `exact`, `reference` and `mpmath`; nan of others, inf where the order of events is in
-        doubt. The rounding of the state's numbers to float64 comes on top.
+        Known for `exact`, `reference` and `mpmath`, else nan. Rounding the state to float64 adds to
+        it.
         """
         return math.nan
 
@@ -185,12 +184,12 @@ class Rearrangement(Result):
         Parameters
         ----------
         arithmetic : Arithmetic, optional
-            The numbers to compute with; by default the solver's own.
+            Numbers to compute with. Default: the solver's own.
 
         Returns
         -------
         Replay
-            It yields the phases between events, and tells how far events are from holding.
+            It yields the phases between events, and the residuals of the events.
         """
         contacts = Contacts(self.chain, self.seed)
         arithmetic = self.arithmetic if arithmetic is None else arithmetic
@@ -213,7 +212,7 @@ class Rearrangement(Result):
         return theta
 
     def energy(self, t: ArrayLike) -> Energy:
-        """Return where the energy is at some time(s).
+        """Return the energies at given times.
 
         Parameters
         ----------
@@ -223,13 +222,13 @@ class Rearrangement(Result):
         Returns
         -------
         Energy
-            Kinetic, elastic, in the field of gravity and of the end forces, and dissipated;
-            numbers, or arrays of shape (m,).
+            Kinetic, elastic, potential (gravity and end forces), and dissipated; numbers, or arrays
+            of shape (m,).
 
         Raises
         ------
         ValueError
-            If a time lies before the first event or after the last.
+            If a time is before the first event or after the last.
         """
         motion, begin = self.sol(t), self.initial.tensions.astype(float)
         moved = motion.positions.astype(float).T - self.initial.displacements.astype(float)

@@ -1,11 +1,11 @@
 """The readable event solver: a chain from rest to rest, over float64, mpmath numbers or balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat*
-until every slider is at rest.
+their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat* until
+every slider is at rest.
 
-What happens at rest and on ramps, and what is known exactly, is `solvers.field.at_rest`; the proof
-that an avalanche never ends is `motion.runaway`.
+`solvers.field.at_rest` treats rest and ramps, and `motion.runaway` proves that an avalanche never
+ends.
 """
 
 from __future__ import annotations
@@ -30,13 +30,7 @@ from exactcreep.watch.limits import NO_LIMITS
 
 
 class ChainIntegrator(ChainAtRest):
-    """A chain that is taken through rearrangements, event by event.
-
-    Parameters
-    ----------
-    start, arithmetic, assume
-        See `ChainAtRest`.
-    """
+    """A chain that goes through rearrangements event by event; for arguments see `ChainAtRest`."""
 
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
@@ -60,16 +54,15 @@ class ChainIntegrator(ChainAtRest):
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
 
     def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
-        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
+        """Set sliders in motion; the sliders in `crossing` are just at their threshold."""
         flow.start([n for n, _ in starts], [sign for _, sign in starts])
         for n in crossing:
             self.crossed[n] = self.acting(n) - self.mu_d[n]
 
     def rearrangement(self) -> Iterator[Event | None]:
-        """Yield the events of the rearrangement under way, and None after those of each instant.
+        """Yield the events of the present rearrangement, and None after the events of each instant.
 
-        Only there may a caller stop asking and later begin anew: in between an event is half
-        resolved.
+        A caller may stop only at None, and continue later; otherwise an event is half resolved.
         """
         if self.flow is not None and not self.announced:
             self.announced = True
@@ -127,7 +120,7 @@ class ChainIntegrator(ChainAtRest):
         return event_of(time, stops, starts, self.chain.n if self.rest.mirrored else None)
 
     def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
-        """Return the sliders beside moving ones that are known to rest exactly at threshold."""
+        """Return the neighbours of moving sliders that rest exactly at threshold."""
         exact = self.rest.exact
         return set() if exact is None else exact.touching(flow, moving, self.acting)
 
@@ -157,7 +150,7 @@ class ChainIntegrator(ChainAtRest):
         self.time = later
 
     def _blurred(self, flow: Flow, n: int, way: Any, velocity: Any) -> None:
-        """Take the slack of the velocities through what the energy of a lone slider tells of it."""
+        """Update the slack of the velocities, using the energy of a lone slider."""
         if velocity == 0:
             return
         before, force = abs(flow.velocities[n]), abs(flow.forces[n]) + flow.friction[n]
@@ -185,7 +178,7 @@ class ChainIntegrator(ChainAtRest):
             yield self._event(EventKind.START, sliders, [starts[n] for n in sliders])
 
     def come_to_rest(self, flow: Flow) -> None:
-        """Let the present state be a rest."""
+        """Make the present state a state of rest."""
         rest = self.rest
         rest.tensions, rest.displacements = self._shape()
         rest.forces, rest.force_slack = flow.forces, flow.force_slack
@@ -198,7 +191,7 @@ class ChainIntegrator(ChainAtRest):
 
     @property
     def runs(self) -> list[Run]:
-        """The runs of the chain in motion, from the last event on; a lone slip asks for none."""
+        """The runs of moving sliders since the last event; not needed for a lone slip."""
         if self._runs is None:
             assert self.flow is not None
             self._runs = self.flow.runs()
@@ -238,7 +231,7 @@ class ChainIntegrator(ChainAtRest):
         return self.flow.velocities.copy()
 
     def known_moves(self) -> NDArray[Any]:
-        """Return how far sliders have come in the rearrangement, as well as it is known."""
+        """Return the displacements in this rearrangement, as precisely as they are known."""
         assert self.flow is not None
         return self.flow.moved
 

@@ -1,4 +1,4 @@
-"""The solvers by name, and the call that needs no drive: `rearrange`."""
+"""The solvers by name, and `rearrange`, which needs no drive."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ SOLVERS: dict[str, Callable[[], type[Solver]]] = {
     "sliding": lambda: solvers.Sliding,
     "verlet": lambda: solvers.Verlet,
 }
-"""Every solver by its name: what imports its class and returns it."""
+"""Every solver by its name: a function that imports and returns its class."""
 
 
 @cache
 def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
-    """Return the class of a solver; what is loaded for it is preparation, once."""
+    """Return the class of a solver; the time to load it counts as preparation, once."""
     with preparing():
         return load()
 
@@ -41,7 +41,7 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     if not isinstance(name, str) or name not in SOLVERS:
         allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"
         raise InputError("solver", name, allowed)
-    algorithm: Any = _class_of(SOLVERS[name])  # a dataclass, which its base class cannot say
+    algorithm: Any = _class_of(SOLVERS[name])  # a dataclass; its base class cannot say so
     options_taken = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in options_taken):
         hint = did_you_mean(option, options_taken)
@@ -76,43 +76,42 @@ def rearrange(
     Parameters
     ----------
     chain : Chain
-        Its parameters.
+        Sliders, springs and friction.
     state : State
-        State at the beginning. A state that is not at rest is rearranged at its own theta.
+        Initial state. A state that is not at rest is rearranged at its own theta.
     direction : {+1, -1, 0}
-        +1 dilates, -1 contracts, 0 leaves theta as it stands (no events if the state is stable).
+        +1 dilates, -1 contracts, 0 leaves theta unchanged (no events if the state is stable).
     seed : int
-        Keys the static coefficients that are drawn at stops.
+        Seed of the static coefficients drawn at stops.
     solver : str
         ``exact`` (float64, compiled), ``certified`` (balls: proved; options `digits`,
         `most_digits`), ``mpmath`` (option `digits`), ``reference`` (float64, readable) or
         ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
         rearrangements.
     max_events : int
-        Stop after so many events, at least 1; a few more if they are simultaneous.
+        Stop after this number of events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
-        Stop after so many seconds of wall time.
+        Stop after this wall time.
     **options
-        The solver's own options.
+        Options of the solver.
 
     Returns
     -------
     Rearrangement
-        Its `events` in order, its `itinerary`, the `state` at the end, for the next call; the
-        motion `sol(t)` between the first event and the last; `outcome` and `evidence`. After a
-        limit its `outcome` is `LIMIT`, with a `reason`, and it holds the part that was computed.
+        Its `events`, its `itinerary`, and the final `state` for the next call; the motion `sol(t)`
+        between the first event and the last; `outcome` and `evidence`. After a limit the outcome is
+        `LIMIT`, with a `reason`, and the result is partial.
 
     Raises
     ------
     InputError
-        If an argument is out of range, an option is not the solver's, or the chain has no slips
+        If an argument is out of range, the solver lacks an option, or the chain has no slips
         (mu_s = mu_d with sigma_mu = 0).
 
     Notes
     -----
     Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; `undecided`
-    counts open comparisons.
-    Source: Eqs. 5-10.
+    counts undecided comparisons. Source: Eqs. 5-10.
 
     Examples
     --------

@@ -1,13 +1,13 @@
-"""Find out whether a chain has come back: compare tensions at the ends of cycles with earlier ones.
+"""Find out whether a chain has returned: compare tensions at the ends of cycles.
 
-Without disorder the tensions at the end of a cycle decide all that follows, those at the next end
-among them (a return map): once they return, the chain goes round on a limit cycle for ever, unless
-a slider lost a coefficient of the start on the way. With disorder no contact gets back its
-threshold; what can be known is that nothing has moved during a cycle, so that nothing ever will.
+Without disorder the tensions at the end of a cycle determine everything that follows, including the
+tensions at the next end (a return map). Once they return, the chain stays on a limit cycle for
+ever, unless a slider lost an initial coefficient on the way. With disorder no contact gets back its
+threshold. Then only a cycle without any motion shows that nothing will ever move.
 
-`ReturnMap` looks at what any solver has recorded, `exact.settling` at every cycle of a compiled
-loop, `studies.fates.proof` at balls. After which periods rows have returned, since when they do,
-and how a limit is approached like 1/k is said here.
+`ReturnMap` uses the records of any solver, `exact.settling` works within a compiled loop, and
+`studies.fates.proof` uses balls. This module finds the periods, since when they hold, and whether a
+limit is approached like 1/k.
 """
 
 from __future__ import annotations
@@ -22,32 +22,25 @@ from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.model.numbers import nearest_float
 
 NEAR = 2.0**-40
-"""How nearly what returns does so, in units of what is largest."""
+"""Relative distance within which a value has nearly returned."""
 LONGEST_PERIOD = 1000
-"""Cycles: how far back the tensions at the end are looked for."""
+"""Longest period that is looked for, in cycles."""
 PATIENCE = 100
-"""Cycles in a row that return nearly before `fate` takes them to go on like this."""
-_REMEMBERED = 1024  # cycles, at least, whose ends are kept
-_MOST_KEPT = 2**21  # numbers of all of them
-_APPROACH = 64  # equal cycles: fewer do not show how forces approach theirs
-_NOTED = 64  # the longest period that is noted of cycles that are forgotten
+"""Successive cycles that must return nearly before `fate` accepts the return."""
+_REMEMBERED = 1024  # cycles, at least, whose ends are stored
+_MOST_KEPT = 2**21  # numbers in all of them
+_APPROACH = 64  # equal cycles; fewer do not show how forces approach a limit
+_NOTED = 64  # the longest period that is noted for forgotten cycles
 _X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
 
 
 class LimitCycle(NamedTuple):
-    """How a chain goes on that has come back: on a limit cycle, or at rest.
+    """The limit cycle or the rest of a chain that has returned.
 
-    Attributes
-    ----------
-    period : int
-        Cycles after which the tensions return; 0 if nothing moves any more.
-    since : int
-        The cycle from which on they do.
-    apart : float
-        How far from their values; 0: to all digits, or to within enclosures of 2**-80 of the
-        friction at the most.
-    velocity : Enclosure or None
-        Mean displacement per half-cycle; None if the chain does not advance.
+    `period`: cycles after which the tensions return, 0 if nothing moves; `since`: the cycle from
+    which on they do; `apart`: the distance from their previous values, 0 if they agree in all
+    digits, or to within enclosures of 2**-80 of the friction; `velocity`: mean displacement per
+    half-cycle, None if the chain does not advance.
     """
 
     period: int
@@ -57,15 +50,12 @@ class LimitCycle(NamedTuple):
 
 
 def nearness(chain: Chain) -> float:
-    """Return how far apart forces may be that have nearly returned, unit m g."""
+    """Return the largest distance of forces that have nearly returned, unit m g."""
     return NEAR * chain.held
 
 
 class Approach(NamedTuple):
-    """How far forces change per cycle that approach a limit like 1/k, and how far they have to go.
-
-    Unit m g.
-    """
+    """Change per cycle of forces that approach a limit like 1/k, and the rest of the way; m g."""
 
     change: float
     ahead: float
@@ -74,9 +64,8 @@ class Approach(NamedTuple):
 def approach(ends: NDArray[Any], alike: int) -> Approach | None:
     """Return how the ends of cycles approach a limit like 1/k; None if they do not.
 
-    They do if the last `alike` cycles have the same slips, and the changes from row to row of
-    `ends`, the forces or tensions up to the present, fall at least as fast as 1/k**2 in cycle k
-    (see `studies.fates.fate` for where that comes from).
+    The last `alike` cycles must have the same slips, and the changes from row to row of `ends` (the
+    forces or tensions) must fall at least like 1/k**2 in cycle k; see `studies.fates.fate`.
     """
     if alike < _APPROACH:
         return None
@@ -91,10 +80,7 @@ def approach(ends: NDArray[Any], alike: int) -> Approach | None:
 
 
 def returns(ends: NDArray[Any], longest: int, close: float) -> NDArray[np.int64]:
-    """Return up to the longest, ascending, the periods after which the last row has returned.
-
-    To within `close` in every number.
-    """
+    """Return the periods up to `longest` after which the last row returns to within `close`."""
     before = ends[-2 : -longest - 2 : -1]
     return np.flatnonzero(np.abs(ends[-1] - before).max(axis=1, initial=0.0) <= close) + 1
 
@@ -105,22 +91,22 @@ def repeats_since(ends: NDArray[Any], period: int, close: float) -> int:
 
 
 class ReturnMap:
-    """Remembers how a chain stood at the ends of the last thousand cycles, and since when.
+    """Stores the ends of the last thousand cycles, and finds returns.
 
-    Every so many cycles the older half is forgotten, with a note of the shortest period that held;
-    what remains depends only on how many cycles were completed.
+    When the store is full, its older half is dropped, with a note of the shortest period that held.
+    The contents depend only on the number of completed cycles.
 
     Parameters
     ----------
     chain : Chain
     x_G : float
     tensions : ndarray of float64, shape (n - 1,)
-        At the start, as they are at the temperature of the ends of cycles.
+        Of the start, at the temperature of the ends of cycles.
 
     Attributes
     ----------
     alike_since : int
-        The cycle at whose end static coefficients were first as they are now.
+        The cycle since whose end the static coefficients have not changed.
     """
 
     def __init__(self, chain: Chain, x_G: float, tensions: NDArray[np.float64]) -> None:
@@ -139,7 +125,7 @@ class ReturnMap:
         return self.forgotten + len(self.ends) - 1
 
     def feed(self, x_G: NDArray[Any], tensions: NDArray[Any], slips: NDArray[Any]) -> None:
-        """Take over the ends of some further cycles: a row for each, and its number of slips."""
+        """Store the ends of some further cycles: a row for each, and its number of slips."""
         ends = np.empty((len(x_G), self.chain.n + 1))
         ends[:, _X_G], ends[:, _TENSIONS:] = floats(x_G), floats(tensions)
         ends[:, _SLIPS] = self.ends[-1, _SLIPS] + np.cumsum(slips)
@@ -163,7 +149,7 @@ class ReturnMap:
         best = (self.cycles, 1)
         for period in range(1, min(_NOTED, self.most) + 1):
             best = min(best, (self.repeats_since(period), period))
-            if best[0] <= earliest:  # none can have held longer
+            if best[0] <= earliest:  # no period can have held longer
                 break
         since, period = best
         return period, since
@@ -171,8 +157,7 @@ class ReturnMap:
     def repeats_since(self, period: int) -> int:
         """Return the first cycle from which on the chain moves with a period, up to its advance.
 
-        If that was before the cycles that are remembered and another period was noted then, the
-        first of these.
+        If that is before the stored cycles, it is the first stored cycle with the noted period.
         """
         return max(self._moves_since(period), self.alike_since)
 
@@ -183,7 +168,7 @@ class ReturnMap:
         last = -1
         if steps.size > period:
             close = NEAR * max(1.0, float(np.abs(self.ends[:, _X_G]).max()))
-            if abs(steps[-1] - steps[-1 - period]) > close:  # most often
+            if abs(steps[-1] - steps[-1 - period]) > close:  # the usual case
                 return self.forgotten + steps.size - period
             last = _last(np.abs(steps[period:] - steps[:-period]) > close)
         forces = np.diff(self.ends[:, _TENSIONS:], axis=1, prepend=0.0, append=0.0)
@@ -194,7 +179,7 @@ class ReturnMap:
         return since if noted and period % noted == 0 else self.forgotten
 
     def settled(self) -> LimitCycle | None:
-        """Return how the chain goes on if it has come back; None if it has not."""
+        """Return how the chain goes on if it has returned; None if it has not."""
         if self.cycles and self.ends[-1, _SLIPS] == self.ends[-2, _SLIPS]:
             return LimitCycle(0, self.repeats_since(1), 0.0, None)
         if self.chain.sigma_mu != 0:
@@ -209,15 +194,15 @@ class ReturnMap:
                 off = max((now.apart(earlier) for now, earlier in pairs), default=0.0)
                 wide = max((now.radius + earlier.radius for now, earlier in pairs), default=0)
                 off = max(off, float(wide)) if wide > NEAR * self._close else off
-            # what returns but nearly is believed if it does so for another period
+            # a near return counts if it lasts for another period
             if not off or self.cycles - since >= 2 * period:
                 return LimitCycle(period, since, off, self._velocity(period))
         return None
 
     def approaching(self) -> tuple[int, float] | None:
-        """Return since when tensions approach a cycle like 1/k, and their last change; else None.
+        """Return since when tensions approach a cycle like 1/k, and their last change, or None.
 
-        Equal numbers of slips in many cycles, a slider that stays, and ever smaller changes.
+        Slips must be equal in many cycles, a slider must rest, and changes must decrease.
         """
         slips = np.diff(self.ends[:, _SLIPS])
         alike = slips.size - 1 - _last(slips != slips[-1:])
@@ -228,7 +213,7 @@ class ReturnMap:
         return self.cycles - alike, found.change
 
     def _moved(self, period: int) -> NDArray[np.int64]:
-        """Return which way each slider has moved, 0 if no further than rounding can take it."""
+        """Return the direction of each slider's motion, 0 if rounding may explain it."""
         gone = self.ends[-1] - self.ends[-1 - period]
         change = np.concatenate([[0.0], np.cumsum(gone[_TENSIONS:])])
         change += gone[_X_G] - change.mean()
@@ -244,6 +229,6 @@ class ReturnMap:
 
 
 def _last(where: NDArray[np.bool_]) -> int:
-    """Return the last place where something holds, -1 if there is none."""
+    """Return the last index where something holds, -1 if there is none."""
     places = np.flatnonzero(where)
     return int(places[-1]) if places.size else -1

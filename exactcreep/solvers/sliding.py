@@ -1,25 +1,25 @@
 """The sliding limit: the chain without inertia and without the static excess (mu_s -> mu_d).
 
 Every slider that reaches its threshold slides on continuously with theta, at the friction
-``b_j = mu_d,j c``. With ``g_j``, its weight and the force at an end, ``|F_j| <= b_j``, added up
-from either end, bounds tensions, ``D_n <= T_n <= C_n``:
+``b_j = mu_d,j c``. With ``g_j``, its weight and the force at an end, ``|F_j| <= b_j``, summed from
+either end, bounds tensions, ``D_n <= T_n <= C_n``:
 
     D_n = -min(sum of b_j + g_j for j <= n, sum of b_j - g_j for j > n),
     C_n = min(sum of b_j - g_j for j <= n, sum of b_j + g_j for j > n),
 
-and a ramp takes *each spring by itself* to its bound: a dilation by ``u = l0 d(theta)`` to
+and a ramp takes *each spring independently* to its bound: a dilation by ``u = l0 d(theta)`` to
 ``max(T_n - u, D_n)``, a contraction to ``min(T_n + u, C_n)``. (The maximum and the minimum of two
 sequences with bounded steps have bounded steps.) The extension ``e_n = T_n + l0 theta`` is the play
 operator of ``l0 theta``: pushed up by ``l0 theta + D_n``, down by ``l0 theta + C_n``, at rest in
 between; it cannot drift.
 
-The springs at their bound form two fronts that grow inwards and meet at the *pivot*, which no
-dilation moves; another one rests in contractions (`exactcreep.laws.pivot_sliders`; of equal
-sliders i and N + 1 - i, with ``0 < i - z < 1``, ``z = N (1 - tan_alpha/mu_d)/2``). Displacements
-follow by adding up extensions outwards: O(N) per half-cycle. Where two neighbours may both be the
-pivot, the balance of forces leaves open how they share the extension of the spring between them. If
-weight and end forces exceed all friction, no balance holds the chain; at equality one holds it
-wherever it is: there is no limit.
+The springs at their bound form two fronts that grow inwards and meet at the *pivot*, which rests
+during a dilation; another pivot rests during contractions (`exactcreep.laws.pivot_sliders`; for
+equal sliders i and N + 1 - i, with ``0 < i - z < 1``, ``z = N (1 - tan_alpha/mu_d)/2``).
+Displacements are the sums of extensions outwards from the pivot: O(N) per half-cycle. If either of
+two neighbours may be the pivot, the balance of forces does not fix their shares of the extension
+between them. If weight and end forces exceed all friction, the chain is not held; if they are
+equal, it is held at any place, and there is no limit.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
 _SHARE = 0.5
-"""Of the extension between two equally possible pivots that each of them takes."""
+"""Share of the extension for each of two equally possible pivots."""
 
 
 def _not_held_because(chain: Chain) -> str:
-    """Return why no friction holds the chain where it is; "" if it does."""
+    """Return why friction cannot hold the chain; "" if it can."""
     excess = max(chain.surplus(1), chain.surplus(-1))
     if excess > 0:
         return (
@@ -81,7 +81,7 @@ _LEVEL = (
 
 
 def _resting(chain: Chain) -> PivotSliders:
-    """Return the sliders that dilations and contractions do not move, from 1."""
+    """Return the sliders that rest in dilations and in contractions, from 1."""
     if chain.n == 1:
         return PivotSliders((1,), (1,))
     if chain.unlike:
@@ -126,13 +126,8 @@ def relaxed_cycle(
 ) -> list[tuple[Quadratic, Quadratic]]:
     """Return the advance of x_G in a cycle of the relaxed chain, and the way of its springs.
 
-    Exactly, for both ends of what the balance of forces leaves open. All cycles from the second on
-    are alike.
-
-    Raises
-    ------
-    ValueError
-        Unless friction holds the chain.
+    The result is exact, for both ends of the range that the balance of forces allows. All cycles
+    from the second on are alike. Raises `ValueError` unless friction holds the chain.
     """
     field, n, resting = CosineField(chain.tan_alpha), chain.n, _resting(chain)
     reaches = _reaches(chain, field.times_cosine, field.rational)
@@ -155,21 +150,21 @@ def relaxed_cycle(
 
 
 class _Ways(NamedTuple):
-    """What a ramp does to the springs; the first row of each array is of dilations."""
+    """The effect of a ramp on springs; the first row of each array is for dilations."""
 
     bounds: NDArray[np.float64]  # shape (2, n - 1): the least (dilation) or largest tension
     pivots: NDArray[np.int64]  # shape (2, 2): the sliders between which the limit is open, from 0
 
 
 class _Configuration(NamedTuple):
-    """Everything that changes: springs, sliders, and what is counted."""
+    """Everything that changes: springs, sliders, and counts."""
 
     extension: NDArray[np.float64]
     x: NDArray[np.float64]
     carry: NDArray[np.float64]  # rounding error of x
     sliding: NDArray[np.int8]
     slips: NDArray[np.int64]  # in this half-cycle
-    # extension of the shared spring, half-cycles with one, starts, stops
+    # extension of the shared spring, half-cycles with such an extension, starts, stops
     totals: NDArray[np.float64]
 
 
@@ -177,8 +172,8 @@ class _Configuration(NamedTuple):
 def _ramp(way, place, ways, chain):
     """Push every spring to its bound at ``place = l0 theta``, and move the sliders outwards.
 
-    Springs above the pivot end at sliders above it, those below at sliders below it; between two
-    pivots lies a spring whose extension they share.
+    A spring above the pivot moves the sliders above it, a spring below the pivot moves the sliders
+    below it. Two pivots share the extension of the spring between them.
     """
     row = 0 if way > 0 else 1
     bounds = ways.bounds[row]
@@ -216,7 +211,7 @@ def _ramp(way, place, ways, chain):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow(places, start, way, ways, chain, rows):
-    """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp."""
+    """Follow ``places = l0 theta`` from `start`; return the direction of the last ramp."""
     n = chain.x.size
     place = start
     for q in range(places.size):
@@ -354,11 +349,11 @@ class SlidingSimulation(Simulation):
         return Evidence.of(int(bool(self._lost)) + self.tally.undecided, Evidence.COMPUTED)
 
     def report(self) -> dict[str, Any]:
-        """Return the pivots and, where the limit is not unique, what it leaves open.
+        """Return the pivots, and if the limit is not unique its range.
 
-        ``x_G_low`` and ``x_G_high`` are x_G now if the pivot had always been the one that lets the
-        chain move least, or most, downhill; ``velocity_low`` and ``velocity_high`` the two
-        velocities of the asymptotic cycle.
+        ``x_G_low`` and ``x_G_high``: x_G now if the pivot had always been the one with the least,
+        or the most, motion downhill; ``velocity_low`` and ``velocity_high``: the same for the
+        velocity of the asymptotic cycle.
         """
         chain = self.chain
         report: dict[str, Any] = {
@@ -383,14 +378,13 @@ class SlidingSimulation(Simulation):
 
 @dataclass(frozen=True)
 class Sliding(Solver):
-    """The sliding limit: no inertia, no static excess; `mu_s` and `sigma_mu` play no part.
+    """The sliding limit: no inertia, no static excess; `mu_s` and `sigma_mu` have no effect.
 
-    A start that friction cannot hold first goes to the rest state nearest in elastic energy. A
-    slip is one slider's uninterrupted sliding; its start, and its stop where theta turns, are
-    counted as events, but there are no rearrangements, and no events that could be recorded.
-    Each extension is the rounded exact one, without drift. Where two neighbours may both be the
-    pivot, as the chain's rationals tell, the limit is not unique: they take equal shares, and the
-    half-cycles in which it mattered are counted as undecided.
+    A start that friction cannot hold first goes to the rest state nearest in elastic energy. A slip
+    is the uninterrupted sliding of one slider. Its start, and its stop where theta turns, count as
+    events, but there are no rearrangements, and events cannot be recorded. Each extension is the
+    rounded exact one, without drift. If two neighbours may be the pivot (decided in rationals), the
+    limit is not unique: they take equal shares, and such half-cycles count as undecided.
     """
 
     needs_slips: ClassVar[bool] = False

@@ -1,16 +1,17 @@
 """The standard error of a mean velocity whose steps are correlated.
 
-Two sliders at a small slope take turns: one that has drawn a rare large coefficient rests until the
-other, which draws anew at every stop, comes within ``d = 2 |tan_alpha|`` of it. Of a coefficient z
-standard deviations above the mean that takes ``exp((z - d/sigma)^2 / 2)`` half-cycles, and its
-probability is ``exp(-z^2 / 2)``: rests longer than t are as frequent as
-``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with ``h = d/sigma``, so that their length has no variance.
-Where a run should hold some as long as a block, but need not, no analysis of it tells its error.
+*Long rests of two sliders.* At a small slope two sliders take turns. One that has drawn a rare
+large coefficient rests until the other, which draws at every stop, comes within ``d = 2
+|tan_alpha|`` of it. For a coefficient z standard deviations above the mean this takes
+``exp((z - d/sigma)^2 / 2)`` half-cycles, with a probability ``exp(-z^2 / 2)``. So rests longer than
+t have the frequency ``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with ``h = d/sigma``, and the length of a
+rest has no variance. A run may miss the rests as long as a block that it should contain; then its
+error cannot be estimated from the run itself.
 
-Near its threshold a chain of any length alternates between creep and rests. Six sliders with
+*Near a threshold* a chain of any length alternates between creep and rests. Six sliders with
 ``sigma_mu = 0.01``, at 1.1 times the amplitude ``N m/(2 l0)``, rest for longer than 10 cycles in
-one of 8 rests, and for longer than 1000 in one of 250. A run of 100 cycles may see creep alone, or
-a rest alone, and its blocks scatter little either way.
+one of 8 rests, and for longer than 1000 in one of 250. A run of 100 cycles may contain only creep,
+or only a rest, and its blocks scatter little in both cases.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
 
 FEWEST_STEPS = 64
-"""Cycles, or targets of other drives, for a standard error; fewer say too little of its growth."""
+"""Fewest cycles (or targets of other drives) for a standard error; fewer do not show its growth."""
 _COARSE = (8, 16, 32)  # numbers of blocks
 _MOST_GROWTH = {8: 2.937292038455222, 16: 2.336627253950356, 32: 2.0005492338344837}
-"""Quantiles of 99 % of Fisher's F with (n - 1, 63) degrees of freedom; to load what computes them
-takes as long as a short run."""
+"""Quantiles of 99 % of Fisher's F with (n - 1, 63) degrees of freedom. They are constants because
+loading SciPy's statistics takes as long as a short run."""
 _STUDENT = 2.365  # of 95 % with 7 degrees of freedom
-_MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the errors, .013 none
+_MOST_LONG_RESTS = 0.05  # fraction of the expected ones: .18 spoil a third of the errors, .013 none
 _MOST_SKEWNESS = 0.8
 _CROSSOVER = 2.0
 """Creep and long rests alternate within so many D/l0 in amplitude of where ``l0 A = N m/2``."""
-_FEWEST_SEEDS = 6  # whose scatter is trusted more than the error of each run
+_FEWEST_SEEDS = 6  # from this number on the scatter of the seeds gives the error
 
 
 def standard_error(
@@ -47,20 +48,20 @@ def standard_error(
 ) -> float:
     """Return the standard error of the mean velocity between the first position and the last.
 
-    1.96 of it make an interval of 95 %. nan of fewer than `FEWEST_STEPS` steps, or if they are seen
-    to be correlated over times that are not short beside the whole.
+    An interval of 95 % is +-1.96 standard errors. nan for fewer than `FEWEST_STEPS` steps, and if
+    the steps are correlated over times that are not short compared with the run.
 
-    Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): averages over blocks.
-    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them (B.
-    Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than that
-    of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow; and
-    where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after A.
-    Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance, whose
-    sums over blocks do not scatter more than single steps, needs neither.
+    `positions`, `clock` (ndarray of float64, shape (steps + 1,)): x_G, and its times; `silent`: the
+    result if nothing moved; `least`: return the estimate even if the true error may be larger.
 
-    `positions`, `clock` (ndarray of float64, shape (steps + 1,)): x_G, and when it was there;
-    `silent`: what is returned where nothing moved; `least`: return the estimate also where the true
-    error may be larger.
+    Source: averages over blocks, H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989).
+    The error is the largest estimate from 8, 16 and 32 blocks, times Student's factor for 8 blocks
+    (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown if the square of an estimate exceeds
+    the square from 64 blocks by more than Fisher's test allows in 99 of 100 cases, since then it
+    may still grow. It is also unknown if the skewness of 32 blocks exceeds 0.8, since then rare
+    excursions determine the mean (after A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)).
+    Neither test applies to bounded noise on a steady advance, whose sums over blocks scatter no
+    more than single steps.
     """
     gains, spans = np.diff(positions), np.diff(clock)
     steps = gains.size
@@ -68,7 +69,7 @@ def standard_error(
         return math.nan
     if not gains.any():
         return silent
-    # of the ratio of two means: steps of a record last differently long
+    # the error of a ratio of two means, since steps of a record last differently long
     excess = gains - spans * (gains.sum() / spans.sum())
     spreads = {blocks: _spread(excess, steps // blocks) for blocks in _COARSE}
     coarse, size = max(spreads.values())
@@ -87,11 +88,11 @@ def mean_over_seeds(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return mean velocities over the last axis, the seeds, and the standard errors of the means.
 
-    The errors come from the scatter of six seeds or more, else from the errors of the runs, unless
-    `scattered` asks for the scatter.
+    The errors come from the scatter of six seeds or more (or always, if `scattered`), else from the
+    errors of the runs.
     """
     count = velocities.shape[-1]
-    with np.errstate(invalid="ignore"):  # a runaway has no finite velocity
+    with np.errstate(invalid="ignore"):  # a runaway chain has no finite velocity
         own = np.sqrt((errors**2).sum(axis=-1)) / count
         if scattered or count >= _FEWEST_SEEDS:
             own = velocities.std(axis=-1, ddof=1) / math.sqrt(count)
@@ -101,7 +102,7 @@ def mean_over_seeds(
 def rests_for_long(chain: Chain, targets: int) -> bool:
     """Return whether rests without a finite variance spoil the error of so many targets.
 
-    Known of two sliders; of more, each half of the chain averages over its coefficients.
+    This is known for two sliders; in longer chains each half averages over its coefficients.
     """
     if chain.n != 2 or chain.sigma_mu == 0 or targets < 2:
         return False
@@ -111,11 +112,11 @@ def rests_for_long(chain: Chain, targets: int) -> bool:
 
 
 def alternates(chain: Chain, drive: Drive) -> bool:
-    """Return whether a chain may alternate between creep and long rests: under cycles, near x = 0.
+    """Return whether a chain under cycles is near x = 0, where creep and long rests alternate.
 
     Measured for 2 to 30 sliders with ``sigma_mu = 0.01``, and for 6 to 100 without disorder: from
-    2 D/l0 above the middle of the crossover on, rests take no more than a few per cent of the time.
-    Chains whose parts differ were not measured, and may.
+    2 D/l0 above the middle of the crossover on, rests take at most a few per cent of the time.
+    Chains whose parts differ were not measured, and may alternate.
     """
     if not isinstance(drive, Cycles):
         return False
@@ -128,7 +129,7 @@ def alternates(chain: Chain, drive: Drive) -> bool:
 def jump_of(chain: Chain) -> float:
     """Return the advance of x_G, N D/4, up to which a cycle is quiescent; ``g tau_dyn**2``.
 
-    Where friction differs, D is its mean.
+    D is the mean if friction differs.
     """
     if "friction" in chain.unlike:
         excess = sum(chain.each("mu_s")) - sum(chain.each("mu_d"))
@@ -137,7 +138,7 @@ def jump_of(chain: Chain) -> float:
 
 
 def rests_are_short(advances: NDArray[np.float64], jump: float) -> bool:
-    """Return whether a series holds as many rests as blocks, 32, each shorter than a block.
+    """Return whether a series has as many rests as blocks, 32, each shorter than a block.
 
     Then blocks average over rests. Six sliders whose rests have no finite mean (see above) passed
     this in 3 of 2700 runs of 90 to 3600 cycles.

@@ -1,7 +1,7 @@
-"""What a simulation records: the columns of its tables, with their types, units and meanings.
+"""The tables that a simulation records: columns with types, units and meanings.
 
-A table is declared once, by the fields of one of its rows. Solvers make their arrays through its
-schema, datasets take their labels from it, and studies read rows and events back through it.
+A table is declared once, by the fields of one of its rows. Solvers, datasets and studies all use
+this schema.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ ENERGY = "m g^2 tau_dyn^2"
 NUMBER = "1"
 _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers them
 EVENT_KINDS = tuple(kind.value for kind in _KINDS)
-"""What the numbers in the column of kinds mean."""
+"""Meanings of the numbers in the column of kinds."""
 
 
 class Column(NamedTuple):
-    """One quantity of a table: `dtype` in files, unit, meaning, and what a row has one number for.
+    """One quantity of a table: `dtype` in files, unit, meaning, and the dimension `across`.
 
-    In memory, a solver with digits of its own keeps its numbers where the type is float64. `across`
-    is empty if a row has a single number, else of ``slider`` or ``spring``.
+    In memory, a solver with its own numbers keeps them where the type is float64. `across` is
+    ``slider`` or ``spring`` if a row has a number for each, or empty for a single number.
     """
 
     dtype: str
@@ -52,7 +52,7 @@ class Column(NamedTuple):
 
     @property
     def missing(self) -> Any:
-        """What stands for it where there is none."""
+        """The value that means "none"."""
         return {"f": math.nan, "i": -1}.get(np.dtype(self.dtype).kind, "")
 
     @property
@@ -64,7 +64,7 @@ class Column(NamedTuple):
 class Schema:
     """The columns of a table, by the fields of a `row`, a named tuple annotated by `Column`.
 
-    `dimension` names a row; `prefix` begins the names where tables stand side by side.
+    `dimension` names a row; `prefix` begins the names of columns in a file with several tables.
     """
 
     dimension: str
@@ -89,7 +89,7 @@ class Schema:
         return {self.prefix + name: column.array(values[name], n) for name, column in fields}
 
     def from_rows(self, rows: Sequence[tuple[Any, ...]]) -> dict[str, NDArray[Any]]:
-        """Return the columns of `rows`, of the right types also where there are none."""
+        """Return the columns of `rows`, with the right types even if there are no rows."""
         values = zip(*rows, strict=True) if rows else ((),) * len(self.fields)
         return self.arrays(dict(zip(self.fields, values, strict=True)))
 
@@ -110,7 +110,7 @@ class HalfCycle(NamedTuple):
 
 
 class EventRow(NamedTuple):
-    """A row for each slider of an event; rows of one event differ in slider and sign alone."""
+    """A row for each slider of an event; rows of one event differ only in slider and sign."""
 
     half_cycle: Annotated[int, _whole("number of the half-cycle, from 1")]
     rearrangement: Annotated[int, _whole("number of the rearrangement, from 0")]
@@ -169,16 +169,16 @@ LOGS = {
     "rearrangements": REARRANGEMENT_TABLE,
     "slip_table": SLIP_TABLE,
 }
-"""The tables that have no row for each target, by what records them."""
+"""The tables with rows other than targets, by the name that records them."""
 TABLES = (HALF_CYCLE_TABLE, *LOGS.values())
 COLUMNS = {name: column for table in TABLES for name, column in table.columns.items()}
-"""Of all tables, by their full names."""
+"""The columns of all tables, by their full names."""
 RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), *LOGS)
-"""What a simulation can record; theta is known from the drive."""
+"""The quantities that a simulation can record; theta is known from the drive."""
 
 
 class TargetRows(NamedTuple):
-    """Arrays that a simulation fills target by target; no rows of other quantities."""
+    """Arrays that a simulation fills target by target; empty for quantities not recorded."""
 
     x_G: NDArray[Any]
     x: NDArray[Any]
@@ -205,9 +205,9 @@ class TargetRows(NamedTuple):
 
 
 def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArray[Any]]:
-    """Return what was recorded as arrays by the names of their columns; `n` is the chain's.
+    """Return recorded data as arrays, by the names of their columns; `n` is the chain's.
 
-    `rows` are of each record its value at every target, or the rows of one of `LOGS`.
+    `rows` has for each record its value at every target, or the rows of one of `LOGS`.
     """
     arrays: dict[str, NDArray[Any]] = {}
     for name, values in rows.items():
@@ -234,13 +234,13 @@ def rows_of(
 
 
 def logged_events(recorded: Mapping[str, NDArray[Any]]) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every event of recorded columns behind the row of its first slider; see `events_of`."""
+    """Yield every event of recorded columns after the row of its first slider; see `events_of`."""
     columns = [recorded[name].tolist() for name in EVENT_TABLE.columns]
     return events_of(map(EventRow._make, zip(*columns, strict=True)))
 
 
 def events_of(rows: Iterable[EventRow]) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every event of some rows behind the row of its first slider."""
+    """Yield every event of some rows after the row of its first slider."""
     for _, group in groupby(rows, lambda row: (row.rearrangement, row.number, row.kind, row.time)):
         together = sorted(group, key=lambda row: row.slider)
         first = together[0]
