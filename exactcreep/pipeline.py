@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -36,6 +37,7 @@ from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 
 _MILLIMETRES = 1000
+_SHOWN = 6  # cycles whose walk is printed, the first of many
 _MOST = 20_000  # most cells; a pull that needs more, so small beside friction, hardly moves a pipe
 
 
@@ -181,15 +183,17 @@ class Pipeline(Shown):
         return _MILLIMETRES * (cold - hot) * max(0.0, beyond)
 
     def walk(
-        self, heatings: Number | Sequence[Number], cycles: int = 1, *, solver: str = "sliding",
+        self, heatings: Any, cycles: int = 1, *, solver: str = "sliding",
         **options: Any,
     ) -> Walk:  # fmt: skip
         """Return how the pipe walks under cycles of heating and shutdown, starting when it is laid.
 
         Parameters
         ----------
-        heatings : number or sequence of number
-            Rise of the temperature in each cycle, K above shutdown; a number for equal cycles.
+        heatings : number, or array of shape (cycles,), (steps, places) or (cycles, steps, places)
+            Rise of the temperature above shutdown in each cycle, K. Along the pipe: at places that
+            divide it equally, from its upper to its lower end, linear between them, and step by
+            step until the shutdown.
         cycles : int
             How often the heatings are repeated.
         solver : str
@@ -216,16 +220,27 @@ class Pipeline(Shown):
         >>> [f"{mm:.1f}" for mm in walk.millimetres]
         ['87.2', '82.0', '82.0']
         """
-        several = isinstance(heatings, (list, tuple, np.ndarray))
-        once = [*heatings] if several else [heatings]  # type: ignore[misc]
-        rises = [number_from_zero(rise, f"heatings[{k}]") for k, rise in enumerate(once)]
-        count = whole_number(cycles, "cycles", least=1)
-        if not rises:
-            raise InputError("heatings", heatings, "must hold at least one number")
-        targets = [theta for rise in rises * count for theta in (self.kappa * rise, Fraction(0))]
+        count, given = whole_number(cycles, "cycles", least=1), np.zeros(0, dtype=object)
+        with suppress(ValueError):  # rows of unequal length
+            given = np.array(heatings, dtype=object)
+        given = given[None] if given.ndim in (0, 2) else given
+        if given.ndim not in (1, 3) or not given.size:
+            allowed = "must be numbers, of each cycle, or of each step and place, as many at each"
+            raise InputError("heatings", heatings, allowed)
+        exact = [number_from_zero(one, f"heatings[{k}]") for k, one in enumerate(given.flat)]
+        rises = np.array(exact).reshape(len(given), -1, *given.shape[2:])
+        targets = [self._dilations(step) for cycle in rises for step in (*cycle, 0 * cycle[0])]
         record = ("x", "tension")
-        run = creep(self.chain, Path(targets), solver=solver, record=record, **options)
-        return Walk(self, run)
+        run = creep(self.chain, Path(targets * count), solver=solver, record=record, **options)
+        return Walk(self, run, rises.shape[1])
+
+    def _dilations(self, heating: Any) -> Any:
+        """Return the dilation by a heating of the pipe; of each spring, by heatings along it."""
+        if not isinstance(heating, np.ndarray):
+            return self.kappa * heating
+        places = np.linspace(0, nearest_float(self.length), len(heating))
+        shares = np.interp(self.springs[1:-1], places, heating.astype(float))
+        return [self.kappa * Fraction(share) for share in shares]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -237,7 +252,9 @@ class Walk(Result):
     pipeline : Pipeline
         The pipe.
     run : Creep
-        The run of its chain; its targets alternate between the ends of heatings and of coolings.
+        The run of its chain. Its targets are the steps of each heating and the end of the cooling.
+    steps : int
+        Steps of a heating.
 
     Examples
     --------
@@ -249,6 +266,19 @@ class Walk(Result):
 
     pipeline: Pipeline
     run: Creep
+    steps: int = 1
+
+    def lines(self) -> list[tuple[str, str]]:
+        """Return the walk as pairs of a name and a sentence.
+
+        Returns
+        -------
+        list of (str, str)
+            As the command line prints them.
+        """
+        each = ", ".join(f"{mm:.4g}" for mm in self.millimetres[:_SHOWN])
+        more = ", ..." if len(self.millimetres) > _SHOWN else ""
+        return [("walk", self.finding), ("  cycle by cycle", f"{each}{more} mm")]
 
     def _units(self) -> dict[str, str]:
         return {"millimetres": "mm", "total": "mm"}
@@ -278,7 +308,7 @@ class Walk(Result):
     @property
     def millimetres(self) -> NDArray[np.float64]:
         """Advance of the middle of the pipe in each cycle, mm; the first starts when it is laid."""
-        cold = self.displacement[1::2].mean(axis=1)
+        cold = self.displacement[self.steps :: self.steps + 1].mean(axis=1)
         return np.diff(cold, prepend=0.0)
 
     @property

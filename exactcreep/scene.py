@@ -26,6 +26,7 @@ from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
+from exactcreep.pipeline import Pipeline, pipeline
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.writing import file_name
 from exactcreep.solid import Solid, physical
@@ -52,7 +53,9 @@ def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
 
 
 _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
-"""Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
+"""Keys of ``[drive]`` beside a table of SI units: temperatures (K) for dilations."""
+_IN_UNITS = ("physical", "pipeline")
+"""Tables of SI units, which make the chain."""
 _RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start")
 _START = ("tensions", "theta", "size", "seed")
 
@@ -66,6 +69,7 @@ def _keys() -> dict[str, list[str]]:
         "drive": ["kind", *_IN_KELVIN, *sorted(_keys_of(*DRIVES.values()))],
         "run": [*_RUN, *sorted(options)],
         "physical": [*_keys_of(physical), "time_unit"],
+        "pipeline": [*_keys_of(pipeline)],
     }
 
 
@@ -82,12 +86,13 @@ class Literal(str):
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a scene: the varied keys as written, and its experiment and solid."""
+    """One member of a scene: the varied keys as written, its experiment, and its SI units."""
 
     settings: Mapping[str, Any]
     experiment: Experiment
     solid: Solid | None = None
     time_unit: float | None = None
+    pipe: Pipeline | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,8 +103,8 @@ class Scene(Shown):
     ----------
     name, title : str
     tables : mapping
-        ``chain`` or ``physical`` (a solid in SI units instead), ``drive`` and ``run`` by name, as
-        written.
+        ``chain``, or instead a solid or a pipe in SI units, ``physical`` or ``pipeline``; ``drive``
+        and ``run`` by name, as written.
     vary : mapping of str to list
         Dotted keys and their values; the members are all combinations. In a file also
         ``{ from = 0, to = 0.5, step = 0.1 }``, both ends included.
@@ -192,12 +197,12 @@ class Scene(Shown):
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
             keys["drive"] = ["kind", *of_kind]
-        if "physical" in tables:
+        if in_units := [table for table in _IN_UNITS if table in tables]:
             in_kelvin = [key for key, name in _IN_KELVIN.items() if name in of_kind]
             keys["drive"] = [*keys["drive"], *in_kelvin]
             for key, value in (*_flattened({"chain": tables["chain"]}), *vary.items()):
                 if key.startswith("chain."):
-                    allowed = "must not be given beside [physical], which makes the chain"
+                    allowed = f"must not be given beside [{in_units[0]}], which makes the chain"
                     raise InputError(key, value, allowed)
         for table, entries in tables.items():
             _known(entries, keys[table], f"{table}.")
@@ -308,8 +313,12 @@ class Scene(Shown):
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         for key, value in settings.items():
             _put(tables, key, value)
-        about, run, solid, unit = tables.get("physical"), tables["run"], None, None
-        if about is None:
+        run, solid, pipe, unit = tables["run"], None, None, None
+        if "pipeline" in tables:
+            with _keys_within("pipeline"):
+                pipe = _made(pipeline, tables["pipeline"])
+            chain = pipe.chain
+        elif (about := tables.get("physical")) is None:
             with _keys_within("chain"):
                 chain = _made(Chain, tables["chain"])
         else:
@@ -318,7 +327,7 @@ class Scene(Shown):
                 solid = _made(physical, about)
             chain = solid.chain
         with _keys_within("drive"):
-            drive = _drive(tables["drive"], self.folder, solid)
+            drive = _drive(tables["drive"], self.folder, solid or pipe)
         given = {name: run.pop(name) for name in _RUN if name in run}
         with _keys_within("run.start"):
             start = _start(given.pop("start", "relaxed"), chain, given.get("seed", 0))
@@ -327,7 +336,7 @@ class Scene(Shown):
         if solid is not None and (seconds is not None or drive.dates is not None):
             with _keys_within("physical"):
                 unit = solid.time_unit_of(drive, seconds)
-        return Member(settings, experiment, solid, unit)
+        return Member(settings, experiment, solid, unit, pipe)
 
 
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
@@ -498,7 +507,7 @@ def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
     return make(**given)
 
 
-def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> Drive:
+def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | Pipeline | None) -> Drive:
     given = dict(table)
     make = drive_of_kind(given.pop("kind", None))
     keys = _keys_of(make)
@@ -511,7 +520,8 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> D
         if "kappa" in keys:
             kappa = given.setdefault("kappa", solid.kappa)
             if exact_number(kappa, "kappa") != solid.kappa:
-                raise InputError("kappa", kappa, "must be physical.kappa, or be left out")
+                allowed = "must be the kappa of the solid or the pipe, or be left out"
+                raise InputError("kappa", kappa, allowed)
     _known(given, keys, "drive.")
     if isinstance(given.get("file"), str):
         # a relative path starts at the folder of the scene, not at the current folder

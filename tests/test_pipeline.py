@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -9,8 +10,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from exactcreep import InputError, Pipeline, laws, pipeline
+from exactcreep import InputError, Pipeline, laws, load_scene, pipeline
 from exactcreep.figures.pipeline import friction_bounds
+from tests.conftest import Command
 
 STEEL = {"axial_stiffness": "4e9", "submerged_weight": 500, "kappa": "1.17e-5"}
 SLOPE = STEEL | {"length": 2000, "friction": "0.5", "tan_alpha": "0.035"}
@@ -122,6 +124,49 @@ def test_a_pipe_that_is_none_is_refused_by_field(changed: dict[str, Any], field:
     with pytest.raises(InputError) as refused:
         pipeline(**SLOPE | changed)
     assert refused.value.field == field
+
+
+def test_the_scene_prints_and_draws_millimetres(command: Command) -> None:
+    told = command("run", "pipeline-walk", "--plot", "walk.png", "--json").json
+    (member,) = load_scene("pipeline-walk").members()
+    assert member.pipe is not None
+    assert told["walk"]["millimetres"][-1] == pytest.approx(member.pipe.continuum_walk(60))
+    assert Path("walk.png").stat().st_size > 10_000
+    assert "201 mm in the last of 100 cycles" in command("run", "pipeline-walk").out
+    with pytest.raises(InputError, match=r"\[pipeline\], which makes the chain"):
+        load_scene("pipeline-walk").with_settings({"chain.n": 5})
+
+
+def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
+    """By f L^2/(4 EA) for a sharp front and heat enough; see the page on pipelines."""
+    about: dict[str, Any] = STEEL | {"length": 1000, "friction": "0.5", "sigma_mu": "0.002"}
+    formula = 1000 * 250 * 1000**2 / (4 * 4e9)
+
+    def walked(contacts: int, heating: int) -> float:
+        pipe = pipeline(**about, contacts=contacts, static_friction="1.1")
+        front = [[heating * (place < 4 * step) for place in range(161)] for step in range(1, 41)]
+        walk = pipe.walk(front, cycles=4, solver="exact")
+        assert walk.displacement.shape == (164, pipe.chain.n)
+        assert walk.total == pytest.approx(walk.displacement[-1].mean())
+        plt.close(walk.plot().figure)
+        return float(walk.millimetres[1:].mean())
+
+    for contacts in (11, 21):
+        assert 0 < formula / walked(contacts, 40) - 1 < 1.8 / contacts
+    assert walked(11, 60) == pytest.approx(walked(11, 30), rel=0.05)
+
+
+def test_the_same_heating_all_along_a_pipe_is_one_number() -> None:
+    pipe = pipeline(**ROUGH, contacts=20)
+    walks = (pipe.walk(heat, cycles=3) for heat in ([60, 40], [[[60, 60]], [[40, 40]]]))
+    assert (next(walks).displacement == next(walks).displacement).all()
+    with pytest.raises(InputError, match=r"drive\.theta"):
+        pipe.walk([[60, 50]])
+    for wrong in ([], [[60, 50], [40]], [[[[60]]]]):
+        with pytest.raises(InputError, match="heatings"):
+            pipe.walk(wrong)
+    with pytest.raises(InputError, match=r"heatings\[1\]"):
+        pipe.walk([60, -1])
 
 
 def test_a_profile_of_heating_is_refused_where_only_sliding_follows_the_pipe() -> None:

@@ -48,7 +48,7 @@ from exactcreep.commands.values import (
 )
 
 if TYPE_CHECKING:
-    from exactcreep import Creep, Descent
+    from exactcreep import Creep, Descent, Walk
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
     from exactcreep.watch.limits import Limits
@@ -122,21 +122,24 @@ class Session(Output):
             status, remark = max(status, STALE), f"{kept.stale}; it does not hold the last part"
         scene, title = str(note.get("scene", "")), str(note.get("title", ""))
         whole = len(settings) == 1 and status != INTERRUPTED
-        descent = _descent(results[0], ahead[0]) if whole else None
+        moved = _in_millimetres(results[0], ahead[0]) if whole else None
         summary = of_members(scene, settings, [result.summary() for result in results])
-        if descent is not None:
-            summary |= {"descent": descent.summary()}
+        if moved is not None:
+            summary |= {type(moved).__name__.lower(): moved.summary()}
 
         def draw() -> Any:
+            from exactcreep.figures.pipeline import draw_walk
             from exactcreep.figures.run import draw_descent, draw_run
 
-            if descent is not None:
-                return draw_descent(descent, title)
+            if isinstance(moved, exactcreep.Walk):
+                return draw_walk(moved, title)
+            if moved is not None:
+                return draw_descent(moved, title)
             return draw_run(results, settings, title)
 
         def tell() -> None:
             say_heading(scene, title)
-            _print(results, settings, descent)
+            _print(results, settings, moved)
 
         save = partial(save_members, results)
         self.deliver(Answer(summary, tell, save, draw, status, remark))
@@ -147,9 +150,11 @@ _AHEAD = 256
 """Members that are made and checked before the first one runs; later members are made in turn."""
 
 
-def _descent(result: Creep, member: Member) -> Descent | None:
-    """Return the descent of a single run in millimetres, if its unit of time is known."""
-    solid, seconds = member.solid, member.time_unit
+def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
+    """Return the descent or the walk of a single run, if its units are known."""
+    solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
+    if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
+        return exactcreep.Walk(member.pipe, result)
     if solid is None or seconds is None or not result.half_cycles:
         return None
     return exactcreep.Descent.of(solid, result, seconds)
@@ -264,7 +269,7 @@ def _number_or_range(name: str, value: Any) -> str:
 
 
 def _print(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], descent: Descent | None
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], moved: Descent | Walk | None
 ) -> None:
     """Print the results, with the paper's prediction beside the measured value."""
     first = results[0]
@@ -278,7 +283,7 @@ def _print(
     if len(settings) > 1 or settings[0]:
         _print_members(results, settings)
     else:
-        _print_one(first, descent)
+        _print_one(first, moved)
 
 
 def _measured(result: Creep, digits: int = 6) -> str:
@@ -322,7 +327,7 @@ def _held(result: Creep) -> str:
     return f"{values}{off} ({found.law})"
 
 
-def _print_one(result: Creep, descent: Descent | None) -> None:
+def _print_one(result: Creep, moved: Descent | Walk | None) -> None:
     rows: list[tuple[str, Any]] = [
         ("outcome", result.sentence),
         (f"velocity per {result.drive.per}", _measured(result)),
@@ -336,7 +341,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     label, law = _predicted(result, 6)
     rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
     rows += [("  law that holds", held)] if (held := _held(result)) else []
-    rows += [] if descent is None else descent.lines()
+    rows += [] if moved is None else moved.lines()
     ties = f"; the model's rules settled {result.undecided} ties" if result.undecided else ""
     known = result.course or result.evidence.value
     rows.append(("trajectory", known + ties))

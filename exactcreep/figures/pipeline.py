@@ -28,10 +28,11 @@ def draw_walk(walk: Walk, title: str = "") -> Figure:
     chosen = np.unique(np.linspace(1, cycles, min(cycles, _LINES)).round().astype(int))
     for cycle in chosen.tolist():
         shade = 0.25 + 0.75 * cycle / cycles
-        for row, ink, style in ((2 * cycle - 2, INKS[1], "-"), (2 * cycle - 1, INKS[0], "-")):
+        cold = (walk.steps + 1) * cycle - 1
+        for row, ink, style in ((cold - 1, INKS[1], "-"), (cold, INKS[0], "-")):
             moved.plot(pipe.positions, walk.displacement[row], style, color=ink, alpha=shade,
                        linewidth=1)  # fmt: skip
-        end = pipe.positions[-1], walk.displacement[2 * cycle - 1, -1]
+        end = pipe.positions[-1], walk.displacement[cold, -1]
         moved.annotate(f" cycle {cycle}", end, fontsize=7, va="center", color="0.3",
                        annotation_clip=False)  # fmt: skip
     moved.set_xlim(right=pipe.positions[-1] * 1.14)  # room for the labels of the cycles
