@@ -1,1 +1,1 @@
-"""Closed forms of a run's motion, and the first event, proved or undecided."""
+"""Closed forms of a run's motion, and the search for the first event, proved or undecided."""

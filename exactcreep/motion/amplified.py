@@ -1,16 +1,16 @@
-"""How far rounding may have taken a rearrangement: errors carried along through its events.
+"""Estimate the rounding error of a rearrangement: errors are carried along through its events.
 
-Small errors move as the chain itself does, without friction and weight. An event shifts them: a
-slider at rest whose force is off by e starts ``e / F'`` too early, where F' is the rate of that
-force, and the acceleration A with which it starts makes of this ``A e / F'`` of velocity. Next to a
-graze F' all but vanishes, and digits are lost that no comparison misses. A stop forgets the error
-of its velocity, and makes what the slider has left to go one of its place. (The tangent map with
-its saltation at events, of a few directions at random.)
+Small errors follow the chain's own motion without friction and weight (the tangent map). An event
+changes them (saltation). If the force on a resting slider is off by e, the slider starts ``e / F'``
+too early, where F' is the rate of the force; with its initial acceleration A this gives a velocity
+error ``A e / F'``. Next to a graze F' almost vanishes, and digits are lost that no comparison sees.
+A stop removes the error of the velocity, and turns the error of the stopping distance into an error
+of the place. A few directions at random are followed.
 
-That holds for as long as the events and their order do. A *margin*, the velocity of a mover or what
-the force on a slider at rest lacks to its threshold, must stay larger than the error it has then:
-at the events of others, at a stop and where it turns. And where it vanishes, at an event, it must
-not turn within its error. If one does not, the order of events is in doubt from there on.
+The estimate holds while the events and their order do. A *margin*, the speed of a moving slider or
+the distance of a resting slider from its threshold, must stay larger than its error: at the events
+of other sliders, at a stop, and where the margin turns. Where it vanishes, at an event, it must not
+turn within its error. Otherwise the order of events is in doubt from there on.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
 
 DIRECTIONS = 4
-"""Of errors that are followed; their signs are random, and the same every time."""
+"""Number of random errors that are followed; their signs are the same every time."""
 MARGIN = 2.0
-"""The estimate over the largest error followed, or, if these cancel, one rounding an event."""
+"""Ratio of the estimate and the largest error followed (or one rounding per event)."""
 LOST = 1e-3
-"""An error of that size is no longer a small one: nothing is known from there on."""
+"""An error of this size is not small: nothing is known from there on."""
 _SIGNS = np.random.default_rng(20110603).choice((-1.0, 1.0), 4099)
 _FLOAT64 = FLOAT64.roundoff
 _HALVINGS = 40
@@ -44,25 +44,11 @@ stop, -1 at a start."""
 def amplified_error(
     chain: Chain, initial: State, events: Iterable[Event], contacts: Contacts, roundoff: float
 ) -> tuple[float, int]:
-    """Return an estimate of the largest error, and which event is the first whose order is open.
+    """Return an estimate of the largest error, and the number of the first event in doubt.
 
-    Parameters
-    ----------
-    chain : Chain
-    initial : State
-        At rest, at theta_c.
-    events : iterable of Event
-    contacts : Contacts
-        The coefficients that are drawn at stops.
-    roundoff : float
-        Largest relative error of one rounding.
-
-    Returns
-    -------
-    error : float
-        Of a displacement or a tension at the last event; inf if the order of events is in doubt.
-    number : int
-        Of the event, from 0, with or before which another may come; -1 if there is none.
+    `initial` is at rest at theta_c; `contacts`: the coefficients drawn at stops; `roundoff`: the
+    largest relative error of one rounding. The error is of a displacement or a tension at the last
+    event; inf if the order of events is in doubt. The number, from 0, is -1 if none is in doubt.
     """
     draws, rows = initial.draws.tolist(), []
     for number, event in enumerate(events):
@@ -87,10 +73,7 @@ def amplified_error(
 
 @njit(cache=True)
 def _carried(rows, forces, springs, held, friction, roundoff, random):
-    """Carry the chain and its errors from event to event; see `amplified_error`.
-
-    Column 0 of all arrays is the chain itself, the others are its errors.
-    """
+    """Carry the chain (column 0) and its errors (other columns) from event to event."""
     n, columns = forces.size, DIRECTIONS + 1
     f, v, x = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
     late, signs = np.zeros((n, columns)), np.zeros(n, dtype=np.int64)
@@ -124,7 +107,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
 
 @njit(cache=True)
 def _round(table, i, size, random, word):
-    """Add a rounding of that size to the errors of slider i; return the next word of signs."""
+    """Add a rounding of this size to the errors of slider i; return the next word of signs."""
     for c in range(1, table.shape[1]):
         table[i, c] += size * random[word % random.size]
         word += 1
@@ -199,14 +182,14 @@ def _accelerations(f, signs, friction, low, high):
 @njit(cache=True)
 def _turns(series, v, a, i, sign):
     """Return whether the margin of a slider falls at first, and rises at the end of a step."""
-    if sign != 0:  # of one that has just started it rises, whatever is rounded
+    if sign != 0:  # the speed of a slider that has just started rises, despite rounding
         return sign * series[0, i, 0] > 0.0 > sign * series[1, i, 0] and sign * a[i, 0] > 0.0
     return _beside(series[0], i, 0) * _beside(v, i, 0) < 0.0
 
 
 @njit(cache=True)
 def _margin(series, i, sign, force):
-    """Return the velocity of a mover, or the force on a slider at rest, as a power series."""
+    """Return the speed of a mover, or the force on a slider at rest, as a power series."""
     power = np.zeros((ORDER + 2, force.size))
     for c in range(force.size):
         if sign == 0:
@@ -240,7 +223,7 @@ def _clear(power, sign, threshold, step):
 
 @njit(cache=True)
 def _rate(power, t):
-    """Return how fast a margin changes."""
+    """Return the rate of change of a margin."""
     rate = 0.0
     for k in range(ORDER + 1, 0, -1):
         rate = rate * t + k * power[k, 0]
@@ -249,7 +232,7 @@ def _rate(power, t):
 
 @njit(cache=True)
 def _reach(errors, rate, late):
-    """Return how far off a margin may be that changes at this rate, at an event that is late."""
+    """Return the error of a margin with this rate at an event whose time is off by `late`."""
     largest = 0.0
     for c in range(1, errors.size):
         largest = max(largest, abs(errors[c] + rate * late[c]))
@@ -258,7 +241,7 @@ def _reach(errors, rate, late):
 
 @njit(cache=True)
 def _decided(f, v, springs, signs, held, friction, rows, late):
-    """Note how late the events of an instant are; return whether no other may come before."""
+    """Note the time errors of simultaneous events; return whether no other event may come first."""
     a = _accelerations(f, signs, friction, 0, len(f))
     here = np.zeros(len(f), dtype=np.bool_)
     for row in range(len(rows)):
@@ -292,7 +275,7 @@ def _decided(f, v, springs, signs, held, friction, rows, late):
 
 @njit(cache=True)
 def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
-    """Let the events of an instant happen; return whether no other start may, and none is lost."""
+    """Apply simultaneous events; return whether no other slider may start, and none is lost."""
     for row in range(len(rows)):
         i, sign = int(rows[row, _SLIDER]), int(rows[row, _SIGN])
         if rows[row, _HELD] < 0.0:
@@ -301,14 +284,14 @@ def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
                 v[i, c] = -(f[i, 0] - sign * friction[i]) * late[i, c]
         else:
             left = np.zeros(v.shape[1])
-            speed = v[i, 0] * (roundoff / _FLOAT64)  # in float64 it is rounded like this
-            if speed != 0.0:  # a slow one may be stopped where it is
+            speed = v[i, 0] * (roundoff / _FLOAT64)  # the rounding error in float64
+            if speed != 0.0:  # a slow slider may be stopped at once
                 left[1:] = sign * speed**2 / (2.0 * abs(f[i, 0] - sign * friction[i]))
                 _move(f, x, springs, i, left)
             v[i], signs[i], held[i] = 0.0, 0, rows[row, _HELD]
     for row in range(len(rows)):
         i, sign = int(rows[row, _SLIDER]), rows[row, _SIGN]
-        if rows[row, _HELD] >= 0.0 and sign * f[i, 0] < 0.0:  # does it turn round?
+        if rows[row, _HELD] >= 0.0 and sign * f[i, 0] < 0.0:  # does it reverse?
             room = held[i] - abs(f[i, 0])
             if abs(room) <= _reach(f[i], _beside(v, i, 0), late[i]):
                 return False

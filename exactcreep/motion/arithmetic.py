@@ -1,8 +1,8 @@
 """Arithmetics as values: float64, mpmath at any number of digits, and balls.
 
-An algorithm written over an `Arithmetic` runs in any of the three. Comparisons have three results:
-floats and mpmath numbers carry their rounding bound beside them (the `slack` of `Arithmetic.sign`),
-balls inside them; what neither decides is counted (floats, mpmath) or raised (balls: `Undecided`).
+An algorithm over an `Arithmetic` runs in any of the three. Comparisons have three results: floats
+and mpmath numbers carry their rounding bound separately (the `slack` of `Arithmetic.sign`), balls
+contain it. An undecided comparison is counted (floats, mpmath) or raised (balls: `Undecided`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
 
 BITS_PER_DIGIT = math.log2(10)
-_FLINT = threading.RLock()  # python-flint keeps one working precision for the whole process
+_FLINT = threading.RLock()  # python-flint has one working precision for the whole process
 
 
 class Undecided(ArithmeticError):
@@ -37,11 +37,10 @@ class Undecided(ArithmeticError):
 class Arithmetic(ABC):
     """A number field: how to make its numbers, take roots and sines, and compare.
 
-    Vectors are NumPy arrays (float64, or of objects); matrices are whatever `product` takes.
-
+    Vectors are NumPy arrays (float64, or of objects); matrices are arguments of `product`.
     `encloses`: whether a number is a proved enclosure; `bits`: working precision; `roundoff`:
-    largest relative rounding error of one operation that is not part of the number itself:
-    ``2**-bits``, or 0 for balls, which carry theirs.
+    largest relative rounding error of one operation: ``2**-bits``, or 0 for balls, which contain
+    their error.
     """
 
     name: ClassVar[str]
@@ -50,7 +49,7 @@ class Arithmetic(ABC):
     roundoff: float
 
     def active(self) -> AbstractContextManager[None]:
-        """Return a context in which numbers of this arithmetic may be computed with."""
+        """Return a context in which this arithmetic can compute."""
         return nullcontext()
 
     @abstractmethod
@@ -106,9 +105,8 @@ class Arithmetic(ABC):
     def sign(self, x: Any, slack: Any = 0) -> int:
         """Return the sign of `x`, known up to an error of at most `slack`.
 
-        0 means that `x` is zero or, outside balls, that its sign is not decided.
-
-        Raises `Undecided` in balls, if the sign is not decided and `x` is not exactly zero.
+        0 means that `x` is zero or, outside balls, that its sign is undecided. Balls raise
+        `Undecided` if the sign is undecided and `x` is not exactly zero.
         """
         return int(x > slack) - int(x < -slack)
 
@@ -213,7 +211,7 @@ class _ObjectArithmetic(Arithmetic):
 
 
 class Digits(_ObjectArithmetic):
-    """mpmath numbers in a context of their own, whose precision nobody else sees or sets."""
+    """mpmath numbers in a private context with its own precision."""
 
     name = "mpmath"
 
@@ -223,7 +221,7 @@ class Digits(_ObjectArithmetic):
         self.context.prec = bits
         self.roundoff = 2.0 ** -min(bits, 1070)  # a smaller float64 would be rounded itself
         self.kind = self.context.mpf
-        # a context makes a type of its own for its numbers, which pickle would not find again
+        # a context has its own type of numbers, which pickle would not find again
         self.kind.__reduce__ = lambda x: (_digits_number, (bits, *map(int, x._mpf_)))
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
@@ -236,7 +234,7 @@ class Digits(_ObjectArithmetic):
             return self.context.mpf(value.numerator) / value.denominator
         if isinstance(value, np.generic):
             value = value.item()
-        if hasattr(value, "_mpf_"):  # exact: conversion must not round to another precision twice
+        if hasattr(value, "_mpf_"):  # exact, because a conversion might round a second time
             return self.context.make_mpf(value._mpf_) + 0
         return self.context.mpf(value)
 
@@ -271,7 +269,7 @@ def ball_of(known: Enclosure) -> Any:
     middle, radius = map(_binary, known)
     if radius[0] == 0:
         return flint.arb(middle)
-    # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
+    # python-flint raises a given radius by one unit of its 30 bits, so we give one unit less
     mantissa, exponent = radius
     spare = 30 - mantissa.bit_length()
     top, low = mantissa << spare, exponent - spare
@@ -291,8 +289,8 @@ def _binary(value: Fraction) -> tuple[int, int]:
 class Balls(_ObjectArithmetic):
     """python-flint's real balls: every number is a proved enclosure.
 
-    python-flint has one working precision for the whole process: `active` sets it, gives it back as
-    it was, and keeps other threads of the package waiting meanwhile.
+    python-flint has one working precision for the whole process. `active` sets it, restores it, and
+    makes other threads of the package wait in the meantime.
     """
 
     name = "balls"
@@ -345,7 +343,7 @@ class Balls(_ObjectArithmetic):
         return x.max(self.number(y))
 
     def sqrt(self, x: Any) -> Any:
-        """Return the square root of a ball (its part below zero, if any, is left out)."""
+        """Return the square root of a ball, without any part below zero."""
         x = self.number(x)
         if x.lower() >= 0:
             return x.sqrt()
@@ -388,13 +386,13 @@ class Balls(_ObjectArithmetic):
 
 @lru_cache(maxsize=64)
 def digits_of(bits: int) -> Digits:
-    """Return the mpmath arithmetic of `bits` bits (its mode tables are kept with it)."""
+    """Return the mpmath arithmetic of `bits` bits (it stores its tables of modes)."""
     return Digits(bits)
 
 
 @lru_cache(maxsize=64)
 def balls_of(bits: int) -> Balls:
-    """Return the ball arithmetic of `bits` bits (its mode tables are kept with it)."""
+    """Return the ball arithmetic of `bits` bits (it stores its tables of modes)."""
     return Balls(bits)
 
 
@@ -409,5 +407,5 @@ def _digits_number(bits: int, sign: int, mantissa: int, exponent: int, size: int
     return digits_of(bits).context.make_mpf((sign, mpmath.libmp.MPZ(mantissa), exponent, size))
 
 
-# python-flint's balls have no pickle of their own; results that hold them can be kept and copied
+# python-flint's balls cannot be pickled by themselves
 copyreg.pickle(flint.arb, lambda ball: (ball_of, (enclosure(ball),)))

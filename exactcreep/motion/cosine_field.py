@@ -1,7 +1,7 @@
 """Exact numbers a + b cos(alpha), a and b rational: tensions after ramps and lone slips.
 
 Ramps, lone slips and the sliding limit add, compare and take rational multiples of such numbers.
-As ``c^2 = 1 / (1 + tan^2(alpha))`` is rational, the sign of such a number is decided by squaring.
+As ``c^2 = 1 / (1 + tan^2(alpha))`` is rational, squaring decides the sign of such a number.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ MOST_BITS = 20_000
 class Quadratic:
     """The number ``a + b cos(alpha)`` of a `CosineField`, exactly.
 
-    Sums, comparisons and multiples by rationals (int, `Fraction`, ``fmpq``) are exact. Of the
-    rationals a and b, which are python-flint's, b = 0 wherever cos(alpha) is rational.
+    Sums, comparisons and multiples by rationals (int, `Fraction`, ``fmpq``) are exact. a and b are
+    python-flint's rationals; b = 0 if cos(alpha) is rational.
     """
 
     __slots__ = ("a", "b", "field")
@@ -34,7 +34,7 @@ class Quadratic:
         self.field, self.a, self.b = field, a, b
 
     def _parts(self, other: Any) -> tuple[Any, Any] | None:
-        """Return `other` in this field, None if it is no number of it."""
+        """Return `other` in this field, None if it is not a number of the field."""
         if isinstance(other, Quadratic):
             return (other.a, other.b) if other.field.square == self.field.square else None
         factor = _fmpq(other)
@@ -90,7 +90,7 @@ class Quadratic:
             return a
         if a == 0:
             return b
-        # opposite signs: the larger of a^2 and b^2 c^2; equal they cannot be, c is irrational
+        # opposite signs: compare a^2 and b^2 c^2; they cannot be equal, because c is irrational
         return a if self.a * self.a > self.b * self.b * self.field.square else b
 
     def ball(self) -> Any:
@@ -106,7 +106,7 @@ class Quadratic:
             return a, b
         square = _fraction(self.field.square)
         used = bits + 8
-        while True:  # what cancels between a and b c is made up for by more digits of c
+        while True:  # if a and b c cancel, c needs more digits
             scaled = (square.numerator << (2 * used)) // square.denominator
             value = a + b * Fraction(math.isqrt(scaled), 1 << used)
             error = abs(b) / (1 << used)
@@ -134,8 +134,8 @@ class Quadratic:
 class CosineField:
     """The field of numbers a + b cos(alpha) for a rational ``tan(alpha)``.
 
-    Its `square` is ``cos(alpha)**2``, its `cosine` is cos(alpha) where that is rational (for
-    Pythagorean slopes such as 3/4 and 5/12), else None.
+    `square` is ``cos(alpha)**2``; `cosine` is cos(alpha) if that is rational (for Pythagorean
+    slopes such as 3/4 and 5/12), else None.
     """
 
     def __init__(self, tan_alpha: Fraction) -> None:
@@ -165,7 +165,7 @@ _ZERO = flint.fmpq(0)
 
 
 def _fmpq(value: Any) -> Any:
-    """Return a rational as python-flint's, None if it is none."""
+    """Return a rational as python-flint's type, None if it is not rational."""
     if isinstance(value, flint.fmpq):
         return value
     if isinstance(value, int):

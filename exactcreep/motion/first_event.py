@@ -1,13 +1,13 @@
 """The first event of the moving chain, by steps that are guaranteed to be free of events.
 
-Every slider that could act next has an *event function* of time that is positive until its
-event (the speed of a moving slider, the distance of a resting one from its threshold) with a bound
-B of its second derivative that holds for ever. From value g and slope d at a time t there is no
-root before ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is
-exactly one root in ``[t, t + 2 g / |d|]``. Only the one that can be next is evaluated; the
-first whose bracket ends before all others can begin is the event, refined by interval Newton. Just
-after an event the trivial root is removed by the first derivative that is not zero, never by an
-epsilon. A slider that moves alone needs no search: it is followed by its energy.
+Every slider that may act next has an *event function* of time, positive until its event: the speed
+of a moving slider, or the distance of a resting slider from its threshold. B bounds its second
+derivative for ever. With value g and slope d at time t there is no root before
+``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is exactly one root
+in ``[t, t + 2 g / |d|]``. Only the function that may be next is evaluated. The first function whose
+bracket ends before all others may vanish is the event; interval Newton refines it. Just after an
+event the trivial root is removed by the first derivative that is not zero, never by an epsilon. A
+slider that moves alone needs no search: its energy gives the event.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
 
 MOST_EVALUATIONS = 20_000
-"""Of one search; a motion that needs more is given up, and said to be."""
+"""Most evaluations of one search; a motion that needs more is given up, and reported."""
 ORDERS = 6
-"""Derivatives looked at to tell how a slider departs from a trivial root."""
+"""Derivatives that show how a slider leaves a trivial root."""
 EARLY_REFINEMENTS = 2
-"""Newton steps of the leading root before its rivals are looked at."""
+"""Newton steps of the leading root before other functions are examined."""
 
 
 Ask = Callable[..., Any]
-"""Returns what a rule says: of one slider or of two (from 0), the rule, and its numbers."""
+"""Asks a rule about one slider or two (from 0), with the numbers of the rule."""
 
 
 def _answered(_: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
@@ -48,13 +48,13 @@ class SearchLimit(ArithmeticError):
 
 @dataclass(frozen=True)
 class FirstEvent:
-    """What happens first, and when.
+    """The first event, and its time.
 
-    ``time`` is since the last event; in balls it encloses the only root, and no event comes before.
-    Sliders count from 0; ``stops`` come to rest, ``starts`` cross their threshold in the direction
-    beside them. ``shifts``, if known already: the first slider of each run, and
-    the displacements and velocities of its sliders at the event. ``exact``: these lie in Q(c) and
-    have been taken there; ``alike``: all states of a set have the same.
+    ``time``: since the last event; in balls it encloses the only root, and no event comes before.
+    ``stops``: sliders (from 0) that come to rest; ``starts``: sliders that cross their threshold,
+    with directions. ``shifts``, if known: the first slider of each run, and the displacements and
+    velocities of its sliders at the event. ``exact``: these are in Q(c), and have been applied
+    there; ``alike``: they are the same in all states of a set.
     """
 
     time: Any
@@ -70,8 +70,8 @@ class EventFunction:
     """A function of time that is positive until a slider acts.
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
-    resting slider would start (the function is its distance to the threshold). ``terms`` are
-    the movers whose velocity, or displacement, times ``sign`` it contains. ``safe``: no root before
+    resting slider would start (the function is its distance to the threshold). ``terms``: the
+    movers whose velocity, or displacement, times ``sign`` it contains. ``safe``: no root before
     this time; ``last``: the only root is not after this time (None: not isolated).
     """
 
@@ -107,11 +107,11 @@ class Search:
     """The search for the first event of a flow and its runs.
 
     `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `excess`: threshold minus
-    dynamical friction of the sliders that have just crossed their threshold: their acceleration,
-    without the rounding of the forces; `touching`: resting sliders that are known to be exactly at
-    threshold; `assume`: whether balls, too, settle what they cannot decide by the rules, and count
-    it; `half`: whether the lower half of the chain mirrors the upper one, and need not be watched;
-    `limits`: whose time ends the search.
+    dynamical friction of sliders that have just crossed their threshold, which is their
+    acceleration without rounding errors of forces; `touching`: resting sliders known to be exactly
+    at threshold; `assume`: whether undecided comparisons of balls, too, are settled by the rules
+    and counted; `half`: whether the lower half of the chain mirrors the upper half and is not
+    watched; `limits`: their time ends the search.
     """
 
     def __init__(
@@ -140,10 +140,10 @@ class Search:
         self.functions = [function for function in every if function.slider < last]
 
     def first(self, horizon: Any = None) -> list[EventFunction]:
-        """Return the functions that act first, which enclose the time; several: together.
+        """Return the functions that act first and enclose the time; several act together.
 
         Empty if nothing ever happens, or nothing before `horizon`. Raises `SearchLimit` and, in
-        balls, `Undecided` if the order of two events or a graze is not decided.
+        balls, `Undecided` if a graze or the order of two events is undecided.
         """
         for function in self.functions:
             self._begin(function)
@@ -165,7 +165,7 @@ class Search:
                 continue
             if sum(self.refine(w) for w in [leader, *rivals]):
                 continue
-            if leader.last == 0:  # at once; so do the rivals that begin at time 0
+            if leader.last == 0:  # at once, together with all others that begin at time 0
                 return [leader, *(w for w in rivals if w.last == 0)]
             if not self.assume:
                 raise Undecided("two events are too close to be told apart")
@@ -174,7 +174,7 @@ class Search:
         return []
 
     def refine(self, function: EventFunction) -> bool:
-        """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
+        """Narrow the bracket of an isolated root by an interval Newton step; say if it helped."""
         width = function.last - function.safe
         if function.steepness is None or not width > 0:
             return False
@@ -206,7 +206,7 @@ class Search:
         flow, out = self.flow, []
         for run in runs:
             slack = flow.velocity_slack + self._rounding(run)
-            # a force that is off by its slack takes a velocity so far in every unit of time
+            # a force error of one slack changes the velocity by so much per unit of time
             slack = slack + 4 * flow.force_slack
             for i, n in enumerate(run.sliders):
                 sign = int(flow.signs[n])
@@ -238,7 +238,7 @@ class Search:
         return out
 
     def _rounding(self, run: Run) -> Any:
-        """Return a bound of the rounding of a speed that is evaluated within a period or so."""
+        """Return a rounding bound of a speed that is evaluated within about one period."""
         if not self.arithmetic.roundoff:
             return 0
         return self.arithmetic.roundoff * (run.p + 16) * self.arithmetic.sqrt(run.energy)
@@ -306,7 +306,7 @@ class Search:
         return slack * 4 ** (k // 2)
 
     def _step(self, function: EventFunction, t: Any, value: Any, slope: Any) -> None:
-        """Move the candidate on from `t`: isolate its root, or pass a time free of roots."""
+        """Step the candidate from `t`: isolate its root, or pass a time without roots."""
         sign = self._sign(value, function.slack)
         reach = abs(value) + function.slack
         if slope < 0 and 4 * reach * function.bound <= slope * slope:
@@ -314,7 +314,7 @@ class Search:
             function.last = self.arithmetic.upper(t + 2 * reach / -slope)
             function.steepness = slope
             return
-        if sign < 0 and function.grazes:  # it has turned out to be no graze
+        if sign < 0 and function.grazes:  # it is not a graze after all
             function.safe = function.last = t
             return
         if sign <= 0:
@@ -323,13 +323,13 @@ class Search:
         if bool(function.bound == 0):
             function.safe = math.inf  # the slope is constant, and not negative
             return
-        sure = value - function.slack  # the function itself is not below
+        sure = value - function.slack  # a lower bound of the function itself
         root = self.arithmetic.sqrt(slope * slope + 2 * sure * function.bound)
         step = 2 * sure / (root - slope) if slope < 0 else (slope + root) / function.bound
         function.safe = self.arithmetic.lower(t + step)
 
     def _graze(self, function: EventFunction, t: Any) -> None:
-        """Settle a root that is not simple at this precision: a stop stops, a rest stays."""
+        """Settle a root that is not simple at this precision: a mover stops, a rest stays."""
         if not self.assume:
             raise Undecided("a grazing root is not decided")
         self.undecided += function.grazes == 0
@@ -363,7 +363,7 @@ def root_time(search: Search, function: EventFunction) -> Any:
     if arithmetic.encloses or function.steepness is None:
         return arithmetic.between(function.safe, function.last)
     t = (function.safe + function.last) / 2
-    for _ in range(2):  # the bracket is as wide as the rounding bound; its middle is not the root
+    for _ in range(2):  # the bracket is as wide as the rounding bound, so its middle is not enough
         value, slope = function(t)
         t = t - value / (slope if slope < 0 else function.steepness)
     search.evaluations += 2
@@ -381,9 +381,9 @@ def lone_event(
 ) -> FirstEvent:
     """Return the first event while slider `n` (from 0) moves alone.
 
-    With x the way from here, ``v^2 + 2 a x - w^2 x^2`` is its squared speed: it stops after
-    ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, or starts the neighbour with the smaller room before.
-    `ask` returns what a rule says, and sees its doubt.
+    After a displacement x its squared speed is ``v^2 + 2 a x - w^2 x^2``. It stops after
+    ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, unless it first starts the neighbour with less room. `ask`
+    applies a rule and notes its doubt.
     """
     arithmetic = flow.arithmetic
     direction = int(flow.signs[n])

@@ -1,12 +1,12 @@
 """The exact motion of a run of sliders, and of the whole chain between two events.
 
-Inside a run ``x'' = -K x + f`` with constant f. With v and a the velocities and accelerations at
-the beginning, and the eigenvectors and frequencies of K in closed form for every length,
+Inside a run ``x'' = -K x + f`` with constant f. With the velocities v and accelerations a at the
+beginning, and the eigenvectors and frequencies of K in closed form for every length,
 
     displacement(t) = sum over modes of  (a_q 2 sin^2(w t/2) / w^2 + v_q sin(w t) / w)  e_q
 
-so that nothing is ever divided out of a difference of large numbers, and the zero mode of a run
-with two free ends is the uniformly accelerated one.
+This avoids differences of large numbers. The zero mode of a run with two free ends is uniformly
+accelerated.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from exactcreep.motion.solution import Motion
 
 
 class Ends(NamedTuple):
-    """What a run meets at its two ends: the end of the chain (free) or a resting slider."""
+    """The two ends of a run: the end of the chain (free) or a resting slider."""
 
     left_free: bool
     right_free: bool
@@ -37,7 +37,7 @@ class Ends(NamedTuple):
 class Modes:
     """Frequencies and orthonormal eigenvectors of a run.
 
-    `frequencies` (ndarray, shape (p,)): ``2 sin(theta_q / 2)``; a zero mode comes first; `vectors`
+    `frequencies` (ndarray, shape (p,)): ``2 sin(theta_q / 2)``, a zero mode first; `vectors`
     (ndarray, shape (p, p)): ``vectors[n, q]``: slider n of mode q; `forward`, `backward`: the
     transpose and the matrix itself, for `Arithmetic.product`.
     """
@@ -81,7 +81,7 @@ def modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
 class Run:
     """The motion of one run from velocities and accelerations at time 0, each of shape (p,).
 
-    `first` is the first of its `sliders`, counted from 0.
+    `first` is its first slider, counted from 0.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Run:
         out = [2 * stretched * (a * stretched + v * cos), 2 * sin * (a * cos / w - v * sin)]
         if rows == 3:
             out.append(-2 * sin * (a * sin + w * v * cos))
-        if len(w) < self.p:  # and the mean motion, uniformly accelerated
+        if len(w) < self.p:  # add the mean motion, uniformly accelerated
             speed, pull = self.modal[1][0], self.modal[2][0]
             means = ((speed + pull * (t / 2)) * t, pull * t, self.arithmetic.number(0))
             out = [
@@ -163,7 +163,7 @@ class Run:
         return product(back, ways), self.velocities + product(back, gains)
 
     def _moved_balls(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return what `moved` does, in balls: lists and products of two columns cost least."""
+        """Implement `moved` for balls; lists, and products with two columns, are fastest."""
         speeds, pulls = self.velocities.tolist(), self.accelerations.tolist()
         pairs = zip(speeds, pulls, strict=True)
         modal = (self.modes.forward * flint.arb_mat(list(pairs))).tolist()
@@ -205,7 +205,7 @@ class Run:
 
 @lru_cache(maxsize=4096)
 def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
-    """Return ``(K^k)_nn``, exactly; only sliders within k of n matter."""
+    """Return ``(K^k)_nn``, exactly; it depends only on sliders within k of n."""
     low, high = max(0, n - k), min(p, n + k + 1)
     size = high - low
     beside = np.eye(size, k=1, dtype=int)
@@ -219,7 +219,7 @@ def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
 class ModalPiece:
     """The motion between two events, in closed form (a `Piece` of a `Solution`).
 
-    Displacements since the chain was `initial` are stored from slider `first` on.
+    It stores displacements since `initial`, from slider `first` on.
     """
 
     arithmetic: Arithmetic
@@ -247,7 +247,7 @@ class ModalPiece:
 
 
 class Flow:
-    """The chain in motion at one instant: forces, velocities, directions, and how far it came.
+    """The moving chain at one instant: forces, velocities, directions, and displacements.
 
     Parameters
     ----------
@@ -257,9 +257,9 @@ class Flow:
     friction : number, or ndarray, shape (n,)
         ``mu_d cos(alpha)``, of all sliders or of each.
     force_slack : number
-        How far rounding may have taken the forces at the start.
+        Rounding error of the forces at the start.
     bounded : bool
-        Whether both slacks are kept up as time passes.
+        Whether both slacks are updated as time passes.
 
     Attributes
     ----------
@@ -268,8 +268,8 @@ class Flow:
     moved : ndarray, shape (n,)
         Displacement since the start.
     velocity_slack, force_slack : number
-        How far rounding may have taken velocities and forces from the exact motion between the
-        same events (0 in balls). What the events themselves amplify is not in it.
+        Bounds of the rounding errors of velocities and forces, relative to the exact motion between
+        the same events (0 in balls). The amplification by the events is not included.
     """
 
     def __init__(
@@ -330,8 +330,8 @@ class Flow:
             self.shift(run.first, displacements)
             self.velocities[run.first : run.first + run.p] = velocities
             if roundoff:
-                # sums of p terms whose angles w t / 2 are rounded, w <= 2; the sum of the terms'
-                # sizes is at most the norm of the modal amplitudes
+                # sums of p terms with rounded angles w t / 2, w <= 2; the norm of the modal
+                # amplitudes bounds the sum of the sizes of the terms
                 speed = self.arithmetic.sqrt(run.energy) + max(abs(velocities))
                 rounding = roundoff * (run.p + 16 + 2 * t)
                 self.velocity_slack = self.velocity_slack + rounding * speed
@@ -364,14 +364,14 @@ class Flow:
                 values[n // 2] = self.arithmetic.number(0)
 
     def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
-        """Return the motion from this instant, called `t_min`, on."""
+        """Return the motion from this instant on, which is called `t_min`."""
         first, last = min(self.touched, default=0), max(self.touched, default=-1)
         moved = self.moved[first : last + 1].copy()
         return ModalPiece(self.arithmetic, t_min, t_max, initial, first, moved, runs)
 
 
 def loads_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:
-    """Return the weight of each slider along the incline, with what pulls it at the ends."""
+    """Return the weight of each slider along the incline, plus the end forces."""
     loads: NDArray[Any] = arithmetic.zeros(chain.n)
     loads = loads + arithmetic.times_cosine(chain, chain.tan_alpha)
     for end, force in zip((0, -1), chain.end_forces, strict=True):

@@ -1,6 +1,6 @@
-"""A rearrangement from its events: the motion that they describe, phase by phase.
+"""Replay a rearrangement from its events, phase by phase.
 
-Between two instants at which something happens the runs move in closed form::
+Between two instants with events the runs move in closed form::
 
     replay = Replay(chain, initial, events)
     for phase in replay:
@@ -11,7 +11,7 @@ Between two instants at which something happens the runs move in closed form::
             phase.happen(event)
     end = replay.state()
 
-What is left out of this is done when the next phase is asked for.
+If a caller leaves out `arrive` or `happen`, the next phase does it.
 """
 
 from __future__ import annotations
@@ -32,16 +32,11 @@ from exactcreep.motion.solution import Motion, Solution
 
 
 class Energies(NamedTuple):
-    """Where energy went since the start of a rearrangement, unit ``m g**2 tau_dyn**2``.
+    """The energy balance since the start of a rearrangement, unit ``m g**2 tau_dyn**2``.
 
-    Attributes
-    ----------
-    elastic, kinetic : number
-        Gain of elastic energy, and kinetic energy at present.
-    gravity, end_forces, friction : number
-        Work of gravity and of the end forces on the sliders, and energy that friction took.
-    lost : number
-        Kinetic energy that stops took away: zero but for the error of their times.
+    `elastic`: gain of elastic energy; `kinetic`: present kinetic energy; `gravity`, `end_forces`:
+    their work on the sliders; `friction`: dissipated energy; `lost`: kinetic energy removed by
+    stops, zero except for errors of their times.
     """
 
     elastic: Any
@@ -53,7 +48,7 @@ class Energies(NamedTuple):
 
     @property
     def left(self) -> Any:
-        """What the other terms leave over: zero but for rounding."""
+        """The sum of all terms, which is zero except for rounding."""
         work = self.gravity + self.end_forces
         return work - self.friction - self.elastic - self.kinetic - self.lost
 
@@ -67,27 +62,27 @@ class Replay:
     initial : State
         At rest, at theta_c.
     events : iterable of Event
-        In order; they may be made while the replay goes on.
+        In order; they may be produced during the replay.
     arithmetic : Arithmetic
-        Iteration and all methods are to be used inside its `active`.
+        All methods must be called inside its `active`.
     contacts : Contacts, optional
-        The coefficients that are drawn at stops; default those of seed 0.
+        The coefficients drawn at stops. Default: of seed 0.
 
     Attributes
     ----------
     flow : Flow
-        The chain at present: forces, velocities, directions, displacements since the start.
+        The present chain: forces, velocities, directions, displacements since the start.
     now : number
         The present time since the start, unit tau_dyn.
     start : Motion
         At the beginning.
     moves : bool
-        Whether anything has moved yet.
+        Whether any slider has moved yet.
     just_stopped : set of int
         Sliders (from 0) that have stopped at the present instant.
 
-    Guarantee: between events the motion is the closed form for the given event times, in float64
-    to a few ulp of the largest displacement since; in balls an enclosure.
+    Guarantee: between events the motion is the closed form for the given event times, in float64 to
+    a few ulp of the largest displacement since; in balls an enclosure.
     """
 
     def __init__(
@@ -109,8 +104,8 @@ class Replay:
         self.now: Any = arithmetic.number(0)
         self.moves = False
         self.just_stopped: set[int] = set()
-        self._draws: dict[int, int] = {}  # coefficients so far of each slider that has stopped
-        self._paths = arithmetic.zeros(chain.n)  # travelled by each slider
+        self._draws: dict[int, int] = {}  # number of coefficients of each slider that has stopped
+        self._paths = arithmetic.zeros(chain.n)  # path length of each slider
         self._lost: Any = arithmetic.number(0)
 
     def __iter__(self) -> Iterator[Phase]:
@@ -127,15 +122,15 @@ class Replay:
         return self.contacts.coefficient(n + 1, self._draws[n] - 1)
 
     def threshold(self, n: int) -> Any:
-        """Return the force that holds slider `n` (from 0) at rest at present."""
+        """Return the present threshold of slider `n` (from 0)."""
         return self.contacts.holds(n, self.coefficient(n), self.arithmetic)
 
     def residual(self, event: Event) -> Any:
-        """Return how far the condition of an event, which is about to happen, is from holding.
+        """Return by how much the condition of the next event is violated.
 
-        For a stop the largest ``|velocity|``, for a start the largest distance of ``|F|`` from
-        the threshold; beyond it, a slider that has just stopped, or a chain that was unstable
-        as it stood, starts rightly.
+        For a stop it is the largest ``|velocity|``; for a start the largest distance of ``|F|``
+        from the threshold. A slider that has just stopped, or whose chain was unstable at the
+        start, may be beyond its threshold.
         """
         numbers = [slider - 1 for slider in event.sliders]
         if event.kind is EventKind.STOP:
@@ -148,7 +143,7 @@ class Replay:
         )
 
     def energies(self) -> Energies:
-        """Return where energy went since the start."""
+        """Return the energy balance since the start."""
         flow, chain, arithmetic, dot = self.flow, self.chain, self.arithmetic, self.arithmetic.dot
         pulled = zip(chain.end_forces, flow.moved[[0, -1]].tolist(), strict=True)
         return Energies(
@@ -161,7 +156,7 @@ class Replay:
         )
 
     def state(self) -> State:
-        """Return the chain as it is at present; in motion, without its velocities."""
+        """Return the present chain; velocities are left out."""
         initial, moved = self.initial, self.flow.moved
         coefficients, draws = initial.coefficients.copy(), initial.draws.copy()
         for n, count in self._draws.items():
@@ -172,7 +167,7 @@ class Replay:
     def solution(self) -> Solution:
         """Return the closed form of the whole motion, from the start to the last event.
 
-        It goes through the replay, which is used for nothing else, when it is first evaluated.
+        It uses up the replay when it is first evaluated.
         """
         self.events = tuple(self.events)
         times = [self.now]
@@ -200,8 +195,8 @@ class Replay:
 class Phase:
     """The time between two instants of a `Replay`, and the events at its end.
 
-    `events`: at its end, in order: a stop comes before the starts of the same instant; `runs`: what
-    moves; `time`, `span`: when it ends, and how long it lasts; `lasts`: whether it takes any time.
+    `events`: at its end, stops before starts; `runs`: the moving runs; `time`, `span`: its end and
+    duration; `lasts`: whether its duration is positive.
     """
 
     def __init__(self, replay: Replay, events: Sequence[Event]) -> None:
@@ -232,7 +227,7 @@ class Phase:
             replay.just_stopped = set()
 
     def happen(self, event: Event, only: Iterable[int] | None = None) -> None:
-        """Let the next event happen: to all its sliders, or to those (from 0) in `only`."""
+        """Apply the next event to all its sliders, or to those (from 0) in `only`."""
         self._happened += 1
         replay, flow = self.replay, self.replay.flow
         signs = {n - 1: sign for n, sign in zip(event.sliders, event.signs, strict=True)}
@@ -247,17 +242,14 @@ class Phase:
         replay.just_stopped.update(numbers)
 
     def finish(self) -> None:
-        """Do what is left of the phase."""
+        """Complete the phase."""
         self.arrive()
         for event in self.events[self._happened :]:
             self.happen(event)
 
 
 def elastic_gain(arithmetic: Arithmetic, tensions: NDArray[Any], moved: NDArray[Any]) -> Any:
-    """Return the elastic energy that displacements from a chain with these tensions bring.
-
-    Unit ``m g**2 tau_dyn**2``.
-    """
+    """Return the gain of elastic energy by displacements, unit ``m g**2 tau_dyn**2``."""
     change = np.diff(moved)
     return arithmetic.dot(change, tensions) + arithmetic.dot(change, change) / 2
 

@@ -1,9 +1,9 @@
 """Prove that an avalanche never ends: the whole chain slides too fast for any slider to stop.
 
-The centre of mass moves with a mean velocity that does not fall where friction cannot hold the
-whole chain, ``G >= sum of mu_d c`` with G = N s plus the end forces; about it
-the sliders swing with an energy J that is conserved. With ``vbar > sqrt((1 - 1/N) 2 J)`` no slider
-ever stops. Whatever goes on without end and not so fast is given up after some number of events.
+If friction cannot hold the whole chain, ``G >= sum of mu_d c`` with G = N s plus the end forces,
+the velocity vbar of the centre of mass does not fall. About it the sliders swing with a conserved
+energy J. If ``vbar > sqrt((1 - 1/N) 2 J)``, no slider ever stops. A slower avalanche that does not
+end is given up after a number of events.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ NEVER_STOPS = "the whole chain slides, too fast for any slider to stop ever agai
 
 
 def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
-    """Return the time from which no slider of the whole moving chain can ever stop, or None.
+    """Return the time from which on no slider of the moving chain can ever stop, or None.
 
-    All sliders of `flow` move, in its only `run`; `cosine` is cos(alpha).
+    All sliders of `flow` move, in the single `run`; `cosine` is cos(alpha).
     """
     sign, n = int(flow.signs[0]), chain.n
     gain = chain.surplus(sign)

@@ -1,8 +1,8 @@
 """Prove in float64 which event comes first in all states of a set, and enclose it in balls.
 
-The speeds of the sliders in motion and the distances of their neighbours from the threshold are
-polynomials of `taylor_flow`, with a bound of what differs between states. In balls the event is
-enclosed by one evaluation of the modes nearby and a Taylor series from there.
+The speeds of moving sliders and the distances of their neighbours from the threshold are
+polynomials of `taylor_flow`, with a bound of the differences between states. Balls enclose the
+event by one evaluation of the modes nearby and a Taylor series from there.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from exactcreep.motion.taylor_flow import (
 )
 
 MOST_STEPS = 64
-"""Of one search: what has no event within 32 tau_dyn is left to others."""
+"""Most steps of one search; a set without event within 32 tau_dyn is left to other methods."""
 MOST_EVALUATIONS = 60
-"""At one function in one step."""
+"""Most evaluations of one function in one step."""
 NEAREST = 2.0**-8
-"""Largest half width of a bracket from whose middle balls take a Taylor series: beyond it the
+"""Largest half width of a bracket for which balls use a Taylor series; in a wider bracket the
 series has too many terms."""
 
 
@@ -44,14 +44,13 @@ def first_event_of_set(
 ) -> tuple[int, int, float, float]:
     """Return slider, side, time and largest error of the event that is proved to be first.
 
-    `springs`, `signs` (ndarray of int, shape (n,)): how many springs each slider has, and in which
-    direction it moves; `fresh` (ndarray of bool, shape (n,)): which moving sliders have just
-    started: their velocity is zero, exactly; `numbers` (ndarray, shape (3, n)): velocities and
-    accelerations, both zero at rest, and forces; `thresholds` (ndarray, shape (n,)): of resting
-    sliders; `unsure`: how far any of these numbers is from the same number of any state of the set;
-    `last`: the sliders from here on mirror others, and are not watched. Returns tuple of (int, int,
-    float, float): the side is 0 for a stop, else the direction of a start. The slider is -1 where
-    float64 does not prove which event is first.
+    `springs`, `signs` (ndarray of int, shape (n,)): number of springs and direction of motion of
+    each slider; `fresh` (ndarray of bool, shape (n,)): sliders that have just started, with
+    velocity exactly zero; `numbers` (ndarray, shape (3, n)): velocities and accelerations, both
+    zero at rest, and forces; `thresholds` (ndarray, shape (n,)): of resting sliders; `unsure`:
+    largest difference of any of these numbers between states of the set; `last`: sliders from here
+    on mirror others, and are not watched. The side is 0 for a stop, else the direction of a start.
+    The slider is -1 if float64 does not prove which event is first.
     """
     n = len(signs)
     v, a, pull = numbers[0].copy().reshape(n, 1), numbers[1].copy().reshape(n, 1), numbers[2].copy()
@@ -95,7 +94,7 @@ def first_event_of_set(
 def _event_function(poly: Any, series: Any, signs: Any, i: int, way: int, room: float) -> bool:
     """Fill in a function that is positive until slider i acts; return whether it can act.
 
-    `way` 0: its speed; else its distance to a start in that direction, now `room`.
+    It is the speed (`way` 0), or the distance to a start in the direction `way`, now `room`.
     """
     before, after = i > 0 and signs[i - 1] != 0, i < len(signs) - 1 and signs[i + 1] != 0
     if (way == 0) != (signs[i] != 0) or (way != 0 and not (before or after)):
@@ -127,9 +126,9 @@ def _value(poly: Any, t: float) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy")
 def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
-    """Return between what times the first root lies.
+    """Return an interval that contains the first root.
 
-    ``(inf, inf)``: not before or at `limit`; ``(-1, 0)``: it is not proved. Value, slope and second
+    ``(inf, inf)``: no root up to `limit`; ``(-1, 0)``: not proved. Value, slope and second
     derivative of every state's function are within `error` of the polynomial's.
     """
     bound, power = error, 1.0
@@ -181,15 +180,14 @@ def enclosed_event(
 ) -> tuple[Any, list[tuple[int, list[Any], list[Any]]]] | None:
     """Return the time of an event, and first slider, displacements, velocities of every run then.
 
-    In balls; None if the slope is not separated from zero. Derivatives v^(k) have a norm of at most
-    ``2^k (|v| + |a| / 2)`` with the v and a of the same time, and at a time d away these two are at
-    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds the remainder of the
-    Taylor series.
+    The result is in balls; None if the slope is not separated from zero. Derivatives v^(k) have a
+    norm of at most ``2^k (|v| + |a| / 2)`` with v and a of the same time; at a distance d in time,
+    these two are at most ``|v| + d |a|`` and ``|a| + 2 |v|``, with the present v and a. This bounds
+    the remainder of the Taylor series.
 
-    `acting`: who acts: the slider (from 0), and 0 for a stop or the direction in which it starts;
-    `room`: what a slider that starts lacks to its threshold at first; `time`, `radius`: the event's
-    function has exactly one root between ``time - radius`` and ``time + radius``; if there is none,
-    this is an `AssertionError`.
+    `acting`: the slider (from 0), and 0 for a stop or the direction of its start; `room`: initial
+    distance of a starting slider from its threshold; `time`, `radius`: the event's function must
+    have exactly one root between ``time - radius`` and ``time + radius`` (else `AssertionError`).
     """
     if not radius < NEAREST:
         return None
@@ -198,9 +196,9 @@ def enclosed_event(
     order = math.ceil(bits / -math.log2(2 * radius)) + 1
     at = flint.arb(time)
     series = [(run, _derivatives(run, at, order)) for run in runs]
-    # within the radius |v| + |a| / 2 is at most twice what it is now
+    # within the radius |v| + |a| / 2 at most doubles
     size = sum(float(abs(x)) for _, rows in series for row in rows[1:3] for x in row)
-    # beyond v^(order): in displacements and velocities, and in accelerations
+    # remainder after v^(order), in displacements and velocities, and in accelerations
     bound = flint.arb(4 * (1 + size)) * (2 * flint.arb(radius)) ** order
     rest = flint.arb(0, bound / math.factorial(order))
     function = [room if side else flint.arb(0)] + [flint.arb(0)] * order
@@ -236,10 +234,10 @@ def enclosed_event(
 
 
 def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
-    """Return the root of a polynomial within `radius` of zero, but for its last bits.
+    """Return the root of a polynomial within `radius` of zero, except for its last bits.
 
-    The interval Newton step that follows, with the slope in all of the radius, gains as many bits
-    as ``-log2(radius)``.
+    The interval Newton step that follows, with the slope over the whole radius, gains
+    ``-log2(radius)`` bits.
     """
     near, sure = flint.arb(0), -math.log2(radius)  # bits
     most = bits - sure + 16

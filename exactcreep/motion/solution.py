@@ -1,4 +1,4 @@
-"""The motion of a whole rearrangement as a function of time, as SciPy's ``OdeSolution``."""
+"""The motion of a whole rearrangement as a function of time, similar to SciPy's ``OdeSolution``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from exactcreep.model.numbers import Scalar
 
 
 class Motion(NamedTuple):
-    """Where the chain is at one or several times.
+    """The positions, velocities and forces of the chain at one or several times.
 
     Parameters
     ----------
@@ -51,20 +51,20 @@ class Solution:
     Parameters
     ----------
     make : callable
-        Returns the pieces; called when they are first asked for.
+        Returns the pieces; called on demand.
     at_rest : Motion
-        Where the chain is if nothing moves.
+        The chain if nothing moves.
     times : sequence of numbers
-        Of the events, ascending; unit tau_dyn.
+        Times of the events, ascending; unit tau_dyn.
 
     Attributes
     ----------
     pieces : tuple of Piece
-        ``pieces[i]`` holds from event i to event i + 1; made when they are first asked for.
+        ``pieces[i]`` holds from event i to event i + 1; made on demand.
     ts : ndarray, shape (len(pieces) + 1,)
         The times that separate them.
     t_min, t_max : number
-        Times of the first event, 0, and of the last one.
+        Times of the first event, 0, and of the last event.
 
     Examples
     --------
@@ -92,23 +92,23 @@ class Solution:
         pieces : sequence of Piece
             In order of time.
         at_rest : Motion
-            Where the chain is if there is none.
+            The chain if there are no pieces.
 
         Returns
         -------
         Solution
-            It begins with the first piece and ends with the last.
+            From the beginning of the first piece to the end of the last.
         """
         ends = [piece.t_max for piece in pieces[-1:]] or [0.0]
         return cls(partial(tuple, pieces), at_rest, [piece.t_min for piece in pieces] + ends)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
-        """The motion from each event to the next, made when it is first asked for."""
+        """The motion from each event to the next, made on demand."""
         return tuple(self._make())
 
     def piece_at(self, t: Scalar) -> Piece:
-        """Return the piece that holds at a time; at an event, the one that begins there.
+        """Return the piece that holds at a time; at an event, the piece that begins there.
 
         Parameters
         ----------
@@ -133,7 +133,7 @@ class Solution:
                 f"t = {t}: must lie between {self.t_min} and {self.t_max}, the first and the last"
                 " event"
             )
-        # a ball may begin before them all
+        # a ball may begin before all pieces
         return next((p for p in reversed(self.pieces) if not p.t_min > t), self.pieces[0])
 
     def __call__(self, t: ArrayLike | Scalar) -> Motion:

@@ -1,10 +1,10 @@
-"""Carry a set of states along in float64: rows times a box around a middle, and their errors.
+"""Carry a set of states through events in float64: a middle, rows times a box, and error bounds.
 
-The middle is taken through the events as a point; the rows by the derivative of the motion over
-all states of the set (mean value theorem). Now and then the rows are made orthogonal again, the
-widest direction first. (Lohner's method, with the derivative of every event time in it.)
-Only how far states lie from the middle is in floats: relative accuracy does not matter there, and
-everything below is rounded up.
+The middle goes through the events as a point; the rows follow the derivative of the motion over all
+states of the set (mean value theorem). From time to time the rows are made orthogonal again, the
+widest direction first. (This is Lohner's method, with the derivative of every event time in it.)
+Only the distances of states from the middle are floats. Their relative accuracy does not matter,
+and all of them are rounded up.
 """
 
 from __future__ import annotations
@@ -26,38 +26,38 @@ from exactcreep.motion.arithmetic import Undecided
 from exactcreep.motion.taylor_flow import OUTWARD, flow
 
 LATEST = 0.125
-"""How far event times of a set may lie apart: within it no rate more than doubles."""
+"""Largest time between the events of a set; within it no rate more than doubles."""
 UNDERFLOW = 2.0**-900
-"""Above all that is lost where products of floats underflow."""
+"""Bound of everything that is lost when products of floats underflow."""
 NOT_BOUNDED = "the derivative of a rearrangement is not enclosed"
 
 
 class Crossing(NamedTuple):
     """A motion of the middle of a set and the event at its end; arrays are of shape (n,)."""
 
-    springs: NDArray[np.int64]  # how many each slider has
-    signs: NDArray[np.int64]  # in which direction it moves, 0: it rests
+    springs: NDArray[np.int64]  # number of springs of each slider
+    signs: NDArray[np.int64]  # direction of motion; 0: at rest
     velocities: NDArray[np.float64]  # at the event, before it is resolved; zero at rest
     accelerations: NDArray[np.float64]
-    unsure: float  # how far any state of the set is from these at one time
-    time: float  # how long it lasts
-    late: float  # how far the time of any state of the set is from `time`
+    unsure: float  # largest distance of any state of the set from these numbers, at one time
+    time: float  # duration
+    late: float  # largest distance of the event time of any state from `time`
     haste: float  # bound in all states, at one time, of accelerations and of four times velocities
-    slider: int  # whose speed, or whose distance to the threshold, reaches zero
+    slider: int  # the slider whose speed, or distance to the threshold, reaches zero
     side: int  # 0: the speed; else the side of the threshold
     image: int  # its mirror image, which does the same; -1: there is none
 
     @property
     def slope(self) -> float:
-        """The rate of what the event brings to zero, but for its sign."""
+        """The rate of the function that the event brings to zero, except for its sign."""
         n, after = self.slider, self.slider + 1
         if self.side == 0:
             return float(self.accelerations[n])
-        return float(self.velocities[max(n - 1, 0) : after + 1].sum())  # it rests itself
+        return float(self.velocities[max(n - 1, 0) : after + 1].sum())  # the slider itself rests
 
     @property
     def steep(self) -> bool:
-        """Whether the event's slope is so far from zero that `saltation` encloses its time."""
+        """Whether the slope is far enough from zero for `saltation` to enclose the event's time."""
         vague: float = self.unsure + self.late * _fastest(self.haste, self.late)
         return self.late <= LATEST and abs(self.slope) > 8 * vague
 
@@ -65,14 +65,11 @@ class Crossing(NamedTuple):
 class StateSet:
     """The states ``middle + rows [-1, 1]**k``, in units of ``2**exponent``.
 
-    Made of how far states may lie from the middle: in forces, in the speeds of those in motion, in
-    l0 theta.
-
-    `forces`, `speeds`, `moved` (ndarray of float64, shape (n, k)): rows of the sliders; `moved`
-    since the rows were last made orthogonal; `theta` (ndarray of float64, shape (k,)): the row of
-    l0 theta; `errors` (ndarray of float64, shape (3, n)): how far the rows of forces, speeds and
-    moved may be off, summed over the box; `reach` (ndarray of float64, shape (n,)): how far
-    displacements may lie from the middle's, but for `moved`.
+    `forces`, `speeds`, `moved` (ndarray of float64, shape (n, k)): rows of the sliders' forces,
+    velocities, and displacements since the rows were last made orthogonal; `theta` (ndarray of
+    float64, shape (k,)): row of l0 theta; `errors` (ndarray of float64, shape (3, n)): errors of
+    the first three rows, summed over the box; `reach` (ndarray of float64, shape (n,)): distance of
+    displacements from the middle's, in addition to `moved`.
     """
 
     def __init__(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
@@ -104,29 +101,29 @@ class StateSet:
         self.errors[1] = 2.0**-52 * abs(self.speeds).sum(axis=1)
         self.theta_error = 2.0**-52 * float(abs(self.theta).sum())
 
-    # -- how far states may lie from the middle ------------------------------------------------
+    # -- distances of states from the middle ---------------------------------------------------
 
     def of_forces(self) -> NDArray[np.float64]:
-        """Return how far forces may lie from the middle's."""
+        """Return the largest distances of forces from the middle's."""
         return _within(self.forces, self.errors[0])
 
     def of_speeds(self) -> NDArray[np.float64]:
-        """Return how far velocities may lie from the middle's."""
+        """Return the largest distances of velocities from the middle's."""
         return _within(self.speeds, self.errors[1])
 
     def of_tensions(self) -> NDArray[np.float64]:
-        """Return how far tensions may lie from the middle's, shape (n - 1,)."""
+        """Return the largest distances of tensions from the middle's, shape (n - 1,)."""
         rows = np.cumsum(self.forces, axis=0)[:-1]
         size = len(self.forces) * 2.0**-52
         rounding = size * np.cumsum(abs(self.forces).sum(axis=1))[:-1]
         return _within(rows, np.cumsum(self.errors[0])[:-1] + rounding)
 
     def of_displacements(self) -> NDArray[np.float64]:
-        """Return how far displacements may lie from the middle's."""
+        """Return the largest distances of displacements from the middle's."""
         return _within(self.moved, self.errors[2] + self.reach)
 
     def of_theta(self) -> float:
-        """Return how far l0 theta may lie from the middle's."""
+        """Return the largest distance of l0 theta from the middle's."""
         return float(rounded_up(abs(self.theta).sum() + self.theta_error))
 
     def balls(self, radii: Iterable[float]) -> list[Any]:
@@ -142,16 +139,16 @@ class StateSet:
         return out
 
     def width(self) -> tuple[float, float]:
-        """Return the farthest that any force, velocity or l0 theta may lie from the middle's.
+        """Return the largest distance of a force, velocity or l0 theta from the middle's.
 
-        And the share of the errors in it, where that is largest.
+        Also returns the share of the errors in it.
         """
         widest, share = _width(self.forces, self.speeds, self.errors, self.theta, self.theta_error)
         if not math.isfinite(widest):
             raise Undecided(NOT_BOUNDED)
         return widest, share
 
-    # -- where the set goes --------------------------------------------------------------------
+    # -- motion of the set ---------------------------------------------------------------------
 
     def follow(self, crossing: Crossing, *, own: bool = True) -> tuple[float, float]:
         """Let the middle pass through a motion, and its event; see `saltation`."""
@@ -168,10 +165,10 @@ class StateSet:
         self.theta[:] = self.theta_error = 0.0
 
     def at_start(self, starts: Sequence[int], rates: Mapping[int, Fraction]) -> None:
-        """Take theta to where the sliders `starts` (from 0) come to their threshold together."""
+        """Ramp theta to where the sliders `starts` (from 0) reach their threshold together."""
         first = starts[0]
         rate = nearest_float(rates[first])
-        way = -self.forces[first] / rate  # by how much l0 theta moves: what this slider lacked
+        way = -self.forces[first] / rate  # change of l0 theta that takes this slider there
         error = float(self.errors[0, first]) / abs(rate)
         if abs(rate) != 1.0:  # the rounding of the rate and of both quotients
             error += 2.0**-50 * (error + float(abs(way).sum()))
@@ -182,7 +179,7 @@ class StateSet:
             self.forces[n] = self.errors[0, n] = 0.0
 
     def _ramp(self, rates: Mapping[int, Fraction], way: NDArray[np.float64], error: float) -> None:
-        """Move l0 theta by a row that may be off by `error`, and every force by its rate."""
+        """Change l0 theta by a row with an error bound `error`, and every force by its rate."""
         size = float(abs(way).sum()) + error
         for n, rational in rates.items():
             rate = nearest_float(rational)
@@ -193,9 +190,10 @@ class StateSet:
             self.errors[0, n] += 2.0**-52 * float(abs(self.forces[n]).sum())
 
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
-        """Take a middle without errors, and make the rows orthogonal again.
+        """Take a new middle, and make the rows orthogonal again.
 
-        The old one may lie so far from it in forces, speeds of sliders in motion, and l0 theta.
+        The arguments bound the distances of the old middle from it in forces, speeds of moving
+        sliders, and l0 theta.
         """
         fast = list(speeds)
         noise = [*forces, *speeds.values(), theta]
@@ -250,10 +248,10 @@ def scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
 def orthogonal(
     rows: NDArray[np.float64], unsure: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return axes, nearly orthogonal, and half widths of a box that holds a set.
+    """Return nearly orthogonal axes, and half widths of a box that holds a set.
 
     The set is `rows`, shape (n, k), each rounded once, times ``[-1, 1]**k``, widened by `unsure`,
-    shape (n,). Rounding, and what the axes lack to be orthogonal, is added to the widths. Raises
+    shape (n,). The widths include rounding and the deviation of the axes from orthogonality. Raises
     `Undecided` if the set is not bounded.
     """
     with np.errstate(over="ignore", invalid="ignore"):
@@ -277,9 +275,9 @@ def orthogonal(
 
 @njit(cache=True)
 def _blocks(rows: Any) -> Any:
-    """Return to which block each row belongs: rows of two blocks have no column in common.
+    """Return the block of each row: rows of two blocks have no column in common.
 
-    They keep their axes: a slip at one end of a long chain changes no other block.
+    Blocks are treated independently, so that a slip at one end of a long chain changes one block.
     """
     block = np.arange(len(rows))
     for c in range(rows.shape[1]):
@@ -291,22 +289,23 @@ def _blocks(rows: Any) -> Any:
 
 @njit(cache=True)
 def _fastest(haste: float, late: float) -> float:
-    """Return a bound of how fast velocities and accelerations change so near their event.
+    """Return a bound of the rates of change of velocities and accelerations near their event.
 
-    `haste` bounds accelerations and four times velocities at one time; as each changes no faster
-    than the larger of the two, they grow no faster than exp(4 t), by 1 + 8 t up to `LATEST`.
+    `haste` bounds accelerations and four times velocities at one time. Each changes at most as fast
+    as the larger of the two, so they grow at most like exp(4 t), and by 1 + 8 t up to `LATEST`.
     """
     return haste * (1 + 8 * late) * (1 + OUTWARD)
 
 
 @njit(cache=True, error_model="numpy")
 def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> tuple[float, float]:
-    """Take the rows of a set through a motion, and to its event; return how its time spreads.
+    """Take the rows of a set through a motion and to its event; return the spread of its time.
 
-    `rate`: its slope; `rows`: rows of a `StateSet`, in units of `unit`; changed in place; `own`:
-    True: rows of the set itself, which say how late its states are. False: how they part. Returns
-    tuple of (float, float): how far the times lie from the middle's, in units of the rows (nan: the
-    slope is not separated from zero, and nothing was done), and `late`, as the rows have it.
+    `rate`: slope of the event's function; `rows`: of a `StateSet`, in units of `unit`, changed in
+    place; `own`: whether the rows are the set itself, and determine the event times of its states
+    (else they are differences of states). Returns the distance of event times from the middle's, in
+    units of the rows (nan: the slope is not separated from zero, and nothing was done), and `late`
+    by the rows.
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows
@@ -324,8 +323,8 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
     u, f = speeds[begin:end].copy(), forces[begin:end].copy()
     u[signs[begin:end] == 0] = f[signs[begin:end] == 0] = 0.0
     way, first, rounding = flow(crossing.springs[begin:end], signs[begin:end], u, f, time)
-    # the events of all states lie much closer together than it took to find them: by the slope,
-    # as far as the rows say at one time; that time has been rounded
+    # the event times of all states are much closer than the search needed: by the slope, with
+    # the rows at one (rounded) time
     scale = 8 * (first + of_force + of_speed) * (1 + time)
     lag = 2.0**-52 * (1 + time) * scale
     e_force = of_force + 2 * of_speed + 3 * rounding + lag
@@ -366,7 +365,7 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
         spread += abs(row[c])
     e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + OUTWARD) + 2.0**-50 * spread
     _shift(crossing, moving, rows, row, vague / 2, spread, e_spread)
-    # constant at the event, whatever the state was
+    # constant at the event in every state
     for m in (slider, crossing.image):
         if m >= 0:
             constant = speeds if side == 0 else forces
@@ -379,7 +378,7 @@ def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> 
 def _shift(
     crossing: Any, moving: Any, rows: Any, row: Any, unsure: float, spread: float, e_spread: float
 ) -> None:
-    """Let the event be later by `row`, state by state, which is `spread` at most."""
+    """Let the event be later by `row`, state by state, by at most `spread`."""
     forces, speeds, moved, errors = rows
     n, k = forces.shape
     velocities, accelerations = crossing.velocities, crossing.accelerations

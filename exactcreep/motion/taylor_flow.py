@@ -1,17 +1,17 @@
 """Move sliders by a Taylor series in float64 with a proved bound of its error.
 
-One propagator for the middle of a set of states, its rows, and the rows of a derivative: columns
-of an array, ``v^(k+2) = -K v^(k)``, in steps of at most `STEP`; sums and products alone, no library
-function. All of it is bounded by three facts about K, whose norm is at most 4: over a time t the
+The same propagator moves the middle of a set of states, its rows, and the rows of a derivative:
+columns of an array, ``v^(k+2) = -K v^(k)``, in steps of at most `STEP`, with only sums and
+products. Three facts about K, whose norm is at most 4, bound everything: over a time t the
 propagators of x'' = -K x have norms
 
     |cos(sqrt(K) t)| <= 1,    |sin(sqrt(K) t) / sqrt(K)| <= t,    |sqrt(K) sin(sqrt(K) t)| <= 2.
 
 With ``S = |v| + |a| / 2`` (Euclidean) and ``t <= 1/2`` the k-th term of the series is at most
 ``S / k!``: the remainder beyond `ORDER` is below ``2^-60 S``, and the roundings of recurrence
-and sum stay below ``128 units of roundoff = 2^-46 S``; a factor of 4 is added (`ROUNDING`).
-A state that differs by W at the beginning (Euclidean) differs by at most ``W (1 + t)`` in its
-velocities, ``3 W`` in its accelerations, ``W (t + t^2 / 2)`` in its places.
+and sum stay below ``128 units of roundoff = 2^-46 S``; a factor of 4 is added (`ROUNDING`). A state
+that differs by W at the beginning (Euclidean) differs by at most ``W (1 + t)`` in its velocities,
+``3 W`` in its accelerations, ``W (t + t^2 / 2)`` in its places.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def expand(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
     """Fill in the coefficients of the velocities, ``series[k, slider, column] t^k``; 0 at rest."""
     n, columns = v.shape
     for i in range(n):
-        for c in range(columns):  # whole rows at once: four seconds of compiling for their shapes
+        for c in range(columns):  # whole rows at once would take four seconds longer to compile
             series[0, i, c], series[1, i, c] = v[i, c], a[i, c]
     for k in range(ORDER - 1):
         factor = -1.0 / ((k + 1) * (k + 2))
