@@ -25,13 +25,7 @@ from exactcreep.model.numbers import Scalar, Shown, nearest_float
 
 
 class EventKind(Enum):
-    """What happens to the sliders of an event.
-
-    Examples
-    --------
-    >>> EventKind("start") is EventKind.START
-    True
-    """
+    """What happens to the sliders of an event."""
 
     START = "start"
     """The sliders begin to slip."""

@@ -1,7 +1,7 @@
 """The state of a chain at rest and on a ramp in one arithmetic, exactly where that is possible.
 
 Beside the numbers of an arithmetic, a chain in balls keeps exact ones (`exact_state`) for as long
-as it can. `solvers.reference` takes it through rearrangements.
+as it can. `solvers.field.integrator` takes it through rearrangements.
 """
 
 from __future__ import annotations

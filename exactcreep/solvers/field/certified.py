@@ -18,13 +18,14 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.field.computed import (
+from exactcreep.solvers.field.integrator import ChainIntegrator
+from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
+from exactcreep.solvers.field.simulation import (
     FieldSimulation,
     FieldSolver,
     completed,
     mechanics_report,
 )
-from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
@@ -32,7 +33,6 @@ from exactcreep.solvers.interface import (
     Stretch,
     Tally,
 )
-from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 GUARD_BITS = 128

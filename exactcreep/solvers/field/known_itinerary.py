@@ -16,8 +16,8 @@ from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.first_event import EventFunction, FirstEvent, Search
 from exactcreep.motion.modes import Flow
+from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import Start
-from exactcreep.solvers.reference import ChainIntegrator
 
 _BEND = 32
 """log2 of how strongly conditions may bend, half their second derivative over the slope."""

@@ -31,8 +31,8 @@ from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.field.at_rest import Rest
+from exactcreep.solvers.field.integrator import ChainIntegrator, event_of
 from exactcreep.solvers.interface import Start
-from exactcreep.solvers.reference import ChainIntegrator, event_of
 
 RENEW_EVERY = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits

@@ -25,8 +25,8 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.state_set import StateSet, exponent_of, scaled
-from exactcreep.solvers.field.computed import FieldSimulation
 from exactcreep.solvers.field.set_integrator import SetIntegrator
+from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
 
 BITS = 128

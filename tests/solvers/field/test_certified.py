@@ -12,7 +12,7 @@ from exactcreep import Chain, Cycles, Evidence, Path, State, creep
 from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.solvers.field.certified import Certified
-from exactcreep.solvers.field.computed import FieldSimulation
+from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS
 from exactcreep.watch.limits import Limits

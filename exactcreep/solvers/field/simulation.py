@@ -1,6 +1,7 @@
 """The readable event solver in float64 ("reference") and in mpmath numbers ("mpmath").
 
-What they do from event to event is `solvers.reference`; here it becomes a solver and a simulation.
+`solvers.field.integrator` takes a chain from event to event; this module makes a solver and a
+simulation of it.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
 from exactcreep.solvers.estimated import Estimated
+from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
     Ending,
@@ -36,7 +38,6 @@ from exactcreep.solvers.interface import (
     Start,
     Stretch,
 )
-from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 
