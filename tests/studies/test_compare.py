@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -66,37 +67,42 @@ def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest() -
     assert np.delete(wrong, 1).max() < 1e-13
 
 
-@pytest.mark.parametrize(
-    ("change", "shared"),
-    [
-        (lambda first, *others: others, 0),
-        (lambda first, *others: [first, *others, first], None),
-        (lambda first, *others: [replace(first, signs=(-first.signs[0],)), *others], 0),
-        (lambda first, *others: [replace(first, sliders=(2,)), *others], 0),
+Changed = Callable[[tuple[Event, ...], int], Sequence[Event]]
+CHANGES: dict[str, Changed] = {
+    "missing": lambda events, k: [*events[:k], *events[k + 1 :]],
+    "too many": lambda events, k: [*events, events[k]],
+    "turned": lambda events, k: [
+        *events[:k], replace(events[k], signs=tuple(-s for s in events[k].signs)), *events[k + 1 :]
     ],
-    ids=["missing", "too many", "turned", "another slider"],
-)
-def test_an_event_that_differs_is_found_where_it_is(
-    change: Callable[..., Sequence[Event]], shared: int | None
-) -> None:
-    events = own().log[PLACE].events
-    assert own().log[PLACE].half_cycle == 2
-    found = agree(with_events(PLACE, change(*events)), known())
-    assert found.agreed == before(PLACE) + (len(events) if shared is None else shared)
-    assert found.known == known().events[found.agreed]
-    assert found.own.signature != found.known.signature
-    assert (found.compared, found.errors.size) == (1, 3)
+    "another slider": lambda events, k: [
+        *events[:k], replace(events[k], sliders=(events[k].sliders[0] % 3 + 1,)), *events[k + 1 :]
+    ],
+}  # fmt: skip
 
 
-def test_what_is_missing_at_the_end_is_a_difference_unless_the_trajectory_was_cut_short() -> None:
-    end = len(own().log) - 1
-    less = with_events(end, own().log[end].events[:-1])
-    ends = []
-    for found in (agree(less, known()), agree(known(), less)):
-        assert found.agreed == len(known().events) - 1
-        ends.append((found.own, found.known))
-    last = known().events[-1]
-    assert ends == [(None, last), (last, None)]
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("place", [0, PLACE, -1])
+def test_an_event_that_differs_is_found_where_it_is(change: str, place: int) -> None:
+    place %= len(own().log)
+    events = own().log[place].events
+    for k in range(len(events)):
+        other = with_events(place, CHANGES[change](events, k))
+        pairs = zip(other.events, known().events, strict=False)
+        same = takewhile(lambda pair: pair[0].signature == pair[1].signature, pairs)
+        shared = sum(1 for _ in same)
+        assert before(place) <= shared <= before(place) + len(events)
+        found, turned = agree(other, known()), agree(known(), other)
+        for one in (found, turned):
+            assert one.differs
+            assert one.agreed == shared
+            assert one.compared == own().log[place].half_cycle - 1
+            assert one.errors.size == 3
+        ends = [each.events[shared : shared + 1] for each in (other, known())]
+        assert [found.own, found.known] == [turned.known, turned.own]
+        assert [found.own, found.known] == [end[0] if end else None for end in ends]
+
+
+def test_what_a_trajectory_that_was_cut_short_does_not_tell_is_no_difference() -> None:
     log = [*own().log[:PLACE], own().log[PLACE]._replace(events=own().log[PLACE].events[:1])]
     short = replace(own(), log=log, x=own().x[:1], ended=False)
     for silent in (agree(short, known()), agree(known(), short)):

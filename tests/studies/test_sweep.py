@@ -194,20 +194,6 @@ def test_a_grid_of_something_else_is_never_overwritten(
     assert (tmp_path / "sweep.nc").read_bytes() == grid
 
 
-def test_a_folder_that_another_sweep_is_writing_is_refused(tmp_path: Path) -> None:
-    few = SCENE.with_settings({"chain.n": 2, "drive.amplitude": "0.01"})
-    other = few.with_settings({"chain.tan_alpha": "0.3"})
-
-    def meanwhile(told: Progress) -> None:
-        if told.done == 1:
-            with pytest.raises(InputError, match="is being written by process"):
-                sweep(other, out=tmp_path, workers=1)
-
-    assert sweep(few, out=tmp_path, workers=1, progress=meanwhile).identical(sweep(few))
-    with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as kept:
-        assert kept["finished"].all()
-
-
 # A process that is sent a signal after its third cell, however fast the machine is
 STOPPED = """
 import os, sys
