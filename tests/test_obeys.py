@@ -56,7 +56,7 @@ def with_event(i: int, *, of: Rearrangement | None = None, **changed: Any) -> Re
 @pytest.mark.parametrize(
     ("options", "every", "accuracy"),
     [
-        ({"solver": "exact"}, 1, None),
+        ({"solver": "exact"}, 4, None),
         ({"solver": "reference"}, 16, None),
         ({"solver": "certified"}, 60, None),
         ({"solver": "mpmath", "digits": 30}, 90, None),

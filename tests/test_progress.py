@@ -75,7 +75,6 @@ def test_the_time_of_a_study_does_not_count_what_is_compiled_or_loaded(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr(preparation.time, "perf_counter", lambda: now[0])
-    monkeypatch.setattr(preparation, "_spent", [0.0])
     heard: list[Progress] = []
     report = reporter(heard.append)
     report("starts", 0, 100, "starts")

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands.answer import say_summary
-from exactcreep.figures import animation
 from tests.conftest import Command
 from tests.processes import PROGRAM, finished
 
@@ -58,7 +57,6 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(animation, "_LINGER", 1)
     given, outputs = EVERY[name]
     if given[0] in ("run.nc", "begun.ckpt"):
         begun = ("run", *SHORT, "--record", "x_G,events", "--checkpoint", "begun.ckpt")
