@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
@@ -447,15 +447,12 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
         parameters = rows[0].parameters
         printed: Style = {**PRINTED, "linestyle": dashes, "linewidth": width}
         exact = EXACT | ({"linestyle": dashes} if n == 5 else {})
-        for law, style, name in (
-            (plateau_velocity_random, printed, _law_name("Eq. 20")),
-            (sliding_velocity_random, exact, LIMIT),
-        ):
-            label = f"{name}, $N={n}$"
-            for slopes, values in _plateaus(law, parameters):
-                axes.plot(slopes, values, **style, label=label)
-                label = ""
-        slopes = np.linspace(0, float(parameters["mu_d"]), 160).tolist()
+        # a slope at which a plateau ends lies between two of these
+        slopes = np.linspace(0, float(parameters["mu_d"]), 480, endpoint=False).tolist()
+        over = "tan_alpha", slopes, parameters
+        _draw_law(axes, plateau_velocity_random, *over, **printed,
+                  label=f"{_law_name('Eq. 20')}, $N={n}$")  # fmt: skip
+        _draw_law(axes, sliding_velocity_random, *over, **exact, label=f"{LIMIT}, $N={n}$")
         law_and_deviation = [sticking(predicted(parameters | {"tan_alpha": slope}))
                              for slope in slopes]  # fmt: skip
         values, deviations = np.transpose(law_and_deviation)
@@ -468,19 +465,6 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
     axes.set(xlim=(-0.01, 0.53), ylim=(-4.2, 42), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="upper left", ncols=1)
     _degrees(axes)
-
-
-def _plateaus(law: LawFunction, given: Style) -> Iterator[tuple[list[float], list[float]]]:
-    """Yield the slopes of each plateau, and the law of random dilations at them."""
-    n, friction = int(given["n"]), given["mu_d"]
-    for i in range(2, n + 2):
-        low, high = (friction * (1 - Fraction(2 * (i - k), n)) for k in (1, 2))
-        if high <= 0:
-            break
-        low = max(low, Fraction(0))
-        slopes = [low + (high - low) * Fraction(k, 24) for k in range(25)]
-        values = [law_values(law, given | {"tan_alpha": slope, "i": i})[0] for slope in slopes]
-        yield [float(slope) for slope in slopes], values
 
 
 def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial, singledispatch
+from functools import partial
 from typing import Any
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.pipeline import draw_walk
@@ -22,38 +19,21 @@ from exactcreep.studies.fates.survival import Survival
 from exactcreep.studies.thresholds.intercept import Intercept
 from exactcreep.studies.thresholds.threshold import Threshold
 
+_DRAWN: dict[type[Result], Callable[[Any], Any]] = {
+    Rearrangement: plot_rearrangement,
+    Fate: draw_fate,
+    Survival: draw_survival,
+    Threshold: draw_threshold,
+    Intercept: draw_threshold,
+    Walk: draw_walk,
+}
 
-@singledispatch
+
 def plots_of(result: Result) -> Callable[..., Any]:
     """Return the function that draws a result; raise `AttributeError` if there is none."""
+    if isinstance(result, Creep):
+        return Plots(result)
+    for kind, draw in _DRAWN.items():
+        if isinstance(result, kind):
+            return partial(draw, result)
     raise AttributeError(f"{type(result).__name__} has no picture")
-
-
-@plots_of.register
-def _(run: Creep) -> Plots:
-    return Plots(run)
-
-
-@plots_of.register
-def _(motion: Rearrangement) -> Callable[[], tuple[Axes, Axes]]:
-    return partial(plot_rearrangement, motion)
-
-
-@plots_of.register
-def _(fate: Fate) -> Callable[[], Figure]:
-    return partial(draw_fate, fate)
-
-
-@plots_of.register
-def _(survival: Survival) -> Callable[[], Figure]:
-    return partial(draw_survival, survival)
-
-
-@plots_of.register
-def _(answer: Threshold | Intercept) -> Callable[[], Figure]:
-    return partial(draw_threshold, answer)
-
-
-@plots_of.register
-def _(walk: Walk) -> Callable[[], Figure]:
-    return partial(draw_walk, walk)

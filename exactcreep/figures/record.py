@@ -22,7 +22,7 @@ def draw_record(readings: Readings, title: str = "") -> Figure:
     """
     faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
     wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
-    found = readings.celsius + (273.15 if unit == "K" else 0.0)
+    found = readings.values
     kept = np.setdiff1d(np.flatnonzero(np.isfinite(found)), wrong["far"])
     kept = kept[np.argsort(readings.times[kept], kind="stable")]
     times, values = readings.times[kept], found[kept]

@@ -108,20 +108,20 @@ class Readings:
         return np.asarray((self.times - self.times[0]) / np.timedelta64(1, "s"))
 
     @cached_property
-    def celsius(self) -> NDArray[np.float64]:
-        """Temperatures in degrees Celsius, nan where there are none."""
+    def values(self) -> NDArray[np.float64]:
+        """Temperatures in the unit, nan where there are none."""
         known = {None: np.nan} | {value: nearest_float(value) for value in self.exact if value}
-        return np.array([known.get(value, 0.0) for value in self.exact]) - self._zero
+        return np.array([known.get(value, 0.0) for value in self.exact])
 
     @property
-    def _zero(self) -> float:
-        """0 degrees Celsius in the unit."""
-        return 273.15 if self.unit == "K" else 0.0
+    def celsius(self) -> NDArray[np.float64]:
+        """The same in degrees Celsius."""
+        return self.values - (273.15 if self.unit == "K" else 0.0)
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
         """The temperatures in the unit that are known, and not far from their neighbours."""
-        values = np.delete(self.celsius + self._zero, self.faults().get("far", _NONE))
+        values = np.delete(self.values, self.faults().get("far", _NONE))
         return np.asarray(values[np.isfinite(values)])
 
     # --- faults ----------------------------------------------------------------------------------
@@ -220,8 +220,10 @@ class Readings:
         file, celsius = self.file or "(arrays)", self.unit == "C"
         if (places := np.flatnonzero(self._swapped)).size:
             yield f"in {file} the minimum is above the maximum {self._days(places)}"
-        least, most = np.nanquantile(self.celsius, (0.01, 0.99), method="nearest")
-        low, high = least + self._zero, most + self._zero
+        (least, most), (low, high) = (
+            np.nanquantile(known, (0.01, 0.99), method="nearest")
+            for known in (self.celsius, self.values)
+        )
         if (LIKE_KELVIN[0] < low and high < LIKE_KELVIN[1]) if celsius else high < LIKE_KELVIN[0]:
             yield (
                 f"the temperatures of {file}, from {low:g} to {high:g}, are said to be in"
@@ -248,7 +250,7 @@ class Readings:
         pandas, faults, width = import_module("pandas"), self.faults(), len(self.names)
         if not self.dated:
             raise InputError("file", self.file, "must have dates: gaps are filled by the hour")
-        values, done = self.celsius + self._zero, list[str]()
+        values, done = self.values.copy(), list[str]()
         for kind, what in (("missing", "no temperature"), ("far", "far from its neighbours")):
             places = faults.get(kind, _NONE)
             values[places] = np.nan

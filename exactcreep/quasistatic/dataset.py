@@ -91,7 +91,7 @@ def dataset_of(result: Creep) -> xr.Dataset:
         variables |= _labelled(columns, _written(moment, state, digits))
     for name, value in drive.parameters().items():
         if isinstance(value, (list, tuple)):
-            texts = np.array([str(_attribute(item)) for item in value], dtype=str)
+            texts = np.array([str(attribute(item)) for item in value], dtype=str)
             variables[f"drive_{name}"] = (f"drive_{name}_index", texts)
     return xr.Dataset(variables, coordinates, _attributes(result))
 
@@ -158,10 +158,10 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "velocity_units": result.velocity_units,
         **{name: getattr(result, attribute_of(name)) for name in names(Place.FILE)},
     }
-    return {name: _attribute(value) for name, value in about.items() if value is not None}
+    return {name: attribute(value) for name, value in about.items() if value is not None}
 
 
-def _attribute(value: Any) -> Any:
+def attribute(value: Any) -> Any:
     """Return a value as an attribute in a file; rationals become ratios of integers."""
     if isinstance(value, Fraction):
         return ratio_text(value)

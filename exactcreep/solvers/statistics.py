@@ -99,6 +99,21 @@ def mean_over_seeds(
         return velocities.mean(axis=-1), own
 
 
+def ratio_of_sums(
+    parts: NDArray[np.float64], wholes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ``sum(parts) / sum(wholes)`` over independent blocks, the first axis, and its error.
+
+    The standard error is first order; nan for one block.
+    """
+    blocks, whole = len(parts), wholes.sum()
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = parts.sum(axis=0) / whole
+        squares = ((parts - ratio * wholes) ** 2).sum(axis=0)
+        several = blocks / (blocks - 1) if blocks > 1 else math.nan
+        return ratio, np.sqrt(several * squares) / whole
+
+
 def rests_for_long(chain: Chain, targets: int) -> bool:
     """Return whether rests without a finite variance spoil the error of so many targets.
 

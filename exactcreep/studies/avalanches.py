@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.solvers.statistics import ratio_of_sums
 from exactcreep.solvers.tables import ENERGY, NUMBER, REARRANGEMENT_TABLE, TIME
 
 Floats = NDArray[np.float64]
@@ -130,12 +131,7 @@ def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -
         edges = edges_of(measure, held.min(), held.max()) if held.size else np.array([0.5, 1.5])
     bins = [np.arange(found.blocks + 1) - 0.5, edges]
     counts, _, _ = np.histogram2d(found.block[counted], held, bins)
-    whole = counts.sum(axis=1, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = counts.sum(axis=0) / whole.sum()
-        apart = ((counts - share * whole) ** 2).sum(axis=0)
-        several = np.float64(found.blocks) / (found.blocks - 1) if found.blocks > 1 else math.nan
-        error = np.sqrt(several * apart) / whole.sum()
+    share, error = ratio_of_sums(counts, counts.sum(axis=1, keepdims=True))
     width = np.diff(edges)
     inside = 0.5 if MEASURES[measure].whole else 0.0
     first, last = edges[:-1] + inside, edges[1:] - inside

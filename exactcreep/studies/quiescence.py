@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from exactcreep.model.numbers import InputError, Number, nearest_float, number_from_zero
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.statistics import jump_of
+from exactcreep.solvers.statistics import jump_of, ratio_of_sums
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,11 +139,11 @@ def quiescent(runs: Creep | Sequence[Creep], jump: Number | None = None) -> Quie
         (cycle[0], advance.size - 1 - cycle[-1]) if cycle.size else (advance.size, advance.size)
         for cycle, advance in zip(jumped, advances, strict=True)
     ]
-    cycles = sum(advance.size for advance in advances)
-    jumps = sum(cycle.size for cycle in jumped)
+    lengths = np.array([advance.size for advance in advances], float)
+    fraction, error = ratio_of_sums(lengths - [cycle.size for cycle in jumped], lengths)
     mean = float(waiting.mean()) if waiting.size else math.nan
     return Quiescence(
-        size, cycles, 1 - jumps / cycles, _error(advances, size), jumps, mean,
+        size, int(lengths.sum()), float(fraction), float(error), sum(map(len, jumped)), mean,
         float(waiting.std(ddof=1)) / mean if waiting.size > 1 else math.nan,
         waiting, np.array(ends, np.int64), tuple(advances),
         tuple(_left_out(run) + 1 for run in runs),
@@ -176,14 +176,3 @@ def _advances(run: Creep) -> NDArray[np.float64]:
 def _left_out(run: Creep) -> int:
     """Return how many whole cycles the burn-in of a run takes."""
     return -(-run.burn_in // 2)
-
-
-def _error(advances: Sequence[NDArray[np.float64]], size: float) -> float:
-    """Return the standard error of the fraction of quiescent cycles, to first order."""
-    if len(advances) < 2:
-        return math.nan
-    lengths = np.array([advance.size for advance in advances], float)
-    quiet = np.array([np.count_nonzero(np.abs(advance) <= size) for advance in advances], float)
-    apart = quiet - quiet.sum() / lengths.sum() * lengths
-    several = lengths.size / (lengths.size - 1)
-    return float(math.sqrt(several * (apart**2).sum()) / lengths.sum())

@@ -32,6 +32,7 @@ from exactcreep.model.user_files import content_of, refused
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.checkpoint import MOST_BYTES
 from exactcreep.quasistatic.creep import PHYSICS, run_alone
+from exactcreep.quasistatic.dataset import attribute
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf, opened_groups
 from exactcreep.quasistatic.recorder import Recorder
@@ -508,26 +509,19 @@ def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
     return stacked
 
 
-def _chain_of(one: Experiment) -> dict[str, Any]:
-    return {
-        name: " ".join(map(str, value)) if isinstance(value, list) else value
-        for name, value in one.chain.parameters().items()
-    }
-
-
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
-    """Return the parameters that all experiments share; rationals are strings.
+    """Return the parameters that all experiments have in common, as files hold them.
 
-    A list of the chain is a string of numbers and spaces; lists of the drive are left out.
+    Lists of a drive are left out.
     """
-    described = [
-        {**_chain_of(one), "drive": one.drive.kind, **one.drive.parameters(), "kind": None}
-        | {"solver": one.solver, "seed": np.uint64(one.seed)}
-        for one in experiments
-    ]
+    described = []
+    for one in experiments:
+        drive = one.drive.parameters()
+        about = one.chain.parameters() | {"drive": drive.pop("kind"), "solver": one.solver}
+        about |= {name: value for name, value in drive.items() if not isinstance(value, list)}
+        described.append(about | {"seed": np.uint64(one.seed)})
     return {
-        name: str(value) if isinstance(value, Fraction) else value
+        name: attribute(value)
         for name, value in described[0].items()
-        if not (isinstance(value, (list, tuple)) or value is None)
-        and all(other.get(name) == value for other in described)
+        if all(other.get(name) == value for other in described)
     }
