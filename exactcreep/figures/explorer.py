@@ -10,7 +10,6 @@ import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -50,11 +49,6 @@ class Slider(NamedTuple):
     logarithmic: bool = False
 
 
-def _equal(least: str, most: str, step: str) -> tuple[float, ...]:
-    first, last, by = (Fraction(text) for text in (least, most, step))
-    return tuple(float(first + k * by) for k in range(int((last - first) / by) + 1))
-
-
 def _decades(least: int, most: int, each: int = 20) -> tuple[float, ...]:
     places = range(least * each, most * each + 1)
     return tuple(float(f"{10 ** (place / each):.3g}") for place in places)
@@ -66,10 +60,10 @@ START = 2.0
 """The first of them."""
 SLIDERS = (
     Slider("n", "sliders: n", tuple(range(2, 101)), 10),
-    Slider("tan_alpha", "slope: tan_alpha", _equal("0", "0.6", "0.005"), 0.25),
-    Slider("mu_d", "dynamical friction: mu_d", _equal("0", "1", "0.01"), 0.5),
-    Slider("mu_s", "static friction: mu_s", _equal("0", "1", "0.01"), 0.6),
-    Slider("sigma_mu", "its disorder: sigma_mu", _equal("0", "0.1", "0.002"), 0.01),
+    Slider("tan_alpha", "slope: tan_alpha", tuple(k / 200 for k in range(121)), 0.25),
+    Slider("mu_d", "dynamical friction: mu_d", tuple(k / 100 for k in range(101)), 0.5),
+    Slider("mu_s", "static friction: mu_s", tuple(k / 100 for k in range(101)), 0.6),
+    Slider("sigma_mu", "its disorder: sigma_mu", tuple(k / 500 for k in range(51)), 0.01),
     Slider("l0", "length of a spring: l0", _decades(1, 5), 1000.0, True),
     Slider("length", "cycles, or Gaussian dilations", tuple(range(2, 201)), 40),
     Slider("seed", "seed", tuple(range(101)), 0),

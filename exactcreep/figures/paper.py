@@ -66,16 +66,11 @@ Data = Mapping[str, xr.Dataset]
 UNIT = "g tau_dyn^2 per half-cycle or target"
 
 
-def _two_sliders(*, l0: Any, mu_d: Any, tan_alpha: Any, sigma_theta: Any) -> Any:
-    given = {"l0": l0, "mu_d": mu_d, "tan_alpha": tan_alpha, "sigma_theta": sigma_theta}
-    return sliding_velocity_random(n=2, i=2, **given)
-
-
 _GAUSSIAN = "(N+3-2i) l0 sigma I(h), h = N m/(2 l0 sigma): exact in the sliding limit"
 LAWS = {
     "Eq. 17": Law(
         two_sliders_velocity_random,
-        _two_sliders,
+        sliding_velocity_random,
         "l0 sigma/sqrt(pi) - (2/3) a",
         "l0 sigma I(h), h = m/(l0 sigma): sliding limit, and the mean over phases",
     ),

@@ -277,14 +277,11 @@ def _draw_members(axes: Axes, members: _Members) -> None:
     if legend and any(members.families):
         axes.legend(loc="best")
     near = _APART * widest
-    beside = [sum(_coincide(line, other, near) for other in lines) for line in lines]
+    beside = [sum(line.size == other.size and np.abs(line - other).max() <= near
+                  for other in lines) for line in lines]  # fmt: skip
     ends = [end for end, count in zip(ends, beside, strict=True) if count == 1 and end[1]]
     if ends and len(lines) <= _MOST_ENDS:
         _name_ends(axes, ends)
-
-
-def _coincide(line: Floats, other: Floats, near: float) -> bool:
-    return line.size == other.size and bool(np.abs(line - other).max() <= near)
 
 
 def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:

@@ -214,10 +214,6 @@ def margin(mu: Number, tan_alpha: Number) -> Number:
     return (mu - tan_alpha) * cosine(tan_alpha)
 
 
-def _excess(mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
-    return (mu_s - mu_d) * cosine(tan_alpha)
-
-
 class PivotWindow(NamedTuple):
     """The slopes at which a plateau of index i is possible.
 
@@ -404,7 +400,7 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     >>> onset_amplitude(**chain, tan_alpha=Fraction(7, 24))
     Fraction(381, 125000)
     """
-    return (n * margin(mu_d, tan_alpha) + _excess(mu_d, mu_s, tan_alpha)) / (2 * l0)
+    return (n * margin(mu_d, tan_alpha) + (mu_s - mu_d) * cosine(tan_alpha)) / (2 * l0)
 
 
 @law

@@ -375,11 +375,7 @@ def _check_options(given: Mapping[str, Any]) -> None:
         ("decimal", decimal in (".", ","), 'must be "." or ","'),
         ("decimal", decimal != delimiter, "must not be the delimiter as well"),
         ("delimiter", re.fullmatch(r'[^"\r\n]', delimiter), "must be one character, e.g. ;"),
-        (
-            "date_format",
-            written == "" or "%" in written,
-            "must hold codes: %d.%m.%Y",
-        ),
+        ("date_format", "%" in written or not written, "must hold codes: %d.%m.%Y"),
     ]
     for name, kept, allowed in rules:
         if not kept:

@@ -34,7 +34,7 @@ from exactcreep.model.user_files import content_of, opened, refused
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.recorder import Recorder
-from exactcreep.quasistatic.writing import check_output, file_name, locked, write_file
+from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
 VERSION = 13
@@ -87,7 +87,9 @@ class Checkpoint:
     def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
         """Return the checkpoint in a file to continue from, or raise `InputError`."""
         checkpoint = cls(path, every, force=True)
-        _require_checkpoint(path)  # so that no lock appears beside any other file
+        # a file that begins otherwise is refused before a lock appears beside it
+        with opened(checkpoint.path, "checkpoint", MOST_BYTES) as file:
+            _begin_of(file.read(_LONGEST_LINE), checkpoint.path)
         with locked(path, "checkpoint"):
             content = content_of(path, "checkpoint", MOST_BYTES)
             checkpoint._seen = _identity(path)
@@ -250,20 +252,11 @@ def to_bytes(content: Mapping[str, Any]) -> bytes:
     return LINE + packed(content)[0]
 
 
-def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
-    """Return the content of the first record, or raise `InputError`; `name` is the file's."""
-    content: dict[str, Any] = _records(data, name)[0][0]
-    return content
-
-
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    return from_bytes(content_of(path, "checkpoint", MOST_BYTES), os.fspath(path))
-
-
-def _require_checkpoint(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` unless a file begins like a checkpoint of this version."""
-    with opened(file_name(path, "checkpoint"), "checkpoint", MOST_BYTES) as file:
-        _begin_of(file.read(_LONGEST_LINE), os.fspath(path))
+    """Return the content of the first record of a file, or raise `InputError`."""
+    records, _, _ = _records(content_of(path, "checkpoint", MOST_BYTES), os.fspath(path))
+    content: dict[str, Any] = records[0]
+    return content
 
 
 def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:

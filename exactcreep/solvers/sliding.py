@@ -27,7 +27,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -90,23 +89,19 @@ def _resting(chain: Chain) -> PivotSliders:
     return PivotSliders(tuple(found), tuple(chain.n + 1 - i for i in reversed(found)))
 
 
-def _shifted(times_cosine: Callable[[Fraction], Any], slope: Fraction, mu: Fraction) -> Any:
-    return times_cosine(mu + slope)
-
-
 def _reaches(
     chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any]
 ) -> tuple[list[Any], list[Any]]:
     """Return how far the tension may fall, and rise, from one side of each slider to the other."""
-    reaches: list[list[Any]] = []
-    for way in (1, -1):
-        slope = way * chain.tan_alpha
-        each = chain.each("mu_d", partial(_shifted, times_cosine, slope))
+
+    def reach(way: int) -> list[Any]:
+        each = chain.each("mu_d", lambda mu: times_cosine(mu + way * chain.tan_alpha))
         for slider, force in zip((0, -1), chain.end_forces, strict=True):
             if force:
                 each[slider] = each[slider] + number(way * force)
-        reaches.append(each)
-    return reaches[0], reaches[1]
+        return each
+
+    return reach(1), reach(-1)
 
 
 def _bounds(uphill: Sequence[Any], downhill: Sequence[Any], resting: PivotSliders) -> list[Any]:

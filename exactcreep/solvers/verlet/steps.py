@@ -419,15 +419,6 @@ def _together(arrays, clusters, most):
 
 
 @_compiled
-def _stepped(fixed, arrays, most):
-    """Step the movers until one stops or a neighbour starts; returns as `_alone`."""
-    clusters = _lay_out(fixed, arrays)
-    if arrays.now[0].movers == 1:
-        return _alone(fixed, arrays, most)
-    return _together(arrays, clusters, most)
-
-
-@_compiled
 def _go_back(arrays):
     """Take the last step back, and keep where it began."""
     lanes = arrays.lanes
@@ -595,7 +586,11 @@ def _advance(fixed, arrays, last_event):
             return reason
         most = _RUNAWAY_CHECK if fixed.runs_away and now.movers == fixed.n else _FINITE_CHECK
         most = min(most, _PAUSE // (4 * now.movers) + 1)
-        steps, hit = _stepped(fixed, arrays, most)
+        clusters = _lay_out(fixed, arrays)
+        if now.movers == 1:
+            steps, hit = _alone(fixed, arrays, most)
+        else:
+            steps, hit = _together(arrays, clusters, most)
         now.spent += steps * now.movers
         now.steps += steps
         now.steps_here += steps
