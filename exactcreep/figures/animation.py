@@ -19,12 +19,13 @@ from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.figures.run import Floats, draw_forces, friction_of
+from exactcreep.figures.run import Floats, draw_forces
 from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import Rearrangement, Simulation, advance
@@ -181,7 +182,7 @@ def draw_avalanche(
     above, middle, below = figure.subplots(3, 1, height_ratios=(1.3, 1.3, 1.5))
     moves = (
         _draw_chain(above, shown, float(np.abs(curves).max()), float(chain.tan_alpha)),
-        _draw_forces(middle, shown, friction_of(chain)),
+        _draw_forces(middle, shown, frictions_of(FLOAT64, chain)),
         _draw_curves(below, times, shown.moved, fine, curves),
     )
     events = [float(event.time) for event in motion.events]

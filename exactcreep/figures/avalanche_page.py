@@ -18,11 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, moments_of
-from exactcreep.figures.run import friction_of, tension_bounds
 from exactcreep.model.enclosure import as_float, floats
+from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep import PHYSICS, run_alone
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.sliding import tension_bounds
 from exactcreep.watch.limits import Limits
 
 MOST_EVENTS = 40_000
@@ -97,7 +99,7 @@ def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
         "half_cycle": avalanche.half_cycle,
         "theta": as_float(motion.theta),
         "tan_alpha": float(chain.tan_alpha),
-        "friction": _packed(friction_of(chain)),
+        "friction": _packed(frictions_of(FLOAT64, chain)),
         "events": len(motion.events),
         "ended": motion.reason and f"; {motion.reason}",
         "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),

@@ -46,11 +46,12 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
 from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance
-from exactcreep.solvers.sliding import Sliding
+from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 from exactcreep.studies.sweep import SEED
 
@@ -404,26 +405,8 @@ class Portrait:
         """Largest force on each slider that static friction holds, mu_s,n cos(alpha), unit m g."""
         chain = self.result.chain
         if self.result.solver == Sliding.name:
-            return friction_of(chain)
+            return frictions_of(FLOAT64, chain)
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
-
-
-def friction_of(chain: Chain, coefficient: str = "mu_d") -> Floats:
-    """Return ``mu_d cos(alpha)``, or ``mu_s cos(alpha)``, of each slider."""
-    return np.array(chain.each(coefficient, chain.times_cosine))
-
-
-def tension_bounds(chain: Chain, coefficient: str) -> tuple[Floats, Floats]:
-    """Return the least and the largest tension that the friction of `mu_d` or `mu_s` allows.
-
-    The bounds follow from ``|F_n| <= mu cos(alpha)``, summed from either end of the chain.
-    """
-    held = friction_of(chain, coefficient)
-    pull = State.relaxed(chain).forces(chain)
-    uphill, downhill = np.cumsum([held + pull, held - pull], axis=1)
-    low = np.minimum(uphill, downhill[-1] - downhill)
-    high = np.minimum(downhill, uphill[-1] - uphill)
-    return -low[:-1], high[:-1]
 
 
 def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
@@ -509,7 +492,7 @@ def draw_portrait(seen: Portrait) -> Figure:
     if chain.n > 1:
         _draw_tensions(axes["tensions"], seen)
         axes["tensions"].set_title(moment, fontsize=8)
-    draw_forces(axes["forces"], seen.forces, seen.limits, friction_of(chain))
+    draw_forces(axes["forces"], seen.forces, seen.limits, frictions_of(FLOAT64, chain))
     axes["forces"].set_xlabel("slider $n$")
     axes["forces"].set_title(moment, fontsize=8)
     return figure

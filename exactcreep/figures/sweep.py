@@ -402,8 +402,7 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
-    fine, sticks = _between([point.varied[over] for point in points]), False
-    stairs = False
+    fine, drawn = _between([point.varied[over] for point in points]), dict[str, None]()
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
         draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
@@ -413,19 +412,15 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         axes.plot(fine, [_sliding(one) for one in found], **EXACT | {"color": ink})
         steps = [math.nan if law is None or law.staircase is None else law.staircase
                  for law in found]  # fmt: skip
-        if np.isfinite(steps).any():
-            axes.plot(fine, steps, color=ink, linewidth=1.0)
-            stairs = True
-        measured = [sticking(one) for one in found]
-        if np.isfinite(measured).any():
-            value, deviation = np.transpose(measured)
-            axes.plot(fine, value, color=ink, linewidth=1.0)
-            axes.fill_between(fine, value - deviation, value + deviation, color=ink, alpha=0.2)
-            sticks = True
+        measured, deviation = np.transpose([sticking(one) for one in found])
+        for name, values, off in ((STICKING, measured, deviation), (STAIRCASE, np.array(steps), 0)):
+            if np.isfinite(values).any():
+                axes.plot(fine, values, color=ink, linewidth=1.0)
+                axes.fill_between(fine, values - off, values + off, color=ink, alpha=0.2)
+                drawn[name] = None
     axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
-    for drawn, label in ((sticks, STICKING), (stairs, STAIRCASE)):
-        if drawn:
-            axes.plot([], [], color="0.3", linewidth=1.0, label=label)
+    for name in drawn:
+        axes.plot([], [], color="0.3", linewidth=1.0, label=name)
     finite = [point for point in points if math.isfinite(point.measured)]
     if unsure := sum(math.isnan(point.error) for point in finite):
         axes.plot([], [], " ", label=f"errors of {unsure} of {len(finite)} are not known")

@@ -347,12 +347,6 @@ class TemperatureRecord(Listed):
         names = ("file", "kappa", "T0", "unit", "origin", "theta")
         return {name: getattr(self, name) for name in names}
 
-    def parameters(self) -> dict[str, Any]:
-        kept = super().parameters()
-        if not self.origin:
-            del kept["origin"]
-        return kept
-
 
 def _check_options(given: Mapping[str, Any]) -> None:
     for name, value in given.items():

@@ -90,12 +90,13 @@ def _resting(chain: Chain) -> PivotSliders:
 
 
 def _reaches(
-    chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any]
-) -> tuple[list[Any], list[Any]]:
+    chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any],
+    coefficient: str = "mu_d",
+) -> tuple[list[Any], list[Any]]:  # fmt: skip
     """Return how far the tension may fall, and rise, from one side of each slider to the other."""
 
     def reach(way: int) -> list[Any]:
-        each = chain.each("mu_d", lambda mu: times_cosine(mu + way * chain.tan_alpha))
+        each = chain.each(coefficient, lambda mu: times_cosine(mu + way * chain.tan_alpha))
         for slider, force in zip((0, -1), chain.end_forces, strict=True):
             if force:
                 each[slider] = each[slider] + number(way * force)
@@ -104,16 +105,19 @@ def _reaches(
     return reach(1), reach(-1)
 
 
-def _bounds(uphill: Sequence[Any], downhill: Sequence[Any], resting: PivotSliders) -> list[Any]:
+def _bounds(uphill: Sequence[Any], downhill: Sequence[Any]) -> list[Any]:
     """Return the least and the largest tension of each spring."""
     bounds = []
-    for way, reach, other, pivot in (
-        (-1, uphill, downhill, resting.dilation[-1]),
-        (1, downhill, uphill, resting.contraction[-1]),
-    ):
+    for way, reach, other in ((-1, uphill, downhill), (1, downhill, uphill)):
         above, below = partial_sums(reach)[:-1], partial_sums(other[::-1])[-2::-1]
-        bounds.append([way * far for far in [*above[: pivot - 1], *below[pivot - 1 :]]])
+        bounds.append([way * min(sums) for sums in zip(above, below, strict=True)])
     return bounds
+
+
+def tension_bounds(chain: Chain, coefficient: str) -> NDArray[np.float64]:
+    """Return the least and the largest tension of each spring that `mu_d` or `mu_s` allows."""
+    reaches = _reaches(chain, chain.times_cosine, nearest_float, coefficient)
+    return np.array(_bounds(*reaches))
 
 
 def relaxed_cycle(
@@ -126,7 +130,7 @@ def relaxed_cycle(
     """
     field, n, resting = CosineField(chain.tan_alpha), chain.n, _resting(chain)
     reaches = _reaches(chain, field.times_cosine, field.rational)
-    least, most = (np.array(bound, dtype=object) for bound in _bounds(*reaches, resting))
+    least, most = (np.array(bound, dtype=object) for bound in _bounds(*reaches))
     load, above, moved = field.rational(chain.l0 * amplitude), np.arange(1, n).astype(object), []
     tension, slid = 0 * least, []
     for half in range(2 * min(cycle, 2)):
@@ -258,7 +262,7 @@ class SlidingSimulation(Simulation):
         n, resting = chain.n, _resting(chain)
         uphill, downhill = _reaches(chain, chain.times_cosine, nearest_float)
         self._ways = _Ways(
-            np.array(_bounds(uphill, downhill, resting)),
+            np.array(_bounds(uphill, downhill)),
             np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
