@@ -224,20 +224,18 @@ class VerletSimulation(Simulation):
         ended: list[tuple[Avalanche, int]] = []
         moved, drawn = np.zeros((2, self.chain.n))
         k = 0
-        for _, event in logged_events(EVENT_TABLE.arrays(rows)):
-            of_event = slice(k, k + len(event.sliders))
-            if rows["number"][k] == 0:
+        for row, event in logged_events(EVENT_TABLE.arrays(rows)):
+            if row.number == 0:
                 self._end(ended)
-                theta, way = float(rows["theta"][k]), rows["way"][k]
-                ramp = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
-                self._tensions -= self.fixed.l0 * (theta - self._theta) * self._expansion
-                self._theta = theta
+                self._tensions -= self.fixed.l0 * (row.theta - self._theta) * self._expansion
+                self._theta, way = row.theta, rows["way"][k]
+                ramp = {"half_cycle": row.half_cycle, "theta": row.theta, "direction": way}
                 self._avalanche = Avalanche(self.chain, FLOAT64, ramp, self._tensions.copy())
             assert self._avalanche is not None
+            of_event = slice(k, k + len(event.sliders))
             sliders = rows["slider"][of_event].astype(int) - 1
             moved[sliders], drawn[sliders] = rows["moved"][of_event], rows["coefficient"][of_event]
-            number = int(rows["rearrangement"][k])
-            slips += self._avalanche.take(event, number, moved, drawn.__getitem__)
+            slips += self._avalanche.take(event, row.rearrangement, moved, drawn.__getitem__)
             self._settled = int(rows["undecided"][of_event].max())
             k = of_event.stop
         if self.arrays.now["phase"][0] != steps.MOVING:
