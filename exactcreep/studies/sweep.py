@@ -483,18 +483,12 @@ def _means(variables: Mapping[str, Any], seeds: int) -> dict[str, Any]:
 
 def _differing(experiments: list[Experiment]) -> dict[str, Any]:
     """Return the numbers in which listed experiments differ, along their dimension."""
-    numbers = [
-        {
-            name: value
-            for name, value in (one.chain.parameters() | one.drive.parameters()).items()
-            if isinstance(value, (int, Fraction)) and not isinstance(value, bool)
-        }
-        for one in experiments
-    ]
+    every = [one.chain.parameters() | one.drive.parameters() for one in experiments]
+    columns = {name: [each.get(name) for each in every] for name in every[0]}
     return {
-        name: ("experiment", _coordinate([each[name] for each in numbers]))
-        for name in numbers[0]
-        if all(name in each for each in numbers) and len({each[name] for each in numbers}) > 1
+        name: ("experiment", _coordinate(values))
+        for name, values in columns.items()
+        if all(isinstance(value, (int, Fraction)) for value in values) and len({*values}) > 1
     }
 
 
