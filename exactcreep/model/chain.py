@@ -1,4 +1,4 @@
-"""The chain: N sliders and N - 1 springs on an incline, its parameters kept as rationals."""
+"""The chain: N sliders and N - 1 springs on an incline, with parameters stored as rationals."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from exactcreep.model.uniform import END_FORCES, EXPANSION, require_uniform, unl
 P = ParamSpec("P")
 _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
 ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
-"""Names under which the slope is looked for."""
+"""Wrong names for the slope, for which the error message suggests `tan_alpha`."""
 _SCOPE = "the page explanation/scope of the book has the limits of the model, and where to begin"
 
 
 def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
-    """Return a constructor that says by which name the slope is given."""
+    """Return a constructor whose error says by which name the slope is given."""
 
     @functools.wraps(make)
     def checked(*args: P.args, **given: P.kwargs) -> None:
@@ -51,9 +51,10 @@ def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
 class Chain(Shown):
     """A chain of `n` sliders with Coulomb friction on an incline of slope `tan_alpha`.
 
-    Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
-    string are what they say (``"0.6"`` is 3/5), a float is its exact binary value. Lists of equal
-    numbers are one number. What a function needs alike (`unlike`) it refuses in a sentence.
+    Every parameter is dimensionless and stored as a rational: an int, a `Fraction` or a decimal
+    string exactly as written (``"0.6"`` is 3/5), a float as its exact binary value. A list of equal
+    numbers becomes one number. `unlike` says in which respects sliders differ; a function that
+    cannot handle this raises `InputError`.
 
     Source: Eqs. 5-10 and 11.
 
@@ -74,13 +75,13 @@ class Chain(Shown):
     end_forces : two numbers
         Constant forces on the first and on the last slider, positive downhill, unit ``m g``.
     expansion : sequence of number, shape (n - 1,), optional
-        What each spring expands by, in units of theta: spring k has the natural length
+        Expansion of each spring relative to theta: spring k has the natural length
         ``l0 (1 + expansion[k] theta)``. Default: 1 for every spring.
 
     Raises
     ------
     InputError
-        If a parameter is not a number or out of its range.
+        If a parameter is not a number or out of range.
 
     Examples
     --------
@@ -91,12 +92,12 @@ class Chain(Shown):
 
     n: int
     l0: Fraction
-    mu_d: Any  # a Fraction; a tuple of n of them where sliders differ
+    mu_d: Any  # a Fraction; a tuple of n of them if sliders differ
     mu_s: Any
     sigma_mu: Fraction = Fraction(0)
     tan_alpha: Fraction
     end_forces: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
-    expansion: tuple[Fraction, ...] = ()  # empty where all springs expand by theta
+    expansion: tuple[Fraction, ...] = ()  # empty if all springs expand by theta
 
     @_without_angles
     def __init__(
@@ -130,7 +131,7 @@ class Chain(Shown):
             if high < low:
                 allowed = f"must be at least mu_d{k} = {nearest_float(low)}"
                 raise InputError(f"mu_s{k}", high, allowed)
-            # no draw lies 16 standard deviations off
+            # no draw is 16 standard deviations from the mean
             if not math.isfinite(nearest_float(high + 16 * self.sigma_mu)):
                 allowed = "draws coefficients beyond the largest float"
                 raise InputError("sigma_mu", sigma_mu, allowed)
@@ -139,7 +140,7 @@ class Chain(Shown):
         remark("sigma_mu", self.sigma_mu)
 
     def _frictions(self) -> Iterator[tuple[str, Fraction, Fraction]]:
-        """Yield index, mu_d and mu_s of each slider; once for all sliders if they are alike."""
+        """Yield index, mu_d and mu_s of each slider, or once if all sliders are alike."""
         if "friction" not in self.unlike:
             yield "", self.mu_d, self.mu_s
             return
@@ -148,7 +149,7 @@ class Chain(Shown):
 
     @cached_property
     def unlike(self) -> frozenset[str]:
-        """What differs along the chain: some of "friction", "end_forces" and "expansion"."""
+        """The respects in which the chain is not uniform: "friction", "end_forces", "expansion"."""
         return unlike(vars(self))
 
     def each(self, name: str, function: Callable[[Fraction], Any] = Fraction) -> list[Any]:
@@ -157,14 +158,14 @@ class Chain(Shown):
         Parameters
         ----------
         name : {"mu_d", "mu_s", "expansion"}
-            Of what.
+            Quantity.
         function : callable, optional
-            Computed once where all are alike. Default: the rationals themselves.
+            Called once if all are alike. Default: the rationals themselves.
 
         Returns
         -------
         list
-            Of n values; of n - 1 for `expansion`.
+            n values; n - 1 for `expansion`.
         """
         value, count = getattr(self, name), self.n
         if name == "expansion":
@@ -179,7 +180,7 @@ class Chain(Shown):
         Parameters
         ----------
         name : {"mu_d", "mu_s", "expansion"}
-            Of what.
+            Quantity.
 
         Returns
         -------
@@ -193,7 +194,7 @@ class Chain(Shown):
 
     @cached_property
     def rates(self) -> dict[int, Fraction]:
-        """By how much the force on a slider (from 0) grows with ``l0 theta``, where it changes."""
+        """Change of the force on a slider (from 0) per ``l0 theta``, where it is not zero."""
         if self.n > 1 and not self.expansion:
             return {0: Fraction(-1), self.n - 1: Fraction(1)}
         return rates_of(self.expansion)
@@ -234,7 +235,7 @@ class Chain(Shown):
     @cached_property
     def _cosine(self) -> tuple[int, int]:
         p, q = self.tan_alpha.numerator, self.tan_alpha.denominator
-        # q / sqrt(p^2 + q^2): 2^-k of an integer square root, k ample for a correct rounding
+        # q / sqrt(p^2 + q^2): 2^-k times an integer square root, with k ample for correct rounding
         bits = 256 + max((p * p + q * q).bit_length(), 1)
         return q << bits, math.isqrt((p * p + q * q) << (2 * bits))
 
@@ -250,13 +251,13 @@ class Chain(Shown):
 
     @cached_property
     def friction(self) -> float:
-        """mu_d cos(alpha), nearest float64: the dynamical friction force of sliders alike."""
+        """mu_d cos(alpha), nearest float64: the dynamical friction force if sliders are alike."""
         require_uniform(self.parameters(), "one friction force of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_d)
 
     @cached_property
     def excess(self) -> float:
-        """D = (mu_s - mu_d) cos(alpha), nearest float64, of sliders alike."""
+        """D = (mu_s - mu_d) cos(alpha), nearest float64, if sliders are alike."""
         require_uniform(self.parameters(), "one static excess of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_s - self.mu_d)
 
@@ -273,24 +274,24 @@ class Chain(Shown):
 
     @cached_property
     def held(self) -> float:
-        """The largest force that a mean contact holds, and the weight of a slider, in float64."""
+        """The largest force that a mean contact holds, plus the weight of a slider, in float64."""
         frictions = self._frictions()
         held = max(self.times_cosine(d) + self.times_cosine(s - d) for _, d, s in frictions)
         return held + abs(self.sin_alpha) + nearest_float(max(map(abs, self.end_forces)))
 
     @cached_property
     def no_advance(self) -> Fraction:
-        """By how much x_G may move in a cycle that has not advanced it: 2**-40 of the forces."""
+        """Largest motion of x_G in a cycle that counts as no advance: 2**-40 of the forces."""
         forces = (self.largest_mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
         return (forces + max(map(abs, self.end_forces))) / 2**40
 
     @cached_property
     def rounding(self) -> Fraction:
-        """The most that rounding adds to a displacement in one slip, in float64."""
+        """Largest rounding error of a displacement in one slip, in float64."""
         return self.n * self.no_advance / 2**10
 
     def pull(self, slider: int) -> Fraction:
-        """Return the end forces on a slider, unit ``m g``.
+        """Return the end force on a slider, unit ``m g``.
 
         Parameters
         ----------
@@ -300,13 +301,13 @@ class Chain(Shown):
         Returns
         -------
         Fraction
-            Zero but at the ends.
+            Zero except at the ends.
         """
         first, last = self.end_forces
         return (first if slider == 0 else Fraction(0)) + (last if slider == self.n - 1 else 0)
 
     def surplus(self, way: int) -> int:
-        """Return whether friction can hold the whole chain: compared exactly.
+        """Return the sign of driving force minus friction of the whole chain, compared exactly.
 
         Parameters
         ----------
@@ -324,16 +325,13 @@ class Chain(Shown):
 
     @cached_property
     def heading(self) -> int:
-        """The sign of weight and end forces together: where they drive the chain, 0 if nowhere."""
+        """Direction in which weight and end forces drive the chain: +1, -1, or 0 if balanced."""
         pulls, square = sum(self.end_forces), 1 + self.tan_alpha**2
         return sign_of_surd(self.n * self.tan_alpha, pulls, square)
 
     @cached_property
     def first_start(self) -> Fraction:
-        """The ``l0 abs(theta)`` at which a slider of the relaxed chain starts; negative: at once.
-
-        With cos(alpha) in float64.
-        """
+        """Least ``l0 abs(theta)`` at which the relaxed chain starts; negative: at once."""
         cosine, listed = Fraction(self.cos_alpha), isinstance(self.mu_s, tuple)
         weight = self.tan_alpha * cosine
         sliders = range(self.n) if self.unlike else self.rates or (0,)
@@ -347,18 +345,18 @@ class Chain(Shown):
 
     @property
     def symmetric(self) -> bool:
-        """Whether the chain is the same from either end, but for the slope of the incline."""
+        """Whether the chain is the same from either end, except for the slope of the incline."""
         lists = (getattr(self, name) for name in _ALONG)
         return all(values == values[::-1] for values in lists if isinstance(values, tuple))
 
     @cached_property
     def may_run_away(self) -> bool:
-        """Whether the whole chain may accelerate for ever: no friction left, compared exactly."""
+        """Whether driving forces exceed all friction, so that the chain may accelerate for ever."""
         return self.surplus(1) >= 0 or self.surplus(-1) >= 0
 
     @property
     def slides(self) -> bool:
-        """Whether a slider follows theta without slips: no static excess, and no disorder."""
+        """Whether sliders follow theta without slips: no static excess, and no disorder."""
         return self.sigma_mu == 0 and any(low == high for _, low, high in self._frictions())
 
     def mirrored(self) -> Chain:
@@ -388,14 +386,14 @@ class Chain(Shown):
         theta : Fraction or float
             A dilation.
         field : str
-            How the user calls it.
+            Its name for the user.
         given : object
-            What the user gave.
+            The user's input.
 
         Raises
         ------
         InputError
-            Unless it is.
+            If it is too large.
         """
         finite = isinstance(theta, Fraction) or math.isfinite(theta)
         if not finite or math.isinf(nearest_float(2 * self.l0 * Fraction(theta))):
@@ -403,13 +401,13 @@ class Chain(Shown):
             raise InputError(field, given, allowed)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again.
+        """Return the exact parameters by name; ``Chain(**parameters)`` is the same chain.
 
         Returns
         -------
         dict of str to int, Fraction or list of Fraction
-            `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`; `end_forces` and `expansion` of a
-            chain that has them.
+            `n`, `l0`, `mu_d`, `mu_s`, `sigma_mu` and `tan_alpha`; `end_forces` and `expansion` if
+            the chain has them.
         """
         known = {field.name: getattr(self, field.name) for field in fields(self)}
         return {
@@ -426,7 +424,7 @@ class Chain(Shown):
 
 
 def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:
-    """Return by how much forces on sliders (from 0) grow with ``l0 theta``, where they change.
+    """Return the change of forces on sliders (from 0) per ``l0 theta``, where it is not zero.
 
     Spring k expands by ``l0 expansion[k] theta``.
     """
@@ -436,7 +434,7 @@ def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:
 
 
 def _each(values: Any, name: str, count: int, of: str) -> tuple[Fraction, ...]:
-    """Return a list of numbers as rationals, none for an empty list; `InputError` for any other."""
+    """Return a list of numbers as rationals, none for an empty list, or raise `InputError`."""
     allowed = f"must be a list of {count} numbers, {of}"
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         raise InputError(name, values, allowed)
@@ -446,7 +444,7 @@ def _each(values: Any, name: str, count: int, of: str) -> tuple[Fraction, ...]:
 
 
 def _one_or_each(value: Any, name: str, n: int) -> Any:
-    """Return a number as a rational; of a list the number of all, or a tuple where they differ."""
+    """Return a number as a rational; a list as one rational if all agree, else as a tuple."""
     if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
         return number_of_floats(value, name)
     each = _each(value, name, n, "of each slider")
@@ -456,7 +454,7 @@ def _one_or_each(value: Any, name: str, n: int) -> Any:
 
 
 def refuse_own(given: Mapping[str, Any], further: Collection[str], computation: str) -> None:
-    """Raise `InputError` for a parameter of a chain among `further` arguments of a computation."""
+    """Raise `InputError` if `further` arguments of a computation name a parameter of a chain."""
     for name in (field.name for field in fields(Chain)):
         if name in further:
             call = f"{computation}(Chain({name}={given[name]!r}, ...), ...)"

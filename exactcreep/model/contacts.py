@@ -1,8 +1,8 @@
-"""Contacts: their coefficients, the forces at which they yield, their events.
+"""Contacts: their coefficients, their thresholds, their events.
 
-The k-th contact of a slider (k = 0: the one it begins with) has a static coefficient of its own.
-One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than in motion. When
-sliders start and stop is said by `rules`.
+The k-th contact of a slider (k = 0: the initial one) has its own static coefficient. A coefficient
+below `mu_d` acts as `mu_d`: a contact never holds less at rest than in motion. `rules` says when
+sliders start and stop.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from exactcreep.model.numbers import Scalar, Shown, nearest_float
 
 
 class EventKind(Enum):
-    """What happens to the sliders of an event."""
+    """A start or a stop."""
 
     START = "start"
     """The sliders begin to slip."""
     STOP = "stop"
-    """The sliders come to rest, or turn round."""
+    """The sliders come to rest, or reverse."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Event(Shown):
     """One event of a rearrangement: a set of sliders starts, or stops, at one instant.
 
-    A reversal is a stop and a start at the same time; stops come first. Two events are equal if
-    all their numbers are the same; balls, if midpoints and radii are.
+    A reversal is a stop and a start at the same time; stops come first. Two events are equal if all
+    their numbers are the same; balls, if midpoints and radii are.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Event(Shown):
 
     @property
     def signature(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """What happened, without when: the element of an itinerary."""
+        """The event without its time: the element of an itinerary."""
         return (self.kind.value, self.sliders, self.signs)
 
 
@@ -84,11 +84,11 @@ Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 """The sequence of event signatures of a rearrangement: (kind, sliders, signs)."""
 
 
-_BLOCK = 16  # contacts of a slider that are drawn together: one draw alone costs as much
+_BLOCK = 16  # contacts of a slider drawn together: as fast as a single draw
 
 
 class Field(Protocol):
-    """What thresholds ask of an arithmetic: see `exactcreep.motion.arithmetic`."""
+    """The operations of an arithmetic for thresholds: see `exactcreep.motion.arithmetic`."""
 
     def number(self, value: Any) -> Any: ...
     def vector(self, values: Iterable[Any]) -> NDArray[Any]: ...
@@ -98,8 +98,8 @@ class Field(Protocol):
 class Contacts:
     """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
-    With ``sigma_mu = 0`` the float64 nearest to the `mu_s` of a slider stands for the rational.
-    Source: Eq. 11.
+    With ``sigma_mu = 0`` the float64 nearest to a slider's `mu_s` represents this rational. Source:
+    Eq. 11.
     """
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:
@@ -127,22 +127,21 @@ class Contacts:
         return keyed_disorder.static_coefficients(self.chain, self.seed, slider, first, count)
 
     def acting(self, n: int, coefficient: Any) -> Fraction:
-        """Return what acts in a contact of slider `n` (from 0) with this one: at least `mu_d`."""
+        """Return the coefficient that acts at slider `n` (from 0): at least `mu_d`."""
         if self._is_constant(n, coefficient):
             return self._mu_s[n]
         return max(_rational(coefficient), self._mu_d[n])
 
     def is_low(self, n: int, coefficient: Any) -> bool:
         """Return whether a coefficient of slider `n` is below its `mu_d`, and acts as `mu_d`."""
-        if isinstance(coefficient, float):  # a comparison of rationals takes ten times as long
+        if isinstance(coefficient, float):  # comparing rationals takes ten times as long
             return coefficient < self._least[n]
         return _rational(coefficient) < self._mu_d[n]
 
     def holds(self, n: int, coefficient: Any, arithmetic: Field) -> Any:
         """Return the force, unit ``m g``, that such a contact of slider `n` holds at rest.
 
-        In balls it encloses ``acting(n, coefficient) cos(alpha)``; in float64 it is within 1.5 ulp
-        of it.
+        A ball encloses ``acting(n, coefficient) cos(alpha)``; a float64 is within 1.5 ulp of it.
         """
         if arithmetic not in self._scales:
             self._scales[arithmetic] = (

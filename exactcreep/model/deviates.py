@@ -81,8 +81,8 @@ def _product(typing_context: Any, a: Any, b: Any) -> Any:
 
 
 _of_numbers_and_lanes = njit(nogil=True, forceinline=True)
-"""Kept only within what calls it. The solver compiles it for types of its own, too: whoever read
-of these in the midst of compiling would change what the compiler knows of `math.sqrt`."""
+"""Compiled only within its callers. The solver also compiles it for vectors: reading a stored copy
+of these during compilation would change the compiler's knowledge of `math.sqrt`."""
 
 
 @njit(cache=True, nogil=True, forceinline=True)
@@ -120,7 +120,7 @@ def logarithm_of(mantissa, exponent):
 
 @njit(cache=True, nogil=True)
 def _logarithm(x):
-    """Return ln x for a positive normal x, within 1 ulp, from +, -, * and / alone."""
+    """Return ln x for a positive normal x, within 1 ulp, with only +, -, * and /."""
     bits = np.float64(x).view(np.int64)
     exponent = (bits >> 52) - 1022
     mantissa = np.int64((bits & _FRACTION) | _HALF).view(np.float64)  # in [1/2, 1)

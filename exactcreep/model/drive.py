@@ -1,4 +1,4 @@
-"""Drives: the sequence of dilations theta to which the chain is taken, one after the other."""
+"""Drives: the sequence of dilations theta that the chain follows."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ from exactcreep.model.numbers import (
 )
 
 MOST_TARGETS = 10**12
-"""More is a mistake; up to here the number of a target is exact in float64."""
+"""Larger numbers are a mistake; up to here float64 holds the number of a target exactly."""
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A ramp on which each spring has a dilation of its own: from `begin` to `end`.
+    """A ramp on which each spring has its own dilation, from `begin` to `end`.
 
-    All dilations reach their ends together. A solver follows it as a chain of `expansion` from
-    theta = 0 to 1, the part of the way that is done.
+    All dilations reach their ends together. A solver follows it as a chain with this `expansion`;
+    theta is then the finished part of the way, from 0 to 1.
     """
 
     begin: tuple[Fraction, ...]
     end: tuple[Fraction, ...]
 
     def at(self, part: Any, number: Callable[[Fraction], Any]) -> list[Any]:
-        """Return the dilation of each spring after that part of the way, as a `number`."""
+        """Return the dilation of each spring after this part of the way, as a `number`."""
         if part == 1:
             return [number(b) for b in self.end]
         ends = zip(self.begin, self.end, strict=True)
         return [number(a) + part * number(b - a) for a, b in ends]
 
     def expansion(self, chain: Chain) -> tuple[Fraction, ...]:
-        """Return what each spring of a chain expands by on the whole way."""
+        """Return the expansion of each spring of a chain over the whole way."""
         ends = zip(chain.each("expansion"), self.begin, self.end, strict=True)
         return tuple(weight * (b - a) for weight, a, b in ends)
 
     @staticmethod
     def kept(leg: Leg | None) -> list[list[Fraction]]:
-        """Return a leg as a snapshot keeps it: a list without entries if there is none."""
+        """Return a leg for a snapshot: an empty list if there is none."""
         return [] if leg is None else [list(leg.begin), list(leg.end)]
 
     @classmethod
     def restored(cls, kept: Any, chain: Chain) -> Leg | None:
-        """Return a leg of a chain as it was `kept`, or raise `ValueError`."""
+        """Return a leg of a chain from a snapshot, or raise `ValueError`."""
         if kept == []:
             return None
         springs = [Fraction] * (chain.n - 1)
@@ -69,7 +69,7 @@ class Leg:
         return expansion == expansion[::-1]
 
     def rates(self, chain: Chain) -> dict[int, Fraction]:
-        """Return by how much forces change on the whole way, over l0; see `Chain.rates`."""
+        """Return the change of forces over the whole way, divided by l0; see `Chain.rates`."""
         return rates_of(self.expansion(chain))
 
 
@@ -77,8 +77,8 @@ class Leg:
 class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
-    Targets are numbered from 1; theta = 0 before the first (or the theta of the given start). A
-    subclass of one's own needs `half_cycles` and `targets`; a run keeps it as a `Path`.
+    Targets are numbered from 1; before the first theta is 0 (or the theta of the given start). Your
+    own subclass needs `half_cycles` and `targets`; a run stores it as a `Path`.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Drive(Shown):
     random: ClassVar[bool] = False
     """Whether the targets depend on the seed."""
     per: ClassVar[str] = "target"
-    """What a velocity is counted in: the unit of `clock`."""
+    """Unit of `clock`, and of time in a velocity."""
 
     @property
     def half_cycles(self) -> int:
@@ -101,11 +101,11 @@ class Drive(Shown):
 
     @property
     def springs(self) -> int:
-        """How many springs have a dilation of their own at each target; 0: all have the same."""
+        """Number of springs with their own dilation at each target; 0: all have the same."""
         return 0
 
     def leg(self, q: int, start: Any) -> Leg | None:
-        """Return the way to target q if each spring has a dilation of its own.
+        """Return the way to target q if each spring has its own dilation.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Drive(Shown):
         Returns
         -------
         Leg or None
-            From the target before, of the first from the start.
+            From the previous target, or from the start.
         """
         return None
 
@@ -129,9 +129,9 @@ class Drive(Shown):
         first : int
             Number of the first target, from 1.
         count : int
-            How many.
+            Number of targets.
         seed : int, optional
-            Of random dilations.
+            Seed of random dilations.
 
         Returns
         -------
@@ -153,7 +153,7 @@ class Drive(Shown):
         q : int
             Number of the target, from 1.
         seed : int, optional
-            Of random dilations.
+            Seed of random dilations.
 
         Returns
         -------
@@ -163,7 +163,7 @@ class Drive(Shown):
         return Fraction(float(self.targets(q, 1, seed)[0]))
 
     def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return when targets are reached, in units of `per`, same shape; target 0 is the start.
+        """Return the times of targets, in units of `per`, same shape; target 0 is the start.
 
         Parameters
         ----------
@@ -179,16 +179,16 @@ class Drive(Shown):
 
     @property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """When targets are reached, shape (half_cycles,); None unless a record has dates."""
+        """Dates of the targets, shape (half_cycles,); None unless a record has dates."""
         return None
 
     def parameters(self) -> dict[str, Any]:
-        """Return what the drive was made from, by the names used in a scene, `kind` first.
+        """Return the parameters of the drive by their names in a scene, `kind` first.
 
         Returns
         -------
         dict
-            What makes the drive again.
+            Enough to make the drive again.
         """
         made_from = {field.name: getattr(self, field.name) for field in fields(self)}
         lists = {name: list(value) for name, value in made_from.items() if type(value) is tuple}
@@ -207,7 +207,7 @@ class Cycles(Drive):
     Parameters
     ----------
     amplitude : number
-        A_theta, dimensionless, not negative; kept exactly.
+        A_theta, dimensionless, not negative; stored exactly.
     cycles : int
         At least 1.
 
@@ -243,7 +243,7 @@ class Cycles(Drive):
 
 @dataclass(frozen=True, repr=False)
 class GaussianSteps(Drive):
-    """Random temperatures: theta_q drawn anew from a normal distribution, `steps` times.
+    """Random temperatures: theta_q drawn independently from a normal distribution, `steps` times.
 
     Source: Eq. 12. theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
 

@@ -1,7 +1,7 @@
-"""Enclosures: a number of any arithmetic as an exact middle and a radius around it.
+"""Enclosures: a number of any arithmetic as an exact middle with a radius.
 
-Floats, rationals, numbers of mpmath, balls and elements of Q(cos(alpha)) all become an `Enclosure`;
-a file holds it as the nearest float, with its decimals and its radius beside it.
+Floats, rationals, numbers of mpmath, balls and elements of Q(cos(alpha)) all become an `Enclosure`.
+A file holds the nearest float, with its decimals and its radius.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from exactcreep.model.numbers import nearest_float
 
 
 class Enclosure(NamedTuple):
-    """A number known to lie within `radius` of `middle`; both exact rationals.
+    """A number within `radius` of `middle`; both are exact rationals.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class Enclosure(NamedTuple):
     radius: Fraction
 
     def text(self, digits: int) -> str:
-        """Return at most `digits` significant decimal digits, none beyond the radius.
+        """Return at most `digits` significant decimal digits, none smaller than the radius.
 
         Parameters
         ----------
         digits : int
-            The most that are wanted.
+            Largest number of digits.
 
         Returns
         -------
@@ -71,7 +71,7 @@ class Enclosure(NamedTuple):
         return nearest_float(self.middle)
 
     def apart(self, other: Enclosure) -> float:
-        """Return how far the middles are apart, 0 if the numbers may be the same.
+        """Return the distance of the middles, 0 if the numbers may be equal.
 
         Parameters
         ----------
@@ -87,19 +87,19 @@ class Enclosure(NamedTuple):
         return nearest_float(distance) if distance > self.radius + other.radius else 0.0
 
     def rate(self, begin: Enclosure, span: Fraction | int) -> Enclosure:
-        """Return the mean rate of a quantity that went from `begin` to this within `span`.
+        """Return the mean rate of a quantity that changed from `begin` to this within `span`.
 
         Parameters
         ----------
         begin : Enclosure
-            What it was at first.
+            The earlier value.
         span : Fraction or int
-            How long that is ago.
+            Time since then.
 
         Returns
         -------
         Enclosure
-            The change by the span.
+            The change divided by the span.
         """
         middle = (self.middle - begin.middle) / span
         return Enclosure(middle, (self.radius + begin.radius) / span)
@@ -122,8 +122,8 @@ def _decimal(value: Fraction, digits: int, rounding: str = "ROUND_HALF_EVEN") ->
 def enclosure(value: Any) -> Enclosure:
     """Return the exact middle and radius of a float, a rational, an mpmath number or a ball.
 
-    A number that makes no claim about its error has the radius zero. Raises ValueError or
-    OverflowError if it is not finite, TypeError if it is no number.
+    A number without an error bound has the radius zero. Raises ValueError or OverflowError if it is
+    not finite, TypeError if it is not a number.
     """
     if isinstance(value, Enclosure):
         return value
@@ -148,11 +148,11 @@ def _dyadic(mantissa: Any, exponent: Any) -> Fraction:
 
 
 enclosures = np.frompyfunc(enclosure, 1, 1)
-"""The same of an array, as an array of objects."""
+"""`enclosure` of every element of an array, as an array of objects."""
 
 
 def exact_value(value: Any) -> Fraction:
-    """Return the rational that a number is, of an enclosure its middle."""
+    """Return a number as an exact rational; for an enclosure its middle."""
     return enclosure(value).middle
 
 
@@ -177,7 +177,7 @@ def floats(array: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Return whether two numbers are equal, both nan, or balls of one midpoint and one radius."""
+    """Return whether two numbers are equal, both nan, or balls with equal midpoint and radius."""
     if a is b:
         return True
     if hasattr(a, "rad") and hasattr(b, "rad"):
@@ -193,7 +193,7 @@ def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
 
 
 def as_written(name: str, values: NDArray[Any], digits: int | None) -> dict[str, NDArray[Any]]:
-    """Return `values` by their names in files: floats, with decimals and radii if they are none."""
+    """Return `values` by their names in files: floats, with decimals and radii if needed."""
     if values.dtype != object:
         return {name: values}
     texts, radii = [], []

@@ -1,4 +1,4 @@
-"""Which files the running command has read: no output of it may replace one."""
+"""Remember the input files of the running command, so that no output replaces one of them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 
 _inputs: ContextVar[set[tuple[int, int]] | None] = ContextVar("inputs", default=None)
-"""Device and inode of the inputs of the running command; None where no command is running."""
+"""Device and inode of the inputs of the running command; None if no command is running."""
 
 
 @contextmanager
 def inputs_kept() -> Iterator[None]:
-    """Let no output of a block, which is a command, replace a file that it has read: see `keep`."""
+    """During a block (a command), refuse outputs that would replace an input noted by `keep`."""
     before = _inputs.set(set())
     try:
         yield
@@ -29,6 +29,6 @@ def keep(path: str | os.PathLike[str]) -> None:
 
 
 def is_input(path: str | os.PathLike[str]) -> bool:
-    """Return whether the running command has read a file that exists as its input."""
+    """Return whether an existing file is an input of the running command."""
     about = os.stat(path)
     return (about.st_dev, about.st_ino) in (_inputs.get() or ())

@@ -1,9 +1,9 @@
-"""Keyed disorder: every random number is a pure function of (seed, what it is for).
+"""Keyed disorder: every random number is a function of its seed and its purpose.
 
-The k-th static coefficient of slider n and the q-th random dilation are words of the
-counter-based generator Philox 4x64-10 (Salmon et al. 2011; NumPy's words), turned into a normal
-deviate by the inverse distribution function. Two solvers, two precisions or two machines see the
-same disorder, in whatever order they ask: only +, -, *, / and the square root enter.
+The k-th static coefficient of slider n and the q-th random dilation are words of the counter-based
+generator Philox 4x64-10 (Salmon et al. 2011; NumPy's words), turned into a normal deviate by the
+inverse distribution function. All solvers, precisions and machines draw the same disorder, in any
+order, since only +, -, *, / and the square root are used.
 
 >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
 >>> static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
@@ -29,7 +29,7 @@ STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2
 STREAM_TENSION = 3
 LARGEST_DEVIATE = 9
-"""No normal deviate drawn here is larger: the largest of 53 bits is 8.3."""
+"""Bound of all normal deviates; the largest from 53 bits is 8.3."""
 
 
 def _deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
@@ -40,7 +40,7 @@ def _deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray
 
 
 def _compiled() -> Any:
-    """Return `deviates`; who draws nothing does not wait for a compiler."""
+    """Return `deviates`; imported late, so that a run without draws needs no compiler."""
     return import_module("exactcreep.model.deviates")
 
 
@@ -51,7 +51,7 @@ def valid_seed(seed: Any) -> int:
 
 
 def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
-    """Return the static coefficients with which the sliders begin (draw k = 0), shape (n,)."""
+    """Return the initial static coefficients of the sliders (draw k = 0), shape (n,)."""
     mean = chain.floats("mu_s")
     if chain.sigma_mu == 0:
         return mean
@@ -73,13 +73,13 @@ def static_coefficients(
     Parameters
     ----------
     chain : Chain
-        Of whose `mu_s` and `sigma_mu` they are drawn.
+        Provides `mu_s` and `sigma_mu`.
     seed : int
-        Of the disorder.
+        Seed of the disorder.
     n : int
         The slider, from 1.
     first, count : int
-        The first draw, from 0, and how many.
+        The first draw, from 0, and the number of draws.
 
     Returns
     -------
@@ -102,15 +102,15 @@ def static_coefficients(
 def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
-    The drawn float64 is the value exactly, also below `mu_d`, as which it then acts; with
-    ``sigma_mu = 0`` it is the rational `mu_s` of the slider. Source: Eq. 11.
+    The drawn float64 is the exact value; below `mu_d` it acts as `mu_d`. With ``sigma_mu = 0`` it
+    is the rational `mu_s` of the slider. Source: Eq. 11.
 
     Parameters
     ----------
     chain : Chain
-        Of whose `mu_s` and `sigma_mu` it is drawn.
+        Provides `mu_s` and `sigma_mu`.
     seed : int
-        Of the disorder.
+        Seed of the disorder.
     n : int
         The slider, from 1.
     k : int
@@ -146,9 +146,9 @@ def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
     Parameters
     ----------
     drive : GaussianSteps
-        Of whose width it is drawn.
+        Provides the standard deviation.
     seed : int
-        Of the drive.
+        Seed of the drive.
     q : int
         Number of the target, from 1.
 
@@ -177,11 +177,11 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
     Parameters
     ----------
     drive : GaussianSteps
-        Of whose width they are drawn.
+        Provides the standard deviation.
     seed : int
-        Of the drive.
+        Seed of the drive.
     first, count : int
-        The first target, from 1, and how many.
+        The first target, from 1, and the number of targets.
 
     Returns
     -------
@@ -198,12 +198,12 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
 
 
 def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:
-    """Return `count` numbers uniform in (-1, 1), for seeded starting tensions.
+    """Return `count` numbers uniform in (-1, 1), for random initial tensions.
 
     Parameters
     ----------
     seed : int
-        Of the start.
+        Seed of the start.
     count : int
         How many.
 

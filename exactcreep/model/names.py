@@ -1,4 +1,4 @@
-"""The one place that suggests a name: which known name was meant by one that is not known."""
+"""Suggest a known name that is similar to an unknown one."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 _BETWEEN = re.compile(r"[.\s_-]")  # the parts of a name
-_NEAR = 0.61  # share of the letters that agree
+_NEAR = 0.61  # fraction of the letters that must agree
 
 
 def meant(name: object, known: Iterable[str]) -> str:
-    """Return the known name that somebody who wrote `name` most likely meant; "" if none is near.
+    """Return the known name that is most similar to `name`; "" if none is near.
 
-    A name is near one of whose parts it is, else if more than six tenths of its letters agree.
+    A name is near if it is a part of a known name, or if more than six tenths of its letters agree.
 
     >>> meant("amplitude", ["drive.amplitude", "chain.n"]), meant("verlett", ["exact", "verlet"])
     ('drive.amplitude', 'verlet')
@@ -27,6 +27,6 @@ def meant(name: object, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Return the end of a sentence that asks for the known name that was meant, if any is near."""
+    """Return the end of a sentence that suggests a known name, or "" if none is near."""
     near = meant(name, known)
     return f" (did you mean {near}?)" if near else ""

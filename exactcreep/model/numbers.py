@@ -1,4 +1,4 @@
-"""Exact numbers: every input of the model is kept as the rational it denotes."""
+"""Exact numbers: every input of the model is stored as an exact rational."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 Number = int | float | str | Fraction | Decimal
-"""What the user may give for a parameter; see `exact_number`."""
+"""Types of numbers that a user may give; see `exact_number`."""
 
 
 Scalar = Any
@@ -23,8 +23,8 @@ Scalar = Any
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _RATIO = re.compile(r"[+-]?\d+/\d+")
 _INTEGERS = re.compile(r"-?\d+(/\d+)?")
-_LONGEST = 10_000  # characters of a number; more is a mistake or an attack, not a parameter
-_LONGEST_RATIO = 250_000  # characters of one that a solver has made, of 100 000 digits at most
+_LONGEST = 10_000  # characters of a user's number; more is a mistake or an attack
+_LONGEST_RATIO = 250_000  # characters of a solver's number, of 100 000 digits at most
 _WIDEST = 5_000  # largest decimal exponent
 
 
@@ -34,11 +34,11 @@ class InputError(ValueError):
     Parameters
     ----------
     field : str
-        What the user calls it.
+        Its name for the user.
     value : object
-        What was given.
+        The value given.
     allowed : str
-        What would be right: the end of a sentence.
+        The allowed values, as the end of a sentence.
 
     Examples
     --------
@@ -67,7 +67,7 @@ class InputError(ValueError):
 
 
 def shown(value: Any) -> str:
-    """Return a value in short; of a rational what makes it again, of long lists both ends."""
+    """Return a value in short: a rational in full, of a long list both ends."""
     if isinstance(value, Fraction):
         if value.denominator == 1 and abs(value) < 10**15:
             return str(value.numerator)
@@ -87,9 +87,9 @@ def shown(value: Any) -> str:
 
 
 def with_error(value: float, error: float, sign: str = "") -> str:
-    """Return a value with its standard error, both to two digits of the error; alone if it is nan.
+    """Return a value with its standard error, both to two digits of the error.
 
-    `sign` is "+" for values that always have one.
+    If the error is nan, the value stands alone. `sign` is "+" for values that always have a sign.
 
     >>> with_error(61.786543, 0.0421), with_error(5.49, 53.2, "+"), with_error(2 / 3, math.nan)
     ('61.787 ± 0.042', '+5 ± 53', '0.666667')
@@ -109,19 +109,19 @@ def with_error(value: float, error: float, sign: str = "") -> str:
 
 
 class Shown:
-    """Something that is shown in one line: its class, and its fields or what it chooses."""
+    """An object that prints in one line: its class, and its fields or chosen facts."""
 
     shown_as: ClassVar[str] = ""
-    """The name of the class, if a subclass is to be shown by it."""
+    """A name to print instead of the class name of a subclass."""
     units_in_line: ClassVar[bool] = False
-    """Whether the line has units; without them it is an expression that makes a chain again."""
+    """Whether the line has units; without units it is a Python expression of the object."""
 
     def _facts(self) -> Mapping[str, Any]:
         """Return the facts to show, by name, without None and ""."""
         return vars(self)
 
     def _units(self) -> Mapping[str, str]:
-        """Return the units of the facts, by name, where there are any."""
+        """Return the units of the facts, by name, if there are any."""
         return {}
 
     def _caption(self) -> str:
@@ -149,7 +149,7 @@ class Shown:
 
 
 def in_words(value: Any) -> str:
-    """Return a value for the eye: a text as it stands, a rational, also as text, as a decimal.
+    """Return a value for people: text unchanged, a rational (also as text) as a decimal.
 
     >>> in_words("3/5"), in_words(Fraction(0.6)), in_words("relaxed")
     ('0.6', '0.6', 'relaxed')
@@ -170,12 +170,12 @@ def in_full(value: float, digits: int = 3, sign: str = "") -> str:
 
 
 def is_missing(value: Any) -> bool:
-    """Return whether a value says nothing: None, or an empty text."""
+    """Return whether a value is missing: None, or an empty text."""
     return value is None or (isinstance(value, str) and value == "")
 
 
 def exact_number(value: Any, field: str) -> Fraction:
-    """Return the rational that `value` denotes, or raise `InputError` with the name `field`.
+    """Return `value` as an exact rational, or raise `InputError` with the name `field`.
 
     A float is its exact binary value; a string is a decimal (``"1e-3"``) or a ratio (``"3/5"``).
     """
@@ -215,12 +215,12 @@ def _from_text(text: str, value: Any, field: str) -> Fraction:
 
 
 def _long(text: str) -> Fraction:
-    """Return a decimal exactly; unlike Python's integers it may have thousands of digits."""
+    """Return a decimal exactly; it may have more digits than Python's integers allow."""
     return Fraction(Decimal(text))
 
 
 def ratio_text(value: Fraction) -> str:
-    """Return ``p/q``, or ``p``, with however many digits; `ratio_of` reads it."""
+    """Return ``p/q``, or ``p``, with any number of digits; `ratio_of` reads it."""
     numerator, denominator = (f"{Decimal(part):f}" for part in value.as_integer_ratio())
     return numerator if value.denominator == 1 else f"{numerator}/{denominator}"
 
@@ -237,7 +237,7 @@ def ratio_of(text: str) -> Fraction:
 
 
 def positive_number(value: Any, field: str) -> Fraction:
-    """Return the rational that `value` denotes, or raise `InputError` unless it is positive."""
+    """Return `value` as a rational, or raise `InputError` unless it is positive."""
     number = exact_number(value, field)
     if number <= 0:
         raise InputError(field, value, "must be positive")
@@ -245,7 +245,7 @@ def positive_number(value: Any, field: str) -> Fraction:
 
 
 def number_from_zero(value: Any, field: str) -> Fraction:
-    """Return the rational that `value` denotes, or raise `InputError` if it is negative."""
+    """Return `value` as a rational, or raise `InputError` if it is negative."""
     number = exact_number(value, field)
     if number < 0:
         raise InputError(field, value, "must not be negative")
@@ -253,7 +253,7 @@ def number_from_zero(value: Any, field: str) -> Fraction:
 
 
 def number_of_floats(value: Any, field: str) -> Fraction:
-    """Return the rational that `value` denotes, or raise `InputError` if no float is so large."""
+    """Return `value` as a rational, or raise `InputError` if no float is so large."""
     number = exact_number(value, field)
     if not math.isfinite(nearest_float(number)):
         raise InputError(field, value, "must be smaller than the largest float, 1.8e308")
@@ -296,7 +296,7 @@ def nearest_float(value: Fraction) -> float:
 
 
 def plain_data(about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping as JSON can hold it: a number that is not finite is None."""
+    """Return a mapping that JSON can hold: numbers that are not finite become None."""
     return {str(key): _plain(value) for key, value in about.items()}
 
 

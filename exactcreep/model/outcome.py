@@ -1,4 +1,4 @@
-"""The words of a result: its evidence, how well it is known, and its outcome."""
+"""The words for a result: its evidence (how well it is known) and its outcome."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ class Evidence(Enum):
     Examples
     --------
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence is Evidence.PROVED
-    True
+    >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence.value
+    'proved'
     """
 
     PROVED = "proved"
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
-    """Floating-point arithmetic; every comparison was decided by more than its rounding bound, and
-    rounding has not grown beyond 1e-12 in the tensions: of a rearrangement by an estimate, of a run
-    as far as perturbed copies show for some thousand events (all along with ``twin=True``)."""
+    """Floating-point arithmetic. Every comparison was decided by more than its rounding bound, and
+    the rounding errors of tensions stay below 1e-12: for a rearrangement by an estimate, for a run
+    as far as perturbed copies show for some thousand events (throughout with ``twin=True``)."""
     UNDECIDED = "undecided"
-    """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
-    may have grown beyond what the solver promises. The course of a run is undecided from a
-    half-cycle on; mean velocities are statistics, with an error of their own."""
+    """A comparison was within its rounding bound and settled by the model's rules, or rounding
+    errors may exceed the solver's promise. The trajectory of a run is undecided from a half-cycle
+    on; mean velocities are averages with their own standard error."""
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:
@@ -33,7 +33,7 @@ class Evidence(Enum):
         return cls.UNDECIDED if undecided else best
 
     def and_then(self, other: Evidence) -> Evidence:
-        """Return the weaker of the two: how well is known what needs both."""
+        """Return the weaker of the two, for a result that needs both."""
         return max(self, other, key=list(Evidence).index)
 
 
@@ -43,26 +43,26 @@ class Outcome(Enum):
     Examples
     --------
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> creep(chain, Cycles("0.0001", 3)).outcome is Outcome.AT_REST
-    True
+    >>> creep(chain, Cycles("0.0001", 3)).outcome.value
+    'at_rest'
     """
 
     CREEPING = "creeping"
-    """The chain advances: every slider has moved, all of them the same way."""
+    """The chain advances: every slider has moved in the same direction."""
     CYCLING = "cycling"
     """Sliders slip, but the chain does not advance."""
     AT_REST = "at_rest"
-    """Nothing moves any more; of a rearrangement: every slider has stopped."""
+    """Nothing moves any more; for a rearrangement: every slider has stopped."""
     RUNAWAY = "runaway"
-    """It was proved that no slider ever stops again."""
+    """Provably no slider ever stops again."""
     LIMIT = "limit"
-    """Given up; what there is is the partial result, and the reason is said."""
+    """Given up: the result is partial, and `reason` says why."""
 
 
 def direction_of(advance: Any, tan_alpha: Any) -> str:
-    """Return which way x_G goes, in one word.
+    """Return the direction of x_G in one word.
 
-    On the level ``+x`` or ``-x``, the axis from slider 1 to slider N; ``none`` of zero or nan.
+    On the level ``+x`` or ``-x``, the axis from slider 1 to slider N; ``none`` for zero or nan.
 
     >>> direction_of(-0.2, tan_alpha=0.25), direction_of(-0.2, -0.25), direction_of(-0.2, 0)
     ('uphill', 'downhill', '-x')

@@ -1,4 +1,4 @@
-"""The readings of a temperature record: their faults, and how they are mended."""
+"""The readings of a temperature record: find their faults, and mend them."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
 LIKE_KELVIN = (180, 400)
-"""Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
+"""Weather and roofs are between these in kelvin, and below the first in degrees Celsius."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 COLDEST, HOTTEST, ROOFS = -90, 60, 120
-"""Degrees Celsius: no weather was colder, no weather was hotter, no roof is hotter."""
+"""Limits of weather, and of the temperature of roofs, in degrees Celsius."""
 GAP = 1.5
-"""A step longer than so many usual steps is a gap."""
+"""A step longer than this many usual steps is a gap."""
 FAR, OFTEN_FAR = 15, 5
-"""A reading is far from its neighbours if it is off their median by 15 K, and by 5 times as much as
-nine readings in ten."""
-_FEWEST = 10  # readings from which on there is a usual step, and a usual distance
-_MOST_SAID = 20  # readings
-_FEWEST_SWAPPED = 100  # one day of so many may have its minimum above its maximum
-_FIRST_YEAR, _LAST_YEAR = 1700, 2200  # nanoseconds count no more
+"""A reading is far from its neighbours if it differs from their median by 15 K, and by 5 times the
+distance that nine readings in ten do not exceed."""
+_FEWEST = 10  # readings for a usual step and a usual distance
+_MOST_SAID = 20  # readings that are listed
+_FEWEST_SWAPPED = 100  # one day in so many may have its minimum above its maximum
+_FIRST_YEAR, _LAST_YEAR = 1700, 2200  # the range of dates counted in nanoseconds
 _ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
 _UNITS = {"C": "degrees Celsius", "K": "kelvin"}
 _NONE = np.array([], np.intp)
 
 
 class RecordWarning(UserWarning):
-    """A temperature record that probably does not mean what it says.
+    """A temperature record is probably not meant as written.
 
     Examples
     --------
@@ -52,13 +52,12 @@ class RecordWarning(UserWarning):
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Every reading of a table, in the order of its rows, whatever is wrong with it.
+    """Every reading of a table, in the order of its rows, including faulty ones.
 
-    `file`, `unit`, `decimal`: as of the record; `file` is "" for arrays; `names`, `maximum`: the
-    columns of temperatures, by the hour of the day, and which of them is the maximum; `times`:
-    dates, in UTC where a time zone is named, or floats; `written`: the times as they are written;
-    `entries`, `exact`: what stands in the table, and the temperature that it means; None where it
-    means none.
+    `file`, `unit`, `decimal`: as in the record; `file` is "" for arrays; `names`, `maximum`: the
+    columns of temperatures by hour of the day, and which of them is the maximum; `times`: dates (in
+    UTC if a time zone is given) or floats; `written`: times as written; `entries`, `exact`: the
+    text in the table, and the temperature that it means, or None.
     """
 
     file: str
@@ -78,7 +77,7 @@ class Readings:
     ) -> Readings:  # fmt: skip
         """Return the readings of a table: its first column has the times, others temperatures.
 
-        If there are two columns of temperatures, `hours` are the hours after the date of a row.
+        For two columns of temperatures, `hours` are the hours after the date of a row.
         """
         rows, names, maximum = table.iloc[:, 0], [str(name) for name in table.columns[1:]], None
         times = _times_of(rows, date_format)
@@ -109,7 +108,7 @@ class Readings:
 
     @cached_property
     def values(self) -> NDArray[np.float64]:
-        """Temperatures in the unit, nan where there are none."""
+        """Temperatures in the unit, nan if missing."""
         known = {None: np.nan} | {value: nearest_float(value) for value in self.exact if value}
         return np.array([known.get(value, 0.0) for value in self.exact])
 
@@ -120,7 +119,7 @@ class Readings:
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperatures in the unit that are known, and not far from their neighbours."""
+        """The known temperatures in the unit, without those far from their neighbours."""
         values = np.delete(self.values, self.faults().get("far", _NONE))
         return np.asarray(values[np.isfinite(values)])
 
@@ -128,7 +127,7 @@ class Readings:
 
     @cached_property
     def _steps(self) -> NDArray[np.float64]:
-        """The time since the reading before; nan for the first."""
+        """The time since the previous reading; nan for the first."""
         return np.diff(self.seconds, prepend=np.nan)
 
     @property
@@ -138,10 +137,11 @@ class Readings:
         return np.inf if few else float(np.nanquantile(self._steps, 0.9, method="lower"))
 
     def faults(self) -> dict[str, NDArray[np.intp]]:
-        """Return which readings are wrong, by the kind of fault, in the order in which they count.
+        """Return the faulty readings by kind of fault, most important first.
 
-        ``missing``; ``late`` (not after the one before); ``gap`` (after one); ``far`` from its
-        neighbours, or no temperature of weather; ``swapped`` (a day's second, on too many days).
+        ``missing``; ``late``: not after the previous reading; ``gap``: after a gap; ``far``: far
+        from its neighbours, or impossible weather; ``swapped``: a day's second reading, on too many
+        days.
         """
         found = {
             "missing": np.isnan(self.celsius),
@@ -156,7 +156,7 @@ class Readings:
 
     @cached_property
     def _far(self) -> NDArray[np.bool_]:
-        """Which readings differ much from the two before and the two after, if others do not."""
+        """Readings that differ much from the two before and the two after, if most do not."""
         values, pandas = self.celsius, import_module("pandas")
         table = pandas.DataFrame(values.reshape(-1, len(self.names)))
         off = table.apply(_distance).reindex(table.index)
@@ -176,7 +176,7 @@ class Readings:
         return wrong
 
     def refusal(self, kind: str, places: NDArray[np.intp]) -> InputError:
-        """Return the sentence that refuses the first reading of a fault."""
+        """Return the error that refuses the first reading with a fault."""
         k, width = int(places[0]), len(self.names)
         name, entry, at = self.names[k % width], self.entries[k], self._at(k)
         many = f", and {len(places) - 1} more" if len(places) > 1 else ""
@@ -209,14 +209,14 @@ class Readings:
         return f"on {len(places)} of {days} days, first on {first}"
 
     def _at(self, k: int) -> str:
-        """Return the time of a reading for the eye: on 10 April 2024."""
+        """Return the time of a reading in words: on 10 April 2024."""
         if not self.dated:
             return f"at {self.written[k]}"
         date = self.times[k].astype("datetime64[us]").item()
         return f"on {date.day} {date:%B} {date.year}"
 
     def doubts(self) -> Iterator[str]:
-        """Yield why the temperatures seem to have another unit, or the columns to be swapped."""
+        """Yield reasons to doubt the unit of temperatures, or the order of the columns."""
         file, celsius = self.file or "(arrays)", self.unit == "C"
         if (places := np.flatnonzero(self._swapped)).size:
             yield f"in {file} the minimum is above the maximum {self._days(places)}"
@@ -238,14 +238,13 @@ class Readings:
             told = f"{file} holds {low:g} {self.unit}, colder than any weather"
             yield f"{told}: tenths (scale = 0.1)?"
 
-    # --- and how it is mended --------------------------------------------------------------------
+    # --- mending ---------------------------------------------------------------------------------
 
     def mended(self) -> tuple[DataFrame, list[str]]:
-        """Return the readings in rows without faults, and what was done to them.
+        """Return the readings in rows without faults, and a list of the changes.
 
-        Gaps are filled between the readings of the same hour on the days around them.
-
-        Raises `InputError` if times are no dates, or there are more rows to fill in than rows.
+        Gaps are filled between the readings of the same hour on nearby days. Raises `InputError` if
+        times are not dates, or there are more rows to fill in than rows.
         """
         pandas, faults, width = import_module("pandas"), self.faults(), len(self.names)
         if not self.dated:
@@ -270,13 +269,13 @@ class Readings:
             done.append(f"{twice} rows with the time of another row: the mean of both was taken")
         lacking, said = self._lacking(table.index)
         table = table.reindex(table.index.union(lacking))
-        # every hour of the day by itself: a line through a gap has no days
+        # each hour of the day separately, because a line through a gap would have no days
         of_hour = table.groupby(table.index - table.index.normalize(), group_keys=False)
         table = of_hour.transform(lambda column: column.interpolate(limit_direction="both"))
         return table.interpolate("time", limit_direction="both").round(6), done + said
 
     def _lacking(self, index: Any) -> tuple[NDArray[Any], list[str]]:
-        """Return the times that are missing in gaps, at the hours at which most days have one."""
+        """Return the times missing in gaps, at the hours at which most days have a reading."""
         pandas, times = import_module("pandas"), index.to_numpy()
         steps = pandas.Series(np.diff(times))
         gaps = steps > GAP * (usual := steps.quantile(0.9, "lower"))
@@ -299,14 +298,14 @@ class Readings:
 
 
 def _distance(column: Series) -> Series:
-    """Return how far readings are off the median of their neighbours; empty if there are few."""
+    """Return the distances of readings from the median of their neighbours; empty if few."""
     known = column.dropna()
     off = (known - known.rolling(5, center=True, min_periods=1).median()).abs()
     return off if len(known) >= _FEWEST else off.iloc[:0]
 
 
 def _temperature(entry: Any, decimal: str, scale: Fraction) -> Fraction | None:
-    """Return the temperature that a text or a number means; None if it means none."""
+    """Return the temperature of a text or a number; None if it has none."""
     if isinstance(entry, str) and decimal == ",":
         entry = entry.replace(".", " ").replace(",", ".")  # no dots between thousands
     try:
@@ -316,7 +315,7 @@ def _temperature(entry: Any, decimal: str, scale: Fraction) -> Fraction | None:
 
 
 def _times_of(entries: Series, date_format: str) -> NDArray[Any]:
-    """Return times as floats, or as dates, in UTC where they name a time zone."""
+    """Return times as floats, or as dates, in UTC if they have a time zone."""
     name, texts = str(entries.name), entries.astype(str).str.strip()
 
     def refuse(wrong: Any, allowed: str) -> None:

@@ -1,4 +1,4 @@
-"""Read a file of temperatures as a table of text, and guess how it is written."""
+"""Read a file of temperatures as a table of text, and guess its format."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
 MOST_BYTES = 64 * 2**20
-"""Size of a file of records, unpacked; more is another kind of file."""
+"""Largest size of a record, unpacked."""
 MOST_ROWS = 1_000_000
-"""A century of hours."""
+"""Most rows of a record: a century of hours."""
 _MOST_CELLS, _MOST_COLUMNS, _LONGEST_ROW = 20_000_000, 200, 20_000
-_SAMPLE, _LOOKED_AT = 10_000, 8000  # rows by which columns are told, characters for the delimiter
-_ENOUGH = 0.9  # of the entries of a column are numbers, where it has numbers
+_SAMPLE, _LOOKED_AT = 10_000, 8000  # rows that identify columns, characters for the delimiter
+_ENOUGH = 0.9  # fraction of numbers in a column of numbers
 _NUMBERED_DATES = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M"}
 _LOW, _HIGH = r"min|low|tief|(^|_)tn", r"max|high|hoch|(^|_)tx"
 _TEMPERATURE = r"temp|^t$|(^|_)t[amt]|celsius|deg"
@@ -40,9 +40,8 @@ def table_of(
 ) -> tuple[DataFrame, bytes]:
     """Return a CSV file as a table of text, and its content.
 
-    Columns of a file whose first row holds a number have no names: they are called 1, 2, ...
-
-    Raises `InputError` if the file is too large, or no table.
+    If the first row has a number, the columns are called 1, 2, ... Raises `InputError` if the file
+    is too large, or not a table.
     """
     shown, pandas = str(path), import_module("pandas")
     content = content_of(path, "file", MOST_BYTES)
@@ -71,17 +70,17 @@ def table_of(
 
 
 class RecordFormat(NamedTuple):
-    """How a file is written: arguments of `TemperatureRecord`, and what else some might be."""
+    """A file's format: arguments of `TemperatureRecord`, and doubts about some of them."""
 
     options: dict[str, Any]
     doubts: dict[str, str]
 
 
 def guessed(path: Path) -> RecordFormat:
-    """Return how a CSV file of temperatures is probably written.
+    """Return the probable format of a CSV file of temperatures.
 
-    Raises `InputError` if it cannot be read, or has no column of times, or none of temperatures;
-    the sentence names the option that has to say it.
+    Raises `InputError` if it cannot be read, or has no column of times or of temperatures; the
+    sentence names the option that can specify it.
     """
     shown, doubts = str(path), dict[str, str]()
     data = unpacked(content_of(path, "file", MOST_BYTES), "file", shown, MOST_BYTES)
@@ -105,7 +104,7 @@ def guessed(path: Path) -> RecordFormat:
     values = readable[decimal]
     time, written = _times(table, values, shown, doubts)
     values = values.drop(columns=time, errors="ignore")
-    values = values.loc[:, values.nunique() > min(1, len(table) - 1)]  # no number of a station
+    values = values.loc[:, values.nunique() > min(1, len(table) - 1)]  # not the number of a station
     if values.empty:
         among = f"numbers with decimal = {decimal!r} in one of {', '.join(table.columns)}"
         raise InputError("temperature_column", shown, f"is not found: there are no {among}")
@@ -127,7 +126,7 @@ def _numbers(table: DataFrame, decimal: str) -> DataFrame:
 def _times(
     table: DataFrame, values: DataFrame, shown: str, doubts: dict[str, str]
 ) -> tuple[str, str]:
-    """Return the first column of dates, else of numbers that increase, and how it is written."""
+    """Return the first column of dates, else of increasing numbers, and its format."""
     for name in table:
         if formats := _date_formats(table[name], number=name in values):
             if table[name].duplicated().mean() > 0.5:
@@ -144,7 +143,7 @@ def _times(
 
 
 def _date_formats(texts: Series, *, number: bool) -> list[str]:
-    """Return how dates may be written, the one with the most even steps first; "" is ISO 8601."""
+    """Return possible formats of dates, the one with the most even steps first; "" is ISO 8601."""
     pandas, first, steps = import_module("pandas"), str(texts.iloc[0]), dict[str, int]()
     guess = import_module("pandas.tseries.api").guess_datetime_format
     with warnings.catch_warnings(action="ignore"):  # both ways are tried

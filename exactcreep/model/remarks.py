@@ -24,7 +24,7 @@ _PLAUSIBLE = {
     "sliders": (500_000, "a run takes about a kilobyte of memory for each"),
     "events": (3e12, "a run of so many takes more than a day; max_seconds ends it sooner"),
 }
-"""Up to which value nothing is said of a quantity, and what is said beyond."""
+"""Largest plausible value of each quantity, and the remark about larger values."""
 THETA_BEYOND_ONE = (
     "|theta| reaches 1, where a spring of the model has no length left: theta is a thermal strain,"
     " the expansion coefficient times the change of temperature, e.g. 0.0009 for lead and 30 K"
@@ -56,7 +56,7 @@ def warn(said: str, category: type[Warning] = PhysicsWarning) -> None:
 
 
 def in_degrees(angle: Any) -> str:
-    """Return what the slope of an angle is called, and what it is where the angle is a number."""
+    """Return the name for a slope's angle, with its value if the angle is a number."""
     degrees = angle if isinstance(angle, (int, float)) and abs(angle) < 90 else 15
     slope = math.tan(math.radians(degrees))
     return f"tan_alpha is the slope, the tangent of the angle: {slope:.3g} for {degrees:g} degrees"

@@ -1,4 +1,4 @@
-"""The base of all results: numbers by name, a labelled dataset, a table in a notebook."""
+"""The base class of results: numbers by name, a labelled dataset, a table in a notebook."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 class Result(Shown):
     """Base of results, which are frozen dataclasses (``eq=False, repr=False``).
 
-    A subclass names in `told` what its summary holds, or overrides `_numbers`, `_facts` and the
-    dataset. Results are equal if they hold the same values, whatever the time they took.
+    A subclass names the entries of its summary in `told`, or overrides `_numbers`, `_facts` and the
+    dataset. Results are equal if they hold the same values, whatever their time.
     """
 
     units_in_line = True
     told: ClassVar[tuple[str, ...]] = ()
-    """Attributes that the summary holds; default: all fields."""
+    """Attributes in the summary; default: all fields."""
 
     worded: ClassVar[tuple[str, ...]] = ("reason",)
-    """Entries of the summary that `sentence` says: a table beside it leaves them out."""
+    """Entries of the summary that `sentence` contains, so that a table leaves them out."""
 
     @property
     def finding(self) -> str:
-        """What was found and how well that is known, in a line; "" if no line says it."""
+        """The result and its evidence in one line, or ""."""
         return ""
 
     @property
@@ -47,18 +47,18 @@ class Result(Shown):
         return {name: getattr(self, name) for name in self.told or _names(self)}
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON: a number that is not finite is None.
+        """Return the numbers by name, ready for JSON; None for numbers that are not finite.
 
         Returns
         -------
         dict
-            What `json.dumps` takes.
+            For `json.dumps`.
         """
         return plain_data(self._numbers())
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out."""
+        """The summary as attributes of a dataset, lists and mappings as JSON, without None."""
         known = {name: value for name, value in self.summary().items() if value is not None}
         texts = {name: json.dumps(value) for name, value in known.items()
                  if isinstance(value, (bool, list, dict))}  # fmt: skip
@@ -67,12 +67,12 @@ class Result(Shown):
 
     @property
     def plot(self) -> Any:
-        """Its pictures, as xarray and pandas have them: ``plot()`` draws the result.
+        """Its pictures, as in xarray and pandas: ``plot()`` draws the result.
 
-        A run has ``plot(ax=None)``, x_G over time, and ``plot.avalanches("size")``, how the size of
-        its avalanches is distributed (or their ``"duration"``, ``"energy"``, ``"extent"``), which
-        return the axes; a rearrangement its velocities and energies, two axes; a fate, a survival,
-        a threshold and an intercept the figure of their commands' ``--plot``.
+        A run has ``plot(ax=None)`` (x_G over time) and ``plot.avalanches("size")`` (the
+        distribution of a measure of its avalanches), which return axes. A rearrangement draws
+        velocities and energies on two axes. A fate, survival, threshold or intercept returns the
+        figure of its command's ``--plot``.
 
         Returns
         -------
@@ -81,9 +81,9 @@ class Result(Shown):
         Raises
         ------
         AttributeError
-            If no picture of such a result is known.
+            If such a result has no picture.
         """
-        # by name, as pandas loads its backend: what draws stands on a floor below
+        # by name, because this module must not import the drawing modules
         return import_module("exactcreep.figures.pictures").plots_of(self)
 
     def _facts(self) -> Mapping[str, Any]:
@@ -100,7 +100,7 @@ class Result(Shown):
             return NotImplemented
         return alike(self._compared(), other._compared())
 
-    __hash__: ClassVar[Any] = None  # what they hold can be changed
+    __hash__: ClassVar[Any] = None  # their contents may change
 
 
 def _names(result: Any) -> tuple[str, ...]:

@@ -1,17 +1,17 @@
-"""The rules of the model at starts, stops and ties, stated once for every kind of number.
+"""The rules of the model at starts, stops and ties, written once for every kind of number.
 
-A slider at rest stays while ``|F| <= mu_s c``; a slider that moves feels ``mu_d c`` against its
-motion. Forces change continuously, so that a start, a stop or the end of a ramp is a comparison,
-and a rule says what follows from it, equality included.
+A slider at rest stays while ``|F| <= mu_s c``; a moving slider feels ``mu_d c`` against its motion.
+Forces change continuously. So a start, a stop or the end of a ramp is a comparison, and a rule says
+what follows from it, including equality.
 
-Elsewhere stand: how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as
+Other modules say how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as
 mu_d (`model.contacts`), which coefficient a contact has (`model.keyed_disorder`), when the whole
 chain runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
 
-The rules are written over ``sign(x, slack)``. It returns -1, 0 or +1, and whether that is in doubt:
-`x` may be off by `slack`, and a number that cannot be told from zero is zero. Floats have the rules
-compiled (`FLOATS`). Rationals, balls and sets bring a sign of their own, which may raise. Every
-rule returns its answer, and whether that is in doubt.
+The rules use ``sign(x, slack)``, which returns -1, 0 or +1, and whether this is in doubt: `x` may
+be off by `slack`, and a number that may be zero counts as zero. For floats the rules are compiled
+(`FLOATS`). Rationals, balls and sets provide their own sign, which may raise. Every rule returns
+its answer, and whether the answer is in doubt.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class Rules(NamedTuple):
 
 
 def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
-    """Return the rules over numbers with this sign, `compiled` if there is a compiler for them."""
+    """Return the rules over numbers with this sign; `compiled` may compile them."""
 
     @compiled
     def start_direction(force, threshold, slack):
-        """Return in which direction a slider at rest starts; 0: exactly at threshold it stays."""
+        """Return the direction in which a slider at rest starts; 0: at threshold it stays."""
         down, close = sign(force - threshold, slack)
         if down > 0:
             return 1, False
@@ -49,10 +49,10 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
     @compiled
     def reversal(force, threshold, way, slack):
-        """Return in which direction a slider starts that has just stopped on its way.
+        """Return the direction in which a slider starts that has just stopped on its way.
 
-        Only back, against its new threshold: friction has slowed it down, so that the force along
-        its way is at most ``mu_d c``, which every contact holds.
+        It can only go back, against its new threshold: friction has slowed it down, so the force
+        along its way is at most ``mu_d c``, which every contact holds.
         """
         back, close = sign(-way * force - threshold, slack)
         return (-way if back > 0 else 0 * way), close
@@ -61,7 +61,7 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
     def is_before(room, end, slack):
         """Return whether a slider with this room starts before the end of the motion.
 
-        `end` is how far the motion goes: to the target of a ramp, or to a stop. A slider that
+        `end` is the length of the motion, to the target of a ramp or to a stop. A slider that
         reaches its threshold exactly at the end stays.
         """
         left, close = sign(end - room, slack)
@@ -69,12 +69,11 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
     @compiled
     def order(one, other, slack):
-        """Return which comes first: -1 the one, +1 the other, 0 both together as one event.
+        """Return which comes first: -1 `one`, +1 `other`, 0 both together as one event.
 
-        On a ramp every slider with a rate comes to its threshold at a theta of its own, in an
-        avalanche every event has a time of its own. The first of them happen, stops and starts
-        alike. A search for events compares ranges of times: events whose ranges are as narrow as
-        they get, and overlap, come together.
+        On a ramp every slider with a rate has its own theta at threshold; in an avalanche every
+        event has its own time. The first of them happen, stops and starts alike. A search compares
+        ranges of times. Events come together if their ranges overlap and cannot be narrowed.
         """
         return sign(one - other, slack)
 
@@ -83,9 +82,9 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
         """Return whether a slider exactly at its limit acts at once: stops, or starts from rest.
 
         It is at its limit as a motion begins, or it touches its limit in passing (`lead` is 0).
-        `lead` is the first derivative that is not zero of its event function, positive if the
-        slider does not act: of the speed of a slider that has started, or of the distance between
-        the force on a resting slider and its threshold. If all derivatives are zero, a moving
+        `lead` is the first non-zero derivative of its event function, positive if the slider does
+        not act. The event function is the speed of a slider that has started, or the distance of
+        the force on a resting slider from its threshold. If all derivatives are zero, a moving
         slider stops (a slip of length zero, after which it draws), and a resting slider stays.
         """
         inwards, close = sign(lead, slack)
@@ -93,7 +92,7 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
     @compiled
     def driven(rate, way):
-        """Return in which direction a ramp drives a slider: theta goes `way`, the force `rate`."""
+        """Return the direction in which a ramp `way` drives a slider whose force has this rate."""
         up, close = sign(rate, 0)
         return up * way, close
 
@@ -101,7 +100,7 @@ def rules(sign: Any, compiled: Any = lambda rule: rule) -> Rules:
 
 
 def in_turn(freeze: Any, draw: Any, test: Any, compiled: Any = lambda rule: rule) -> Any:
-    """Return a function that takes the sliders of an event, in ascending order, through it.
+    """Return a function that processes the sliders of an event, in ascending order.
 
     It freezes all sliders that stop, lets each of them draw, and then tests all of them with the
     same forces.

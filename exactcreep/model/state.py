@@ -38,14 +38,14 @@ class State(Shown):
         ``T_n = x_(n+1) - x_n - (1 + theta) l0`` of the spring below slider n, unit ``m g``;
         float64, or Python numbers (`Fraction`, mpmath, balls) in an object array.
     displacements : ndarray, shape (n,)
-        How far each slider has moved since the start, unit ``g tau_dyn**2``.
+        Displacement of each slider since the start, unit ``g tau_dyn**2``.
     coefficients : ndarray, shape (n,)
-        Static friction coefficient of each contact as drawn; it may lie below `mu_d`.
-        With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational `mu_s`.
+        Static friction coefficient of each contact as drawn; it may be below `mu_d`. With
+        ``sigma_mu = 0`` the float64 nearest to `mu_s` represents the rational `mu_s`.
     draws : ndarray of int64, shape (n,)
-        How many coefficients each slider has had, at least 1.
+        Number of coefficients that each slider has drawn, at least 1.
     theta : number, or ndarray of shape (n - 1,)
-        The dilation; of each spring where they differ.
+        The dilation, or the dilations of the springs if they differ.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class State(Shown):
     displacements: NDArray[Any]
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
-    theta: Any  # a number, or an array of one for each spring
+    theta: Any  # a number, or an array with one for each spring
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients", "draws"):
@@ -98,14 +98,14 @@ class State(Shown):
         Parameters
         ----------
         tensions, displacements, coefficients, draws : ndarray
-            As of a `State`, of the right types and shapes.
+            As in a `State`, with the right types and shapes.
         theta : number
             The dilation.
 
         Returns
         -------
         State
-            Whose arrays they are from now on, read-only.
+            It owns the arrays from now on, read-only.
         """
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
@@ -123,10 +123,10 @@ class State(Shown):
         )
 
     def __hash__(self) -> int:
-        return hash(self.draws.tobytes())  # whole numbers, of one type in every equal state
+        return hash(self.draws.tobytes())  # integers of the same type in every equal state
 
     def __reduce__(self) -> tuple[type[State], tuple[Any, ...]]:
-        # made anew, so that its arrays are again its own, and read-only
+        # made anew, so that it owns its arrays, read-only
         return type(self), tuple(getattr(self, field.name) for field in fields(self))
 
     @property
@@ -135,7 +135,7 @@ class State(Shown):
         return self.displacements.size
 
     def require_finite(self) -> None:
-        """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks.
+        """Raise `InputError` unless every number is finite; too large a dt in Verlet breaks this.
 
         Raises
         ------
@@ -159,7 +159,7 @@ class State(Shown):
         chain : Chain
             The chain.
         seed : int, optional
-            Of the disorder.
+            Seed of the disorder.
 
         Returns
         -------
@@ -177,7 +177,7 @@ class State(Shown):
         theta: Number = 0,
         seed: int = 0,
     ) -> State:
-        """Return a chain prepared with n - 1 given tensions (default none) at `theta`.
+        """Return a chain prepared with n - 1 given tensions (default: zero) at `theta`.
 
         If a slider exceeds its threshold, the chain is first rearranged at its own theta.
 
@@ -186,21 +186,21 @@ class State(Shown):
         chain : Chain
             The chain.
         tensions : sequence of numbers, shape (n - 1,), optional
-            Unit ``m g``; kept exactly where a float rounds one.
+            Unit ``m g``; stored exactly if a float would round them.
         theta : number, optional
             The dilation.
         seed : int, optional
-            Of the disorder.
+            Seed of the disorder.
 
         Returns
         -------
         State
-            Of displacements zero and first draws.
+            With zero displacements and first draws.
 
         Raises
         ------
         InputError
-            If there are not n - 1 tensions, or one of the numbers is none.
+            If there are not n - 1 tensions, or one of them is not a number.
 
         Examples
         --------
@@ -222,9 +222,7 @@ class State(Shown):
 
     @classmethod
     def perturbed(cls, chain: Chain, size: Number, *, start_seed: int, seed: int = 0) -> State:
-        """Return the relaxed chain with tensions uniform in (-size, size), keyed by `start_seed`.
-
-        `seed` keys the static coefficients, as everywhere.
+        """Return the relaxed chain with random tensions, uniform in (-size, size).
 
         Parameters
         ----------
@@ -233,9 +231,9 @@ class State(Shown):
         size : number
             Bound of the tensions, unit ``m g``, not negative.
         start_seed : int
-            Keys the tensions.
+            Seed of the tensions.
         seed : int, optional
-            Of the disorder.
+            Seed of the disorder.
 
         Returns
         -------
@@ -259,14 +257,12 @@ class State(Shown):
         return cls.prepared(chain, largest * uniform, seed=seed)
 
     def forces(self, chain: Chain) -> NDArray[np.float64]:
-        """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,).
-
-        The end forces of the chain are among them.
+        """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, with end forces.
 
         Parameters
         ----------
         chain : Chain
-            Whose state it is.
+            The chain in this state.
 
         Returns
         -------
@@ -306,7 +302,7 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
         raise InputError("tensions", len(given) if sequence else given, allowed)
     floats = isinstance(tensions, np.ndarray) and tensions.dtype == np.float64
     if floats and tensions.ndim == 1 and np.isfinite(tensions).all():
-        return np.asarray(np.add(tensions, 0.0))  # what they denote; a zero has no sign
+        return np.asarray(np.add(tensions, 0.0))  # a zero has no sign
     values = [number_of_floats(value, f"tensions[{i}]") for i, value in enumerate(given)]
     near = np.array([nearest_float(value) for value in values])
     whole = [Fraction(one) for one in near.tolist()] == values
@@ -314,7 +310,7 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
 
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:
-    """Return numbers as an array of their own, float64 or of Python numbers."""
+    """Return numbers as a new array, float64 or of Python numbers."""
     try:
         array = np.array(given)
     except (ValueError, TypeError):  # rows of unequal length
@@ -332,7 +328,7 @@ def _numbers(given: Any, field: str) -> NDArray[Any]:
 def _counts(given: Any, field: str) -> NDArray[np.int64]:
     array = _numbers(given, field)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
-    # numbers so large that a float64 does not tell them apart are counted with the excessive
+    # numbers beyond the precision of float64 are also excessive
     if array.dtype == object or not ((array >= 1) & (array <= _MOST_DRAWS)).all():
         raise InputError(field, given, allowed)
     counts = np.array(given).astype(np.int64)

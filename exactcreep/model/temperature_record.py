@@ -1,4 +1,4 @@
-"""Temperature records: times and temperatures, of a CSV file or of arrays, turned into a drive."""
+"""Temperature records: times and temperatures, from a CSV file or arrays, turned into a drive."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ _TEXTS = {*_SINGLE, *_DAILY, "unit", "delimiter", "decimal", "date_format", "enc
 class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
-    A target for each row. The chain is taken from T0 to the first row at the time of that row, and
-    a velocity is a displacement per unit of `times`: per second for dates.
+    There is a target for each row. The chain goes from T0 to the first row at the time of that row.
+    A velocity is a displacement per unit of `times`: per second for dates.
 
-    Missing readings, rows out of order, gaps and single values far from their neighbours are
-    refused; ``exactcreep record FILE --mend OUT`` mends a copy. A `RecordWarning` tells if the
-    temperatures seem to have another unit, or a day's minimum is above its maximum.
+    Missing readings, rows out of order, gaps and outliers are refused; ``exactcreep record FILE
+    --mend OUT`` writes a mended copy. A `RecordWarning` warns if the unit of the temperatures seems
+    to be wrong, or a day's minimum is above its maximum.
 
     Parameters
     ----------
@@ -61,39 +61,39 @@ class TemperatureRecord(Listed):
     T0 : number
         Temperature at which the chain is prepared (theta = 0), in `unit`.
     time_column, temperature_column : str
-        Names of the columns. Times increase from row to row: numbers, or dates, all of one kind.
+        Names of the columns. Times increase from row to row: numbers, or dates of one format.
     minimum_column, maximum_column : str
         Instead of `temperature_column`: a day's minimum and maximum.
     minimum_hour, maximum_hour : number
         When these are read, in hours after the date of the row.
     scale : number
-        What the numbers are multiplied by: 0.1 for tenths of a degree.
+        Factor on the numbers: 0.1 for tenths of a degree.
     unit : {"C", "K"}
-        Of the temperatures and of `T0`.
+        Unit of the temperatures and of `T0`.
     delimiter, decimal : str
-        One character between columns, and ``.`` or ``,`` before the decimals.
+        Character between columns, and decimal sign ``.`` or ``,``.
     date_format : str
-        How dates are written, ``%d.%m.%Y %H:%M``. Default: ISO 8601, ``2024-01-31T13:00``.
+        Format of dates, e.g. ``%d.%m.%Y %H:%M``. Default: ISO 8601, ``2024-01-31T13:00``.
     encoding : str
-        Of the file, ``latin-1``. Default: UTF-8.
+        Encoding of the file, e.g. ``latin-1``. Default: UTF-8.
     theta, times, sha256, origin : optional
-        Only together, as `parameters` returned them: the file, which may be gone, is not read.
+        Only together, as returned by `parameters`: the file, which may be gone, is not read.
 
     Raises
     ------
     InputError
-        If an option is not what it must be; for the first reading that is missing, not later than
-        the one before, after a gap (a step longer than 1.5 times the usual one, which nine steps in
-        ten do not exceed), or far from its neighbours (off the median of the two before and the two
-        after it by 15 K, and by 5 times as much as nine readings in ten); if a day's minimum is
-        above its maximum on more than one day in a hundred.
+        If an option is out of range. For the first reading that is missing, not later than the
+        previous one, after a gap (a step longer than 1.5 times the usual step, which nine steps in
+        ten do not exceed), or an outlier (it differs from the median of its four neighbours by
+        15 K, and by 5 times as much as nine readings in ten). If a day's minimum is above its
+        maximum on more than one day in a hundred.
 
     Attributes
     ----------
     theta : tuple of Fraction
-        One dilation for each reading: decimals are kept as the rationals that they denote.
+        One dilation for each reading; decimals are exact.
     times : tuple of float
-        Of each row: in seconds since `origin` for dates, as written otherwise.
+        Time of each row: in seconds since `origin` for dates, as written otherwise.
     origin : str
         Date of the first row in ISO 8601, "" if times are numbers.
     sha256 : str
@@ -204,21 +204,20 @@ class TemperatureRecord(Listed):
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 
-        Pandas reads files of other forms (``read_csv``, ``read_excel``), sorts (``sort_index``),
-        thins (``groupby(level=0).mean()``, ``dropna``) and fills them (``interpolate``).
+        Use pandas to read other files (``read_csv``, ``read_excel``), to sort (``sort_index``), to
+        remove readings (``groupby(level=0).mean()``, ``dropna``) and to fill (``interpolate``).
 
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
-            Floats are taken for the binary numbers that they are. Two columns: minimum and maximum
-            of a day.
+            Floats are exact binary numbers. Two columns are minimum and maximum of a day.
         kappa, T0 : number
-            As of a file.
+            As for a file.
         times : array, shape (rows,), optional
             Numbers, `datetime.datetime`, `numpy.datetime64` or ISO 8601 texts. Default: the index
             of a Series or DataFrame.
         minimum_hour, maximum_hour, scale, unit : optional
-            As of a file.
+            As for a file.
 
         Returns
         -------
@@ -259,24 +258,24 @@ class TemperatureRecord(Listed):
 
     @classmethod
     def readings(cls, file: str | os.PathLike[str], **options: Any) -> Readings:
-        """Return what a file holds by these options, whatever is wrong with it.
+        """Return the readings of a file with these options, including faulty ones.
 
         Parameters
         ----------
         file : str or path
-            As of a record.
+            As for a record.
         **options
-            As of a record; kappa and T0 may be left out.
+            As for a record; kappa and T0 may be left out.
 
         Returns
         -------
         Readings
-            With its faults, and how they are mended.
+            They can list and mend their faults.
 
         Raises
         ------
         InputError
-            If the file is no table, or its times cannot be read.
+            If the file is not a table, or its times cannot be read.
         """
         about = {"kappa": 1, "T0": 0, **options, "theta": [0], "times": [0], "sha256": ""}
         return cls(file, **about)._read()[0]
@@ -300,12 +299,12 @@ class TemperatureRecord(Listed):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Names of the columns that are read, by option: of times, and of temperatures."""
+        """Names of the columns of times and of temperatures, by option."""
         names = _DAILY if self.minimum_column else _SINGLE
         return {name: getattr(self, name).strip() for name in names}
 
     def _keep(self, readings: Readings, content: bytes) -> None:
-        """Keep readings, or refuse the first that is wrong."""
+        """Store the readings, or refuse the first faulty one."""
         for kind, places in readings.faults().items():
             raise readings.refusal(kind, places)
         for told in readings.doubts():
@@ -322,7 +321,7 @@ class TemperatureRecord(Listed):
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """The date of each row, in UTC if the record names a time zone; None if it has numbers."""
+        """The date of each row, in UTC if the record has a time zone; None if it has numbers."""
         if not self.origin:
             return None
         origin = datetime.fromisoformat(self.origin)

@@ -1,4 +1,4 @@
-"""The gate before everything that is derived for chains whose sliders and springs are alike."""
+"""Refuse chains whose sliders or springs differ, for functions that need them alike."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 FRICTION, END_FORCES, EXPANSION = "friction", "end_forces", "expansion"
 EVERYTHING = frozenset({FRICTION, END_FORCES, EXPANSION})
-"""In which respects sliders and springs may differ."""
+"""Respects in which sliders and springs may differ."""
 _SHOULD = {
     FRICTION: "must be the same for every slider",
     END_FORCES: "must be zero",
@@ -21,7 +21,7 @@ _SHOULD = {
 
 
 def unlike(parameters: Mapping[str, Any]) -> frozenset[str]:
-    """Return what differs along a chain: "friction", "end_forces", "expansion", or nothing."""
+    """Return the respects in which a chain differs: "friction", "end_forces", "expansion"."""
     several = any(isinstance(parameters.get(name), list | tuple) for name in ("mu_d", "mu_s"))
     pulled = any(parameters.get(END_FORCES, ()))
     uneven = any(weight != 1 for weight in parameters.get(EXPANSION, ()))
@@ -30,21 +30,21 @@ def unlike(parameters: Mapping[str, Any]) -> frozenset[str]:
 
 
 def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[str] = ()) -> None:
-    """Raise `InputError` for a chain that differs along its length in what is not taken.
+    """Raise `InputError` for a chain that differs along its length in a respect not in `takes`.
 
     Parameters
     ----------
     parameters : mapping
-        Of a chain by name, as `Chain.parameters` returns.
+        Parameters of a chain, as `Chain.parameters` returns them.
     what : str
-        What is derived for equal sliders: the subject of the sentence.
+        The quantity that is derived for equal sliders: the subject of the sentence.
     takes : collection of {"friction", "end_forces", "expansion"}
-        In which respects sliders and springs may differ.
+        Respects in which sliders and springs may differ.
 
     Raises
     ------
     InputError
-        If they differ in another.
+        If they differ in another respect.
     """
     differs = unlike(parameters)
     for name in (FRICTION, END_FORCES, EXPANSION):

@@ -1,7 +1,7 @@
-"""Read a file that somebody else wrote: of a bounded size, or refused in a sentence with its name.
+"""Read a file from somebody else: with a bounded size, or refused in a sentence with its name.
 
-What a file claims is not believed: it is asked for its size before it is read, packed files are
-unpacked up to a size, and whatever fails while its content is made sense of is an `InputError`.
+The size is checked before the file is read, and packed files are unpacked up to a size. Every error
+while the content is read becomes an `InputError`.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _WORDS: dict[type[Exception], str] = {
     TypeError: "it is damaged, or another program has made it",
     AttributeError: "it is damaged, or another program has made it",
 }
-"""What an error means that says too little itself."""
+"""Explanations of errors whose own text is too short."""
 
 
 @contextmanager
 def refused(field: str, shown: str, why: str = "cannot be read") -> Iterator[None]:
-    """Make every error of a block that reads a file an `InputError` that names the file."""
+    """Turn every error of a block that reads a file into an `InputError` that names the file."""
     try:
         yield
     except Exception as error:
@@ -58,7 +58,7 @@ def opened(path: str | os.PathLike[str], field: str, most: int) -> Iterator[Bina
         file = place.open("rb")
     except InputError:
         raise
-    except (OSError, ValueError) as error:  # ValueError: no name of a file
+    except (OSError, ValueError) as error:  # ValueError: no valid file name
         reason = getattr(error, "strerror", None) or error
         raise InputError(field, shown, f"cannot be read: {reason}") from None
     with file:
@@ -74,7 +74,7 @@ def content_of(path: str | os.PathLike[str], field: str, most: int) -> bytes:
 
 
 def unpacked(content: bytes, field: str, shown: str, most: int) -> bytes:
-    """Return what gzip has packed, or content that it has not; at most so many bytes of it."""
+    """Return gzip's content unpacked, or any other content; at most so many bytes."""
     if not content.startswith(_GZIP):
         return content
     with refused(field, shown, "must be packed by gzip"):
@@ -85,7 +85,7 @@ def unpacked(content: bytes, field: str, shown: str, most: int) -> bytes:
 
 
 def text_of(content: bytes, field: str, shown: str) -> str:
-    """Return bytes as the text that they are in UTF-8, or raise `InputError`."""
+    """Return bytes as UTF-8 text, or raise `InputError`."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
