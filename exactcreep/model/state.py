@@ -284,7 +284,7 @@ class State(Shown):
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
 
 
-def mirrored(chain: Chain, state: State) -> bool:
+def symmetric(chain: Chain, state: State) -> bool:
     """Return whether the chain is, and therefore stays, the mirror image of itself."""
     if chain.sigma_mu or chain.n < 2 or chain != chain.mirrored():
         return False

@@ -27,7 +27,7 @@ from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observed_run import PAUSE, ObservedRun
-from exactcreep.solvers.interface import compiled
+from exactcreep.solvers.interface import compile_for
 from exactcreep.watch import interrupts
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import NO_LIMITS, Limits
@@ -306,7 +306,7 @@ def run_experiment(
         checkpoint.restore(index, run)
     if not run.ended:
         say = partial(watch, "compiling")
-        compiled(experiment.algorithm, experiment.chain, experiment.record, say)
+        compile_for(experiment.algorithm, experiment.chain, experiment.record, say)
         pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
         run.advance(limits, watch, pause)
     return run.result()

@@ -259,7 +259,7 @@ class Solver(ABC):
         return 2
 
 
-def compiled(
+def compile_for(
     solver: Solver,
     chain: Chain,
     record: tuple[str, ...] = (),

@@ -24,7 +24,7 @@ from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
-from exactcreep.solvers.interface import advance, compiled
+from exactcreep.solvers.interface import advance, compile_for
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.studies.compare import COMPILED, shortened
 from exactcreep.studies.trajectory import Method
@@ -288,7 +288,7 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
     chain, drive = experiment.chain, experiment.drive
     about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start}
     own = {"solver": method.solver, "record": experiment.record, **method.options}
-    compiled(method.algorithm(), chain, experiment.record)
+    compile_for(method.algorithm(), chain, experiment.record)
 
     def run(part: Drive, most: int, **how: Any) -> Creep:
         left = limits.seconds_left

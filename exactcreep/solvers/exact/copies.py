@@ -24,7 +24,7 @@ from exactcreep.compiling import compiled
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive, Leg
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.state import mirrored
+from exactcreep.model.state import symmetric
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
@@ -75,7 +75,7 @@ class ExactCopies(PerturbedCopies):
         self._targets, self._seed, self._chain = targets, seed, chain
         pull = max(map(abs, chain.end_forces))
         largest = nearest_float(chain.largest_mu_s + abs(chain.tan_alpha) + pull)
-        self._size, self._mirrored = _ROUNDING * largest, mirrored(chain, origin.state)
+        self._size, self._symmetric = _ROUNDING * largest, symmetric(chain, origin.state)
         self._origin, self._nudge = origin, _NUDGE * largest
         self._at_target = AtTargets.of(1, ("tension", "slips"), origin.began)
         work = side_by_side(chain, origin, seed, COPIES)
@@ -146,19 +146,19 @@ class ExactCopies(PerturbedCopies):
             target = self._at_target._replace(began=(origin.numbers[0], *origin.began[1:]))
             alone = [rows[q : q + 1] for rows in passed]
             away, whole = self._pass_at_once(
-                alone, most_events, apart, origin.numbers, target, mirrored=False
+                alone, most_events, apart, origin.numbers, target, symmetric=False
             )
             distances.append(away)
             if not whole or away[0] > apart:
                 return np.concatenate(distances), whole and q + 1 == len(legs)
         if not legs:
             own = self._numbers, self._at_target
-            return self._pass_at_once(passed, most_events, apart, *own, mirrored=self._mirrored)
+            return self._pass_at_once(passed, most_events, apart, *own, symmetric=self._symmetric)
         return np.concatenate(distances), whole
 
     def _pass_at_once(
         self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float,
-        numbers: NDArray[np.float64], target: AtTargets, *, mirrored: bool,
+        numbers: NDArray[np.float64], target: AtTargets, *, symmetric: bool,
     ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
         """Pass targets; tensions of the copies are told from `numbers` and `target`."""
         most = len(passed[0])
@@ -169,7 +169,7 @@ class ExactCopies(PerturbedCopies):
             goes_on = follow_copies(
                 self._cell, self._whole, self._deviate, self._series, self._now,
                 _NO_LOG, numbers, target, *passed, distance, reached, ends, apart,
-                most_events, MOST_WORK, self._size, mirrored,
+                most_events, MOST_WORK, self._size, symmetric,
             )  # fmt: skip
             if self._series is None and goes_on:
                 self._series = series_of(self._numbers.shape[2])
@@ -206,7 +206,7 @@ def begin_copies(cell, whole, deviate, scalars, numbers, of_chain, draws, size, 
 @compiled
 def follow_copies(
     cell, whole, deviate, series, scalars, log, numbers, at_target, theta, theta_low,
-    tensions, slips, distance, reached, ends, apart, most_events, max_work, size, mirrored,
+    tensions, slips, distance, reached, ends, apart, most_events, max_work, size, symmetric,
 ):  # fmt: skip
     """Take each copy along the targets of a run, up to where one of them is `apart` from it.
 
@@ -233,7 +233,7 @@ def follow_copies(
             away = 0.0
             if passed == 1:
                 away = _distance(target.rows, tensions[q], slips[q])
-                _round(cell[number], now, target.rows.slips[0], number, size, mirrored)
+                _round(cell[number], now, target.rows.slips[0], number, size, symmetric)
             elif reason != layout.BUDGET:  # it runs away, which the run did not
                 away = np.inf
             elif series is None and now.stage == layout.CLUSTER:
@@ -261,7 +261,7 @@ def _distance(copy, tension, slips):
 
 
 @compiled
-def _round(cell, now, slips, number, size, mirrored):
+def _round(cell, now, slips, number, size, symmetric):
     """Move every slider that has slipped by `size` for the root of the events, up or down."""
     n = now.chain.n
     word = np.uint64(now.counts.rearrangements) * np.uint64(0x9E3779B97F4A7C15)
@@ -273,7 +273,7 @@ def _round(cell, now, slips, number, size, mirrored):
     size *= math.sqrt(2.0 * slips.sum())
     for slider in range(n):
         k, way = slider, 1.0
-        if mirrored and 2 * k >= n - 1:
+        if symmetric and 2 * k >= n - 1:
             k, way = n - 1 - k, -1.0 if 2 * k > n - 1 else 0.0
         if slips[slider] == 0 or way == 0.0:
             continue

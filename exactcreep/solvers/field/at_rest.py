@@ -21,7 +21,7 @@ from exactcreep.model.drive import Leg
 from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
-from exactcreep.model.state import State, mirrored
+from exactcreep.model.state import State, symmetric
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
 from exactcreep.motion.modes import forces_of, frictions_of, loads_of
@@ -44,7 +44,7 @@ class Rest:
     coefficients: NDArray[np.float64]  # as in `State`
     draws: NDArray[np.int64]
     slips: NDArray[np.int64]  # of each slider, since the last target
-    mirrored: bool  # whether the chain is, and therefore stays, the mirror image of itself
+    symmetric: bool  # whether the chain is, and therefore stays, the mirror image of itself
     exact: ExactState | None  # as long as all of it lies in Q(c)
     force_slack: Any = 0  # how far rounding may have taken forces, and l0 theta
     theta_slack: Any = 0
@@ -123,7 +123,7 @@ class ChainAtRest(ABC):
             state.coefficients.astype(np.float64),
             state.draws.astype(np.int64),
             slips=np.zeros(self.chain.n, dtype=np.int64),
-            mirrored=mirrored(self.chain, state),
+            symmetric=symmetric(self.chain, state),
             exact=exact,
             leg=leg,
         )
@@ -132,7 +132,7 @@ class ChainAtRest(ABC):
         """Let theta be the part that is done of the way to a target; the chain stands at rest."""
         rest = self.rest
         rest.leg, rest.theta, rest.theta_slack = leg, self.arithmetic.number(0), 0
-        rest.mirrored = rest.mirrored and leg.mirrors(self.chain)
+        rest.symmetric = rest.symmetric and leg.mirrors(self.chain)
         if rest.exact is not None:
             rest.exact.theta = self.field.rational(Fraction(0))
         self._take_rates()
@@ -253,7 +253,7 @@ class ChainAtRest(ABC):
         starts: list[tuple[int, int]] = []
         last = self.chain.n - 1
         for n, rate in self.rates.items():
-            if self.rest.mirrored and n > last - n:
+            if self.rest.symmetric and n > last - n:
                 continue  # it starts with its image
             sign, order = self.rules.driven(rate, way)[0], -1
             room = self.room(n, sign)
@@ -266,7 +266,7 @@ class ChainAtRest(ABC):
                 nearest, starts = room, []
             if order <= 0:
                 starts.append((n, sign))
-        if self.rest.mirrored:
+        if self.rest.symmetric:
             starts += [(last - n, -sign) for n, sign in starts[::-1]]
         return nearest, starts
 

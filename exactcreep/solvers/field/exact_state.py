@@ -71,13 +71,13 @@ class ExactState:
         return {(n, side) for n, side in both if held[n] == side * self.forces[n]}
 
     def slip(
-        self, flow: Flow, moving: list[int], acting: Callable[[int], Fraction], *, mirrored: bool
+        self, flow: Flow, moving: list[int], acting: Callable[[int], Fraction], *, symmetric: bool
     ) -> FirstEvent | None:
         """Return the common stop of sliders that each move alone, if Q(c) decides it; go there.
 
         They start from rest together, have equally many neighbours, all at rest, and none of these
         starts: forces change monotonically, so the stop is the worst case. The two in the middle of
-        a mirrored chain move alone together: their spring's middle rests.
+        a symmetric chain move alone together: their spring's middle rests.
         """
         n_sliders, number = self.chain.n, flow.arithmetic.number
         frictions = self.chain.each("mu_d", self.field.times_cosine)
@@ -85,7 +85,7 @@ class ExactState:
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)
-        if mirrored and n_sliders % 2 == 0 and middle[0] in beside:
+        if symmetric and n_sliders % 2 == 0 and middle[0] in beside:
             for n, image in (middle, middle[::-1]):
                 beside[n].remove(image)
                 stiffnesses[n] += 1

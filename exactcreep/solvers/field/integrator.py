@@ -87,7 +87,7 @@ class ChainIntegrator(ChainAtRest):
         moving = np.flatnonzero(flow.signs).tolist()
         exact = self.rest.exact
         if exact is not None:
-            slip = exact.slip(flow, moving, self.acting, mirrored=self.rest.mirrored)
+            slip = exact.slip(flow, moving, self.acting, symmetric=self.rest.symmetric)
             if slip is not None:
                 return slip
         touching = self.touching(flow, moving)
@@ -103,7 +103,7 @@ class ChainIntegrator(ChainAtRest):
             return lone_event(flow, moving[0], *of)
         search = Search(
             flow, self.runs, self.thresholds, excess, touching,
-            assume=self.assume, half=self.rest.mirrored, limits=self.limits,
+            assume=self.assume, half=self.rest.symmetric, limits=self.limits,
         )  # fmt: skip
         first = search.first(horizon)
         if not first:
@@ -117,7 +117,7 @@ class ChainIntegrator(ChainAtRest):
         self.tally.undecided += search.undecided
         stops = [root.slider for root in first if root.side == 0]
         starts = [(root.slider, root.side) for root in first if root.side != 0]
-        return event_of(time, stops, starts, self.chain.n if self.rest.mirrored else None)
+        return event_of(time, stops, starts, self.chain.n if self.rest.symmetric else None)
 
     def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
         """Return the neighbours of moving sliders that rest exactly at threshold."""
@@ -143,7 +143,7 @@ class ChainIntegrator(ChainAtRest):
                 self._blurred(flow, first, displacements[0], velocities[0])
             flow.shift(first, self.arithmetic.vector(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
-        if self.rest.mirrored:
+        if self.rest.symmetric:
             flow.mirror()
         if self.rest.exact is not None:
             flow.forces = self.arithmetic.vector([f.ball() for f in self.rest.exact.forces])
@@ -241,10 +241,10 @@ class ChainIntegrator(ChainAtRest):
 
 
 def event_of(
-    time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None
+    time: Any, stops: list[int], starts: list[tuple[int, int]], image_of: int | None
 ) -> FirstEvent:
-    """Return the event of these sliders, and of their images in a chain of `mirrored` sliders."""
-    if mirrored is not None:
-        stops += [mirrored - 1 - n for n in stops]
-        starts += [(mirrored - 1 - n, -sign) for n, sign in starts]
+    """Return the event of these sliders, and of their images in a chain of `image_of` sliders."""
+    if image_of is not None:
+        stops += [image_of - 1 - n for n in stops]
+        starts += [(image_of - 1 - n, -sign) for n, sign in starts]
     return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))

@@ -274,7 +274,7 @@ class SetIntegrator(ChainIntegrator):
             if of_all is None and not (self.assume or self._may_run_away(flow)):
                 of_all = self._proved(flow)
         if of_all is not None:
-            self.kinds[Kind.TIE if self.rest.mirrored else Kind.TRANSVERSE] += 1
+            self.kinds[Kind.TIE if self.rest.symmetric else Kind.TRANSVERSE] += 1
             return of_all
         if self.rest.set is not None:
             self._give_up(flow)
@@ -296,8 +296,8 @@ class SetIntegrator(ChainIntegrator):
 
         None if it is another motion, or the neighbour may start before it ends.
         """
-        n, mirrored = self.chain.n, self.rest.mirrored
-        if len(self.crossed) != 1 or mirrored or n == 1 or np.count_nonzero(flow.signs) > 1:
+        n, symmetric = self.chain.n, self.rest.symmetric
+        if len(self.crossed) != 1 or symmetric or n == 1 or np.count_nonzero(flow.signs) > 1:
             return None
         (end,) = self.crossed
         if end not in (0, n - 1):
@@ -334,7 +334,7 @@ class SetIntegrator(ChainIntegrator):
             np.array([fast, bare, forces]),
             np.array(held),
             unsure + self.far + 2.0**-50 * max(held),
-            min(n // 2 if self.rest.mirrored else n, window.stop) - window.start,
+            min(n // 2 if self.rest.symmetric else n, window.stop) - window.start,
         )
         if at < 0:
             return None
@@ -381,7 +381,7 @@ class SetIntegrator(ChainIntegrator):
             return None
         instant, shifts = enclosed
         stops, starts = ([slider], []) if side == 0 else ([], [acting])
-        event = event_of(instant, stops, starts, self.chain.n if self.rest.mirrored else None)
+        event = event_of(instant, stops, starts, self.chain.n if self.rest.symmetric else None)
         return replace(event, shifts=tuple(shifts))
 
     def _crossing(
@@ -412,7 +412,7 @@ class SetIntegrator(ChainIntegrator):
         velocities, accelerations = np.zeros((2, n))
         velocities[window], accelerations[window] = fast, pulls
         late = late * (1 + 1e-9) + 2.0**-50 * time
-        image = n - 1 - acting[0] if self.rest.mirrored else -1
+        image = n - 1 - acting[0] if self.rest.symmetric else -1
         return Crossing(
             self.springs, flow.signs, velocities, accelerations, unsure, time, late, haste,
             *acting, image,
