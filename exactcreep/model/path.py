@@ -47,6 +47,10 @@ class Listed(Drive):
     def exact_target(self, q: int, seed: int = 0) -> Any:
         return self.theta[q - 1]
 
+    def parameters(self) -> dict[str, Any]:
+        targets = [list(target) for target in self.theta] if self.springs else [*self.theta]
+        return super().parameters() | {"theta": targets}
+
     def leg(self, q: int, start: Any) -> Leg | None:
         if not self.springs:
             return None
@@ -83,23 +87,7 @@ class Path(Listed):
     kind: ClassVar[str] = "path"
 
     def __init__(self, theta: Iterable[Number] | Iterable[Sequence[Number]]) -> None:
-        if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
-            raise InputError("theta", theta, "must be a list of numbers")
-        values = tuple(_target(value, f"theta[{i}]") for i, value in enumerate(theta))
-        if not values:
-            raise InputError("theta", [], "must hold at least one number")
-        widths = [len(value) if isinstance(value, tuple) else 0 for value in values]
-        for i, width in enumerate(widths):
-            if width != widths[0]:
-                allowed = f"must hold as many numbers as theta[0], {widths[0] or 1}"
-                raise InputError(f"theta[{i}]", width or 1, allowed)
-        if widths[0] and all(len({*value}) == 1 for value in values):
-            values = tuple(value[0] for value in values)  # all springs alike
-        vars(self).update(theta=values)
-
-    def parameters(self) -> dict[str, Any]:
-        targets = [list(value) if self.springs else value for value in self.theta]
-        return {"kind": self.kind, "theta": targets}
+        vars(self).update(theta=targets_of(theta))
 
     @classmethod
     def of(cls, drive: Drive, seed: int = 0) -> Path:
@@ -129,6 +117,23 @@ class Path(Listed):
             raise InputError("drive", name, "must count its time in targets, as a path does")
         count = whole_number(drive.half_cycles, "drive.half_cycles", least=1, most=10**6)
         return cls(drive.exact_target(q, seed) for q in range(1, count + 1))
+
+
+def targets_of(theta: Any) -> tuple[Any, ...]:
+    """Return the targets of a list as rationals, or as tuples where springs differ; see `Path`."""
+    if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
+        raise InputError("theta", theta, "must be a list of numbers")
+    values = tuple(_target(value, f"theta[{i}]") for i, value in enumerate(theta))
+    if not values:
+        raise InputError("theta", [], "must hold at least one number")
+    widths = [len(value) if isinstance(value, tuple) else 0 for value in values]
+    for i, width in enumerate(widths):
+        if width != widths[0]:
+            allowed = f"must hold as many numbers as theta[0], {widths[0] or 1}"
+            raise InputError(f"theta[{i}]", width or 1, allowed)
+    if widths[0] and all(len({*value}) == 1 for value in values):
+        return tuple(value[0] for value in values)  # all springs alike
+    return values
 
 
 def _target(value: Any, field: str) -> Any:

@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from fractions import Fraction
@@ -27,7 +27,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.path import Listed
+from exactcreep.model.path import Listed, targets_of
 from exactcreep.model.readings import ABSOLUTE_ZERO, Readings, RecordWarning
 from exactcreep.model.record_format import table_of
 from exactcreep.model.remarks import warn
@@ -147,7 +147,7 @@ class TemperatureRecord(Listed):
         decimal: str = ".",
         date_format: str = "",
         encoding: str = "utf-8",
-        theta: Iterable[Number] | None = None,
+        theta: Iterable[Any] | None = None,
         times: Iterable[Number] | None = None,
         sha256: str | None = None,
         origin: str | None = None,
@@ -177,9 +177,9 @@ class TemperatureRecord(Listed):
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
             self._keep(*self._read())
             return
-        dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        dilations = targets_of(theta)
         moments = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
-        if not dilations or len(moments) != len(dilations):
+        if len(moments) != len(dilations):
             raise InputError("times", len(moments), "must be as many as theta, at least one")
         try:
             datetime.fromisoformat(origin or "2024-01-31")
@@ -257,6 +257,47 @@ class TemperatureRecord(Listed):
         return record
 
     @classmethod
+    def along(cls, records: Sequence[TemperatureRecord]) -> TemperatureRecord:
+        """Return the record of a chain whose springs have temperatures of their own.
+
+        Parameters
+        ----------
+        records : sequence of TemperatureRecord
+            One of each spring, the upper one first, with the same times, `kappa`, `T0` and `unit`.
+
+        Returns
+        -------
+        TemperatureRecord
+            A drive whose targets are a dilation for each spring.
+
+        Raises
+        ------
+        InputError
+            If there are none, or they do not fit together.
+
+        Examples
+        --------
+        >>> roof = [TemperatureRecord.of(each, kappa="29e-6", T0=10, times=[0, 12])
+        ...         for each in ([30, 12], [20, 11])]
+        >>> TemperatureRecord.along(roof).temperatures
+        array([[30., 20.],
+               [12., 11.]])
+        """
+        if not records:
+            raise InputError("records", [], "must hold a record for each spring")
+        first = records[0]
+        for k, one in enumerate(records):
+            for name in ("times", "origin", "kappa", "T0", "unit"):
+                if getattr(one, name) != getattr(first, name):
+                    raise InputError(f"records[{k}].{name}", "another", "must be that of the first")
+        digest = hashlib.sha256("".join(one.sha256 for one in records).encode()).hexdigest()
+        return cls(
+            first.file, first.kappa, first.T0, unit=first.unit, times=first.times,
+            theta=[*zip(*(one.theta for one in records), strict=True)],
+            sha256=digest, origin=first.origin,
+        )  # fmt: skip
+
+    @classmethod
     def readings(cls, file: str | os.PathLike[str], **options: Any) -> Readings:
         """Return the readings of a file with these options, including faulty ones.
 
@@ -332,8 +373,9 @@ class TemperatureRecord(Listed):
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
-        """The temperature of each row in `unit`, shape (rows,)."""
-        return np.array([nearest_float(theta / self.kappa + self.T0) for theta in self.theta])
+        """The temperature of each row in `unit`, shape (rows,), or (rows, springs)."""
+        exact = np.array(self.theta, dtype=object) / self.kappa + self.T0
+        return np.asarray(np.frompyfunc(nearest_float, 1, 1)(exact).astype(np.float64))
 
     @cached_property
     def _clock(self) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ import pytest
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
+from exactcreep.model.path import Path
 from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
@@ -233,3 +234,23 @@ def test_a_result_has_the_dates_of_its_record_and_keeps_them(write, tmp_path):
     again = Creep.load(tmp_path / "run.nc")
     assert again.drive == drive
     assert again.dataset.identical(run.dataset)
+
+
+def test_records_of_springs_are_one_drive_that_files_keep(tmp_path):
+    hours = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
+    each = [[10, 31, 12], [8, 22, 9]]
+    records = [TemperatureRecord.of(values, KAPPA, 10, times=hours) for values in each]
+    drive = TemperatureRecord.along(records)
+    assert drive.temperatures.tolist() == np.transpose(each).tolist()
+    assert drive.targets(2, 1).tolist() == [[float(one.theta[1]) for one in records]]
+    chain = Chain(3, 5000, "0.5", "0.6", "0.01", tan_alpha="0.1")
+    run = creep(chain, drive)
+    assert run.x_G == creep(chain, Path(drive.theta)).x_G != 0
+    run.save(tmp_path / "roof.nc")
+    assert Creep.load(tmp_path / "roof.nc").drive == drive
+    alike = TemperatureRecord.along(records[:1] * 2)
+    assert (alike.theta, alike.springs) == (records[0].theta, 0)
+    late = TemperatureRecord.of(each[0], KAPPA, 10, times=[0, 1, 2])
+    for wrong in ([], [records[0], late]):
+        with pytest.raises(InputError, match="records"):
+            TemperatureRecord.along(wrong)
