@@ -298,9 +298,15 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
                 allowed = f"cannot be used: {error.strerror}"
                 raise exactcreep.InputError("port", number, allowed) from None
         words += ["--port", str(number)]
+    from exactcreep.compiling import told
+    from exactcreep.figures import explorer
+    from exactcreep.watch.display import COMPILING
+
+    with told(lambda: print(COMPILING, file=sys.stderr, flush=True)):
+        explorer.prepare()
     app = Path(exactcreep.__file__).parent / "figures" / "explorer_app.py"
     os.environ["MARIMO_SKIP_UPDATE_CHECK"] = "1"  # no request leaves this machine
-    sys.argv = ["marimo", "--yes", "run", str(app), "--no-token", *words]
+    sys.argv = ["marimo", "--yes", "run", str(app), "--token", *words]
     try:  # within this process, so that no server is left behind
         runpy.run_module("marimo", run_name="__main__", alter_sys=True)
     except SystemExit as leaving:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, moments_of
+from exactcreep.laws import prediction
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
@@ -68,10 +69,13 @@ def run_data(run: Creep) -> dict[str, Any]:
         passed = passed - ramps[half_cycle - 1]
         span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
     slips = ("slider", "rearrangement", "displacement")
+    law = prediction(run.chain, run.drive, run.experiment.start)
     return {
         "described": description_of(run.experiment),
         "n": run.chain.n,
         "half_cycles": reached,
+        "law": [] if law is None else list(law.values),
+        "burn_in": min(run.burn_in, reached),
         "when": _packed(half_cycle - 1 + np.clip(passed / span, 0, 1)),
         "displacement": _packed(recorded["rearrangement_displacement"]),
         "slip": {name: _packed(recorded[f"slip_{name}"]) for name in slips},

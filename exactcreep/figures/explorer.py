@@ -102,6 +102,14 @@ def experiment_of(values: Mapping[str, Any]) -> Experiment:
     return Experiment(Chain(values["n"], **numbers), drive, seed=values["seed"])
 
 
+def prepare() -> None:
+    """Load and compile what the first picture needs, before anybody waits for it."""
+    first = {slider.name: slider.start for slider in SLIDERS} | {"drive": DRIVES[0], "size": START}
+    experiment = experiment_of(first)
+    view_of(experiment)
+    velocity_picture(next(velocity_points(experiment)), experiment)
+
+
 def preset_size(values: Mapping[str, Any], name: str) -> float:
     """Return the size of the drive that a preset stands for, in thousandths, to three digits.
 
@@ -225,13 +233,13 @@ def fate_sentence(run: Creep) -> str:
     if not isinstance(drive, Cycles):
         return "Fate: none, since the dilations never repeat."
     if chain.sigma_mu != 0:
-        return "Fate: none that lasts, since every slip draws a new coefficient (`survival`)."
+        return "Fate: none that lasts, since every slip draws a new coefficient (survival)."
     if chain.slides or chain.may_run_away:
         return ""
     each = max(run.event_count / max(run.half_cycles, 1), 1)  # events of a half-cycle
     most = min(max(int(_FATE_EVENTS / (2 * each)), 1), _FATE_CYCLES)
     found = fate(chain, drive.amplitude, cycles=most, solver="exact")
-    proves = "" if found.settled_after is None else "; `exactcreep fate` proves it"
+    proves = "" if found.settled_after is None else "; exactcreep fate proves it"
     return f"Fate: {found.finding}{proves}."
 
 

@@ -10,6 +10,7 @@ import marimo
 app = marimo.App(width="full", app_title="exactcreep: a creeping chain")
 
 with app.setup:
+    import html
     import math
     import time
     from typing import Any
@@ -22,11 +23,20 @@ with app.setup:
 
 @app.cell
 def _() -> None:
-    mo.md("""
-    # A chain of sliders that creeps
-
-    Its largest avalanche moves below. The first time, the solver is compiled for a minute or two.
-    """)
+    # the pictures stay in view: beside what is asked, on a phone above it
+    mo.Html("""<style>
+    .seen { position: fixed; z-index: 9; display: flex; flex-direction: column; padding: 8px;
+      inset: 0 0 50vh 0; background: var(--background); font-size: 14px; }
+    .seen > :last-child { flex: 1; min-height: 0; }
+    .seen > :last-child * { width: 100%; height: 100% !important; border: 0; }
+    .asked { display: grid; gap: 2px 24px;
+      grid-template-columns: repeat(auto-fill, minmax(min(100%, 220px), 1fr)); }
+    .above { height: 53vh; }
+    @media (min-width: 800px) {
+      .seen { inset: 0 0 0 48vw; } .asked, .curve { max-width: calc(48vw - 120px); }
+      .above { height: 0; }
+    }
+    </style><div class="above"></div><h3>A chain of sliders that creeps</h3>""")
     return
 
 
@@ -50,11 +60,8 @@ def _() -> Any:
     drive = mo.ui.radio(list(explorer.DRIVES), explorer.DRIVES[0], label="dilations", inline=True)
     preset, set_preset = mo.state(explorer.START)
     shown: dict[str, Any] = {}  # the last view that was not refused
-    mo.Html(
-        '<div style="display:grid;gap:2px 24px;'
-        'grid-template-columns:repeat(auto-fill,minmax(min(100%,260px),1fr))">'
-        f"{''.join(f'<div>{each}</div>' for each in (*sliders.values(), drive))}</div>"
-    )
+    each = "".join(f"<div>{one}</div>" for one in (*sliders.values(), drive))
+    mo.Html(f'<div class="asked">{each}</div>')
     return drive, preset, set_preset, shown, sliders
 
 
@@ -68,7 +75,7 @@ def _(preset: Any) -> Any:
         show_value=True,
         full_width=True,
     )
-    mo.as_html(size)
+    mo.Html(f'<div class="asked" style="display:block">{size}</div>')
     return (size,)
 
 
@@ -89,23 +96,26 @@ def _(drive: Any, set_preset: Any, sliders: Any) -> None:
 
 @app.cell
 def _(drive: Any, shown: dict[str, Any], size: Any, sliders: Any) -> Any:
-    refused = []
+    told, faded = "", ""
     try:
         asked = explorer.experiment_of({**sliders.value, "drive": drive.value, "size": size.value})
         shown["view"] = explorer.view_of(asked)
     except InputError as error:
-        told = f"{error}. Below is still the run before."
-        refused = [mo.callout(mo.plain_text(told), kind="danger")]
+        told = f"<b>{html.escape(str(error))}. Below is still the run before.</b>"
+        faded = 'style="opacity:.45"'
     view = shown["view"]
     experiment = view.run.experiment
-    sentences = [mo.md(each) for each in (view.law, view.fate, view.cut) if each]
-    seen = mo.vstack([*sentences, mo.iframe(view.page, height="400px")])
-    mo.vstack([*refused, seen.style(opacity=".45") if refused else seen])
+    said, page = html.escape(f"{view.law} {view.fate} {view.cut}"), mo.iframe(view.page)
+    mo.Html(f'<div class="seen">{told}<p>{said}</p><div {faded}>{page}</div></div>')
     return (experiment,)
 
 
 @app.cell
 def _(experiment: Any) -> None:
+    def show(points: Any) -> None:
+        drawn = explorer.velocity_picture(points, experiment)
+        mo.output.replace(mo.Html(f'<div class="curve">{drawn}</div>'))
+
     def grow() -> None:
         thread, drawn = mo.current_thread(), time.monotonic()
         points = []
@@ -113,9 +123,9 @@ def _(experiment: Any) -> None:
             if thread.should_exit:
                 return
             if time.monotonic() > drawn + 1:  # a picture takes longer than most points
-                mo.output.replace(mo.Html(explorer.velocity_picture(points, experiment)))
+                show(points)
                 drawn = time.monotonic()
-        mo.output.replace(mo.Html(explorer.velocity_picture(points, experiment)))
+        show(points)
 
     mo.Thread(target=grow).start()
     return

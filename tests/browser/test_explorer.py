@@ -33,7 +33,7 @@ def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         new_browser(tmp_path_factory.mktemp("profile")) as browser,
     ):
         try:
-            url = re.compile(r"http://localhost:\d+")
+            url = re.compile(r"http://localhost:\d+\S*")
             (address,) = next(filter(None, map(url.findall, process.stdout)))
             visitor = Page(browser, address)
             visitor.until(lambda: visitor.script(DESCRIBED))
@@ -81,10 +81,10 @@ def test_a_refused_value_names_itself_and_the_old_run_says_that_it_is_old(app: P
     def told() -> str:
         return str(app.browser.find_element("tag name", "body").text)
 
-    app.until(lambda: "mu_s = " in told() and "What is shown below is old" in told())
+    app.until(lambda: "mu_s = " in told() and "Below is still the run before" in told())
     assert app.script(DESCRIBED) == before
     app.press(HOME)
-    app.until(lambda: "What is shown below is old" not in told())
+    app.until(lambda: "Below is still the run before" not in told())
 
 
 def test_velocities_appear_one_by_one(app: Page) -> None:
@@ -92,3 +92,20 @@ def test_velocities_appear_one_by_one(app: Page) -> None:
     app.press(RIGHT)
     app.until(lambda: "seed 1" in app.script(DESCRIBED))
     app.until(lambda: app.script(POINTS) > 15)
+
+
+def test_the_picture_stays_in_view_beside_the_sliders_or_above_them(app: Page) -> None:
+    def places() -> tuple[dict[str, float], dict[str, float]]:
+        box = "return document.querySelector('{}').getBoundingClientRect().toJSON()"
+        return app.script(box.format("iframe")), app.script(box.format(".asked"))
+
+    for size in ((1280, 900), (400, 850)):
+        app.browser.set_window_size(*size)
+        for down in (0, 300):
+            app.script(f"document.getElementById('App').scrollTop = {down}")
+            picture, asked = places()
+            assert picture["top"] >= 0
+            assert picture["bottom"] <= app.script("return innerHeight")
+            beside = picture["left"] >= asked["right"]
+            assert beside if size[0] > size[1] else down or picture["bottom"] <= asked["top"]
+    app.browser.set_window_size(1280, 1150)
