@@ -30,6 +30,7 @@ from exactcreep import (
 from exactcreep.motion.runaway import NEVER_STOPS
 from tests.paper import captions, paper_chain
 
+pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
 EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
 each_solver = pytest.mark.parametrize("solver", EVENT_SOLVERS)
 
