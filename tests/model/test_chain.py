@@ -1,8 +1,10 @@
 """The chain and its state: exact parameters, exact forces."""
 
 import math
+from collections import Counter
 from dataclasses import FrozenInstanceError
 from fractions import Fraction
+from random import Random
 
 import mpmath
 import numpy as np
@@ -11,7 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.outcome import Outcome
+from exactcreep.model.path import Path
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import creep
 from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(30)
@@ -100,3 +105,22 @@ def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight(
     assert (relaxed.n, relaxed.theta, relaxed.displacements.any()) == (30, 0, False)
     state, weight = State.prepared(THREE, ["0.25", "-0.5"]), THREE.sin_alpha
     assert state.forces(THREE).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
+
+
+def test_a_chain_runs_away_in_the_direction_of_its_heading():
+    random, seen = Random(8), Counter()
+    for seed in range(60):
+        n, slope = random.randint(2, 5), Fraction(random.randint(-90, 89) or 90, 100)
+        friction = [Fraction(random.randint(20, 50), 100) for _ in range(n)]
+        pulls = [Fraction(random.randint(-150, 150), 100) for _ in "12"]
+        held = [mu + Fraction(1, 20) for mu in friction]
+        chain = Chain(n, 1000, friction, held, tan_alpha=slope, end_forces=pulls)
+        pull = n * chain.sin_alpha + float(sum(pulls))
+        assert chain.heading == np.sign(pull)
+        assert chain.may_run_away is (abs(pull) >= chain.cos_alpha * float(sum(friction)))
+        run = creep(chain, Path([0, "0.001"]), seed=seed, max_events=20_000)
+        if run.outcome is Outcome.RUNAWAY:
+            assert np.sign(run.velocity) == chain.heading == np.sign(run.x_G)
+            assert run.direction == {1: "downhill", -1: "uphill"}[chain.heading * np.sign(slope)]
+            seen[chain.heading == np.sign(slope)] += 1
+    assert min(seen[True], seen[False]) > 3
