@@ -1,14 +1,13 @@
-"""Copies of a run that are a few roundings off, followed side by side until one of them has parted.
+"""Perturbed copies of a run, followed beside it until one of them differs.
 
-Each begins with other tensions, and is rounded once more at every target, by about what the events
-on the way there may have made. Two chains that are close part at the same rate as the run parts
-from the truth; what was off only at its start may be forgotten at the next stop.
+Each copy begins with slightly different tensions. At every target it is rounded once more, by about
+the rounding error of the events since the last target. Two close chains separate at the same rate
+as the run separates from the truth; an error of the start alone may be forgotten at the next stop.
 
-A start with tensions may lie next to a margin, which rounding has crossed and neither copy has. So
-pairs that are far off, to either side, go to the first target before: with other slips there the
-order of events is in doubt, unless a tie there has put it in doubt before. (Where events have
-amplified what earlier ones rounded more than what the start was off, each copy is on one side or
-the other by chance: therefore three pairs.)
+A start with tensions may be next to a margin that rounding has crossed, but no copy. So pairs that
+are further off, to either side, go to the first target. If they slip differently, the order of
+events is undecided (unless a tie has made it undecided before). There are three pairs, because a
+copy may be on the same side by chance if events amplify later roundings more than the start's.
 """
 
 from __future__ import annotations
@@ -42,15 +41,15 @@ from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
 
 COPIES = 2
-"""Which part from the run as it parts from the truth; the first that does so counts."""
+"""Number of copies; the first that differs counts."""
 _NUDGE = 2.0**-50
-"""Of the tensions of a copy at its start, over the largest force."""
+"""Initial error of the tensions of a copy, relative to the largest force."""
 _FAR = 16.0
-"""How many times as far off the pairs are that go to the first target before."""
+"""Factor of the initial error of the pairs that go to the first target."""
 _BLOCKS = (1, 2, 3)
-"""Of each pair: after so many springs its signs change."""
+"""For each pair: number of springs after which the sign of its error changes."""
 _ROUNDING = 2.0**-52
-"""Of its displacements at a target, over the largest force, for the root of the events before."""
+"""Rounding of displacements at a target, relative to the largest force, per root of events."""
 _NO_LOG = layout.Log(np.empty(0, dtype=layout.LOGGED_EVENT), None)
 
 Targets = Callable[[Drive, int, int, int], tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -60,15 +59,8 @@ Targets = Callable[[Drive, int, int, int], tuple[NDArray[np.float64], NDArray[np
 class ExactCopies(PerturbedCopies):
     """Copies of a simulation of `Exact`; their arrays hold one copy after the other.
 
-    Parameters
-    ----------
-    chain : Chain
-        Of two sliders or more.
-    origin : Origin
-        What the simulation began with. What mirrors itself goes on doing so.
-    seed : int
-    targets : callable
-        `ExactSimulation.targets`.
+    `origin` is the start of the simulation; `targets` is `ExactSimulation.targets`. The chain has
+    at least two sliders, and copies of a mirror-symmetric chain stay symmetric.
     """
 
     def __init__(self, chain: Chain, origin: Origin, seed: int, targets: Targets) -> None:
@@ -84,22 +76,22 @@ class ExactCopies(PerturbedCopies):
         self._begin(self._nudge, (1, 2))
 
     def _begin(self, size: float, blocks: tuple[int, int]) -> None:
-        """Let the copies begin with tensions that are `size` off.
+        """Let the copies begin with an error `size` of the tensions.
 
-        The sign changes after so many springs as the copy's block; the second begins with the
-        other.
+        Its sign changes after as many springs as the copy's block; the second copy begins with the
+        opposite sign.
         """
         self._numbers[:] = self._origin.numbers
         begin_copies(
             self._cell, self._whole, self._deviate, self._now, self._numbers,
             self._origin.of_chain, self._origin.state.draws, size, blocks,
         )  # fmt: skip
-        self._deviate[1:] = self._deviate[0]  # the same draws lie ahead of all
+        self._deviate[1:] = self._deviate[0]  # all copies have the same draws ahead
 
     def follow(
         self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
     ) -> tuple[NDArray[np.float64], bool]:
-        """Hold the copies against a run; see `PerturbedCopies.follow`."""
+        """Compare the copies with a run; see `PerturbedCopies.follow`."""
         high, low = self._targets(drive, first, stretch.completed, self._seed)
         tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]
         passed = high, low, tensions, slips
@@ -109,7 +101,7 @@ class ExactCopies(PerturbedCopies):
         at_first = np.zeros(0)
         settled_by_rules = stretch.doubts is not None and bool((stretch.doubts[:1] > 0).any())
         tense = self._origin.numbers[TENSION : TENSION_LOW + 1].any()
-        # what the rules have settled is undecided from there anyway
+        # a comparison settled by the rules makes later targets undecided anyway
         if first == 1 and tense and not settled_by_rules:
             at_first = self._near_start([rows[:1] for rows in passed], legs[:1], most_events)
         distance, whole = self._pass(passed, legs, most_events, apart)
@@ -120,8 +112,8 @@ class ExactCopies(PerturbedCopies):
     def _near_start(
         self, passed: Sequence[NDArray[np.float64]], legs: Sequence[Leg], most_events: int
     ) -> NDArray[np.float64]:
-        """Return how far a run is at its first target from copies that are far off, over `_FAR`."""
-        now, distance = self._now.view(np.int64), np.zeros(0)  # field by field it takes longer
+        """Return the distance of a run at its first target from the far copies, over `_FAR`."""
+        now, distance = self._now.view(np.int64), np.zeros(0)  # by fields it takes longer
         at_start = now.copy()
         for block in _BLOCKS:
             self._begin(_FAR * self._nudge, (block, block))
@@ -135,9 +127,9 @@ class ExactCopies(PerturbedCopies):
         self, passed: Sequence[NDArray[np.float64]], legs: Sequence[Leg], most_events: int,
         apart: float,
     ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
-        """Pass targets: ``l0 theta`` of each, in two parts, and tensions and slips of the run.
+        """Pass targets, given ``l0 theta`` in two parts, and tensions and slips of the run.
 
-        One after the other along `legs`, if each spring has a dilation of its own.
+        If each spring has its own dilation, the targets are passed one by one along `legs`.
         """
         distances, whole = [np.zeros(0)], True
         for q, leg in enumerate(legs):
@@ -160,7 +152,7 @@ class ExactCopies(PerturbedCopies):
         self, passed: Sequence[NDArray[np.float64]], most_events: int, apart: float,
         numbers: NDArray[np.float64], target: AtTargets, *, symmetric: bool,
     ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
-        """Pass targets; tensions of the copies are told from `numbers` and `target`."""
+        """Pass targets; the copies' tensions follow from `numbers` and `target`."""
         most = len(passed[0])
         distance, reached = np.zeros(most), np.zeros(COPIES, dtype=np.int64)
         ends = np.array([most])
@@ -190,7 +182,7 @@ class ExactCopies(PerturbedCopies):
 
 @compiled
 def begin_copies(cell, whole, deviate, scalars, numbers, of_chain, draws, size, blocks):
-    """Move the tensions of copies, and place their sliders; only the first prepares its draws."""
+    """Change the tensions of copies, and place their sliders; only the first prepares draws."""
     springs = numbers.shape[2] - 1
     for copy in range(scalars.size):
         for k in range(springs):
@@ -208,12 +200,11 @@ def follow_copies(
     cell, whole, deviate, series, scalars, log, numbers, at_target, theta, theta_low,
     tensions, slips, distance, reached, ends, apart, most_events, max_work, size, symmetric,
 ):  # fmt: skip
-    """Take each copy along the targets of a run, up to where one of them is `apart` from it.
+    """Take each copy along the targets of a run, until one differs by `apart`.
 
-    `reached` targets were passed by each copy; all go up to ``ends[0]``. What they draw or round
-    depends on the number of copy and target alone, so that it does not matter where a call ends:
-    that is soon after `max_work`, or once several sliders move and there are no `series`. Returns
-    whether there is more to do.
+    Each copy has passed `reached` targets, and all go up to ``ends[0]``. Draws and roundings depend
+    only on the numbers of copy and target, so that calls may end anywhere: soon after `max_work`,
+    or when several sliders move and there are no `series`. Returns whether there is more to do.
     """
     for number in range(scalars.size):
         now = scalars[number]
@@ -234,7 +225,7 @@ def follow_copies(
             if passed == 1:
                 away = _distance(target.rows, tensions[q], slips[q])
                 _round(cell[number], now, target.rows.slips[0], number, size, symmetric)
-            elif reason != layout.BUDGET:  # it runs away, which the run did not
+            elif reason != layout.BUDGET:  # the copy runs away, the run did not
                 away = np.inf
             elif series is None and now.stage == layout.CLUSTER:
                 return True
@@ -243,13 +234,13 @@ def follow_copies(
                 reached[number] += 1
             if away > apart:
                 ends[0] = q + 1
-        ends[0] = min(ends[0], reached[number])  # where one goes no further, the others need not
+        ends[0] = min(ends[0], reached[number])  # if one stops here, the others need go no further
     return False
 
 
 @compiled
 def _distance(copy, tension, slips):
-    """Return how far a copy is from the run, over its largest tension; inf with other slips."""
+    """Return the distance of a copy from the run, over its largest tension; inf: other slips."""
     largest, away = 1.0, 0.0
     for k in range(tension.size):
         largest = max(largest, abs(tension[k]))
@@ -262,7 +253,7 @@ def _distance(copy, tension, slips):
 
 @compiled
 def _round(cell, now, slips, number, size, symmetric):
-    """Move every slider that has slipped by `size` for the root of the events, up or down."""
+    """Move each slider that has slipped, up or down, by `size` times the root of the events."""
     n = now.chain.n
     word = np.uint64(now.counts.rearrangements) * np.uint64(0x9E3779B97F4A7C15)
     word ^= np.uint64(number + 1) * np.uint64(0xD1B54A32D192ED03)

@@ -26,20 +26,14 @@ def split_ratio(numerator: int, denominator: int) -> tuple[float, float]:
 
 @inlined
 def two_sum(a, b):
-    """Return the rounded sum of two floats, and what rounding took from it, exactly.
-
-    Guarantee: barring overflow, the two results add up to ``a + b``.
-    """
+    """Return the rounded sum of two floats and its exact rounding error (barring overflow)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
 def two_product(a: Any, b: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """Return the rounded products of floats, and what rounding took from them, exactly.
-
-    Guarantee: barring overflow, the two results add up to ``a * b`` (Dekker).
-    """
+    """Return the rounded products of floats and their exact errors (Dekker; barring overflow)."""
     product = a * b
     (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low

@@ -1,4 +1,4 @@
-"""Static coefficients in batches for the compiled solver, bit by bit those of `disorder`."""
+"""Static coefficients in batches for the compiled solver, with the same bits as `disorder`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from exactcreep.solvers.exact.simd import (
 BATCH = WIDTH
 """Deviates made at a time."""
 KEPT = 2 * BATCH
-"""Deviates kept of every slider: draw k in column k % KEPT."""
+"""Deviates stored for every slider: draw k in column k % KEPT."""
 
 
 _fraction = inlined(deviates.fraction.py_func)
@@ -44,8 +44,8 @@ def _logarithm(x):
 def write_deviates(q, deviate, row, column):
     """Write the normal deviates of the eight probabilities 1/2 + q to deviate[row, column ..].
 
-    No operation is fused and none reordered, so that every lane has the bits of
-    `disorder.normal_deviate`. Far tails, three draws in 10**11, are left to it.
+    No operation is fused or reordered, so that every lane has the bits of
+    `disorder.normal_deviate`, which also computes far tails (three draws in 10**11).
     """
     top, low = _fraction(deviates.NUMERATOR, deviates.DENOMINATOR, deviates.CENTRAL_SQUARE - q * q)
     central = q * top / low
@@ -75,13 +75,13 @@ def fill(deviate, row, seed, slider, batch):
 
 @inlined
 def distribution(cell, now, i):
-    """Return what `coefficient` makes of a deviate a static coefficient of slider i with."""
+    """Return the numbers with which `coefficient` turns deviates into coefficients of slider i."""
     return now.chain.width, cell[layout.MEAN, i], cell[layout.MU_D, i], cell[layout.MU_D_LOW, i]
 
 
 @inlined
 def coefficient(of, deviate):
-    """Return the static coefficient of a deviate, and how far it lies above mu_d."""
+    """Return the static coefficient of a deviate, and its distance above mu_d."""
     width, mean, mu_d, mu_d_low = of
     mu = mean + width * deviate
     return mu, (mu - mu_d) - mu_d_low
@@ -89,7 +89,7 @@ def coefficient(of, deviate):
 
 @inlined
 def excess_of(now, above):
-    """Return the excess of a coefficient that lies so far above mu_d; below, it acts as mu_d."""
+    """Return the excess of a coefficient at this distance above mu_d, or 0 if it is below."""
     return max(above, 0.0) * now.chain.cosine
 
 
@@ -104,9 +104,9 @@ def renew(cell, now, i, deviate):
 
 @inlined
 def draw_ahead(deviate, now, i, k):
-    """Make the batch after that of draw k.
+    """Make the batch after the batch of draw k.
 
-    Nobody waits for it: the processor makes it while it goes on with the batch at hand.
+    Nothing depends on it yet, so the processor computes it in parallel with other work.
     """
     fill(deviate, i, np.uint64(now.chain.seed), i + 1 - PAD, k // BATCH + 1)
 

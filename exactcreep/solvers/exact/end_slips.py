@@ -1,11 +1,11 @@
-"""Rearrangements that are one slip of an end slider, one after the other and without a loop.
+"""Rearrangements that are a single slip of an end slider, one after the other, without a loop.
 
-Sliders 1 and N alone feel theta. Between two avalanches one of them slips, again and again, by
-twice its excess each time, and nobody else moves: where the next slip begins and how far it goes
-follows from the thresholds alone. With two sliders nearly all motion is of this kind.
+Only sliders 1 and N feel theta. Between two avalanches one of them slips repeatedly, each time by
+twice its excess, and no other slider moves: the thresholds alone determine where the next slip
+begins and how long it is. With two sliders nearly all motion is of this kind.
 
-Everything that is not plainly so, comparisons within their bounds included, is left to `loop`,
-which does the same with the same bits.
+Everything else, including comparisons within their bounds, is left to `loop`, which gives the same
+bits.
 
 Source: Eqs. 5, 7, 8, 10; derivations/slip.py.
 """
@@ -30,16 +30,16 @@ from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.simd import choose, lane_of, together
 
 _PLAIN = 1.9
-"""Friction forces: a slip from an excess below that ends with a force that friction holds.
+"""A slip from an excess below this many friction forces ends with a force that friction holds.
 
-It ends with friction minus the excess, in the direction in which it went. From two friction forces
-on the slider would go back; the tenth is far more than rounding.
+It ends with friction minus the excess, in the direction of the slip. From two friction forces on,
+the slider would go back; the margin of 0.1 is far more than rounding.
 """
 _SLACK = 64.0 * ULP
-"""Of the sum of all forces that enter: how close to a comparison is not plain any more.
+"""Distance, relative to the sum of all forces, within which a comparison is left to `loop`.
 
-The bounds of the comparisons in `ramps` and `loop` are below 10 ulp of that sum, and what
-is compared here instead is rounded by less than 8.
+The bounds of the comparisons in `ramps` and `loop` are below 10 ulp of that sum, and the numbers
+compared here are rounded by less than 8.
 """
 
 
@@ -47,7 +47,7 @@ is compared here instead is rounded by less than 8.
 def _plus_in_lanes(high, low, term):
     """Return in every lane the two floats of `plus`."""
     total = high + term
-    # the rounding error is exact either way; from the larger term it is known sooner
+    # the rounding error is exact in both cases; starting from the larger term is faster
     grew = abs(high) < abs(term)
     error = choose(grew, high - (total - term), term - (total - high)) + low
     result = total + error
@@ -56,13 +56,12 @@ def _plus_in_lanes(high, low, term):
 
 @inlined
 def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
-    """Let the end that starts first slip, again and again, as long as that is plain.
+    """Let the end that starts first slip repeatedly, while no comparison is close.
 
-    Each slip adds the same length to four sums of two floats: they stay in registers, in four
-    lanes of a vector. That the same end starts next, before the target and with nobody else, is
-    read off rounded forces; what comes closer than `slack`, which exceeds their rounding and the
-    bounds of all comparisons in `ramps` and `loop`, is left to these. Both ways give
-    the same bits.
+    Each slip adds the same length to four sums of two floats, which stay in registers as four lanes
+    of a vector. Rounded forces show that the same end starts next, alone, before the target. A
+    comparison within `slack`, which exceeds all bounds in `ramps` and `loop`, is left to them; both
+    ways give the same bits.
     """
     chain = now.chain
     n = chain.n
@@ -100,10 +99,10 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
         return
     reach = up * target - slack
     most = _PLAIN * friction
-    # the neighbour starts where theta_c and the excess come to this
+    # the neighbour starts when theta_c and the excess reach this
     wall = friction + beside + spare - between
     if n == 2:
-        # it is the other end and feels theta itself: what counts is the excess alone
+        # the neighbour is the other end, which feels theta itself: only the excess counts
         most = min(most, spare + between + (beside - friction), wall)
         wall = np.inf
     else:
@@ -173,7 +172,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
 def end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
-    Does what `loop` does in a ramp, a lone slip and at rest, without what such a slip can skip.
+    Equivalent to a ramp, a lone slip and a rest in `loop`, without steps that such a slip can skip.
     """
     before = -1
     while before < now.counts.events < stop_at:

@@ -3,10 +3,10 @@
 The loop works on arrays that Python owns: `cell` and `whole` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (`CLOCKS` rows of
 eight lanes for each strip of eight sliders, see `local_clocks`; None in short chains), `series`
-(`SERIES` rows for each strip of the window that moves; None until two sliders move together: most
-of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds what is recorded.
+(`SERIES` rows for each strip of the moving window; None until two sliders move together, which
+saves compiling most of the code), `now` (one `NOW`) and `log` (recorded data).
 
-What stands in the column of a slider:
+The rows of a slider's column:
 
 | row | meaning |
 |---|---|
@@ -27,11 +27,11 @@ What stands in the column of a slider:
 | WEIGHT | sin(alpha), at an end with the force that pulls there |
 | MU_D, MU_D_LOW | mu_d,n: two floats |
 | MEAN, MEAN_EXCESS | the mean of its static coefficients, and the excess of a contact that has it |
-| RATE, RATE_LOW | by how much the force on it grows with ``l0 theta``: two floats |
+| RATE, RATE_LOW | change of the force on it per ``l0 theta``: two floats |
 | `whole` | int64 |
 | DRAWS | static coefficients drawn so far |
 | SLIPS | slips since the last target, where they are recorded |
-| EVENT | of the k-th slider of the event under way (in column k) its own column |
+| EVENT | column of the k-th slider of the present event (in column k) |
 | STOPPED | whether that slider has stopped in this event, else 0 |
 """
 
@@ -46,40 +46,40 @@ from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.tables import EVENT_TABLE
 
 ORDERS = 24
-"""Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
+"""Number of Taylor coefficients of a velocity; even."""
 HORIZON = 1.0
 """Longest step of a cluster, in units of tau_dyn."""
 EPOCH = 0.5625
-"""Long clusters are expanded as a whole that often, in units of tau_dyn."""
+"""Time between two expansions of a whole long cluster, in units of tau_dyn."""
 KNOWN = 20
-"""Taylor coefficients kept for an epoch; a multiple of four."""
+"""Taylor coefficients stored for an epoch; a multiple of four."""
 LONGEST_SHORT = 128
-"""Chains up to so many sliders are always expanded as a whole: there it is faster. Measured."""
+"""Chains up to this length are always expanded as a whole, which is faster there (measured)."""
 LEAST_LONG = 48
-"""In longer ones a cluster is long from so many sliders between its first and last on. Measured."""
+"""In longer chains a cluster is long if so many sliders are between its ends (measured)."""
 PAD = 18
-"""Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
+"""Slider n is in column n - 1 + PAD; columns outside the chain never move."""
 TAIL = 24
-"""Columns after the last slider: a window may reach so far beyond it."""
+"""Columns after the last slider, into which a window may reach."""
 NEVER = 1e300
-"""The excess of a column outside the chain: a threshold that no force reaches."""
+"""Excess of a column outside the chain: a threshold that no force reaches."""
 ULP = 2.0**-52
 MOST_WORK = 2**21
-"""Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
+"""Most work of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
 AT_REST_OFF, EVENT_OFF = 4.0 * ULP, 0.5 * ULP
-"""What forces at rest are off by at the start of a rearrangement, and what each event adds.
+"""Error of forces at rest at the start of a rearrangement, and its growth with each event.
 
-In units of the largest force or displacement. The loop rounds by 0.1 ulp, seen over movers in the
-middle, and by 0.4 in nine of ten steps (from event to event, against 50 digits); what is added
-here is an estimate, that all these pull the same way. What events amplify is not in it: see
+They are in units of the largest force or displacement. The loop rounds by 0.1 ulp, averaged over
+movers, and by at most 0.4 in nine of ten steps (compared with 50 digits from event to event). The
+estimate assumes that all errors have the same sign. For amplification by events see
 `motion.amplified`.
 """
 PROMISED_EVENTS = 200
-"""Up to so many events the tensions after a rearrangement of a run are promised to 1e-12.
+"""Up to this many events the tensions after a rearrangement of a run are promised to 1e-12.
 
-A run counts longer ones, since it estimates no error of each. Measured against the certified solver
-at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the largest error was
-1.2e-13; the shortest beyond 1e-12 had 496 events.
+A run counts longer rearrangements, since it estimates no errors. Measured against the certified
+solver at N = 2 .. 12 and mu_d from 0.001 to 0.6: the largest error of 1740 rearrangements up to
+this length was 1.2e-13; the shortest with an error above 1e-12 had 496 events.
 """
 
 (
@@ -88,13 +88,13 @@ at N = 2 .. 12 and mu_d from 0.001 to 0.6: of 1740 rearrangements up to here the
 ) = range(22)  # rows of `cell`, see above  # fmt: skip
 CELLS = 22
 OF_CHAIN = slice(FRICTION, CELLS)
-"""Rows of `cell` that stay as the chain makes them; on a leg its own rates (`pack.turn`)."""
+"""Rows of `cell` that depend only on the chain; a leg has its own rates (`pack.turn`)."""
 DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
 WHOLES = 4
 IN_SNAPSHOTS = [
     FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED, RATE, RATE_LOW,
 ]  # fmt: skip
-"""Rows of `cell` that tell all of a chain at rest, with those of `whole` before EVENT."""
+"""Rows of `cell` in a snapshot of a chain at rest, with the rows of `whole` before EVENT."""
 
 # rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then
 (
@@ -102,28 +102,28 @@ IN_SNAPSHOTS = [
     SLOPE_AT_END,
     MOVED,  # the movers' displacements during the step
     BENT,  # bounds of their fourth derivatives during the step
-    CROSSING,  # when the margin was found to leave its range
+    CROSSING,  # when the margin leaves its range
     MOVES,  # 1 for a mover, else 0
     RESTS,  # the opposite
     HOLDS,  # minus the stiffness for a mover, else 0
 ) = range(ORDERS + 1, ORDERS + 9)
 SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
-"""Rows after those of all strips: the factors between a series' terms at the end of a step."""
+"""Rows after all strips: the factors between a series' terms at the end of a step."""
 
 # rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
 (
     BASE,  # time of the epoch at which the series begins
-    KEY,  # until then the margin is certified to stay in its range
-    ROOT,  # when it was found to leave its range
-    GUESS,  # when it might
+    KEY,  # the margin is certified to stay in its range until then
+    ROOT,  # when it leaves its range
+    GUESS,  # when it may leave its range
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
-    BLUR,  # how far from ROOT it may leave its range
-    MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, of the beginning of the epoch
+    BLUR,  # uncertainty of ROOT
+    MOVED_THEN,  # three rows like MOVES, RESTS and HOLDS, at the beginning of the epoch
 ) = range(KNOWN + 2, KNOWN + 10)
 CLOCKS = KNOWN + 13
-"""An odd number: strips do not fight for the same cache lines.
+"""An odd number, so that strips do not share cache lines.
 
 After all strips follow rows with the first key of each strip.
 """
@@ -132,7 +132,7 @@ CHAIN = np.dtype(
     [
         ("friction", np.float64),  # the largest mu_d cos(alpha)
         ("mean_friction", np.float64),
-        ("mean_weight", np.float64),  # sin(alpha), and what pulls at the ends over n
+        ("mean_weight", np.float64),  # sin(alpha), plus the end forces over n
         ("cosine", np.float64),
         ("width", np.float64),  # standard deviation of the static coefficients
         ("mean_excess", np.float64),  # the largest (mu_s - mu_d) cos(alpha)
@@ -141,13 +141,13 @@ CHAIN = np.dtype(
         ("constant", np.int64),  # whether every static coefficient is the mean of its slider
         ("even", np.int64),  # whether all springs expand alike: only the end sliders feel theta
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
-        ("longest", np.int64),  # events of an avalanche, or steps without one, then it is given up
-        ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...
+        ("longest", np.int64),  # events of an avalanche, or steps without one, before giving up
+        ("logging", np.int64),  # what `log` stores: a sum of LOGS_...
     ]
 )
-"""What stays as it is: the chain, its disorder, and what is recorded."""
+"""Constants: the chain, its disorder, and what is recorded."""
 TALLY = ("rearrangements", "events", "slips", "below", "undecided", "long")
-"""Of them `below` are draws below mu_d, `long` rearrangements beyond `PROMISED_EVENTS`."""
+"""`below` counts draws below mu_d, `long` rearrangements beyond `PROMISED_EVENTS`."""
 WORK = (
     "steps",  # of clusters
     "tests",  # windows of eight sliders certified
@@ -166,9 +166,9 @@ LOCAL = np.dtype(
     [
         ("time", np.float64),  # since the beginning of the epoch
         ("wild", np.float64),  # bound of velocities and accelerations in the epoch
-        ("spent", np.float64),  # what the epoch has left out, in units of it
+        ("spent", np.float64),  # part of the epoch's error budget that is used
         ("on", np.int64),  # whether sliders keep the series of their own last change
-        ("centre", np.int64),  # column around which series are to be renewed
+        ("centre", np.int64),  # column around which series will be renewed
         ("left", np.int64),  # strips that the epoch has reached
         ("right", np.int64),
         ("retry", np.int64),  # steps until a long cluster is tried as such again
@@ -185,8 +185,8 @@ NOW = np.dtype(
         ("total", np.float64),  # sum of all displacements
         ("total_low", np.float64),
         ("time", np.float64),  # since the start of the rearrangement
-        ("size", np.float64),  # of the largest force or displacement that has been rounded since
-        ("inherited", np.float64),  # what these roundings may have come to
+        ("size", np.float64),  # of the largest force or displacement rounded since
+        ("inherited", np.float64),  # bound of these rounding errors
         ("stage", np.int64),
         ("number", np.int64),  # of the event within the rearrangement
         ("moving", np.int64),  # number of movers
@@ -210,28 +210,28 @@ UNDER_WAY = np.dtype(
         ("at_load", np.float64),  # l0 theta then
         ("at_load_low", np.float64),
         ("way", np.float64),  # of the ramp
-        ("undecided_before", np.float64),  # up to the end of the rearrangement before
+        ("undecided_before", np.float64),  # up to the end of the previous rearrangement
         ("began", np.float64),  # sliders that started first, together
         ("began_first", np.float64),
         ("began_last", np.float64),
-        ("sliders", np.float64),  # different ones that have slipped
+        ("sliders", np.float64),  # different sliders that have slipped
     ]
 )
-"""The elastic energy at rest, and what slips do not tell of the rearrangement under way."""
+"""The elastic energy at rest, and facts of the present rearrangement that slips do not contain."""
 
 
 class Tables(NamedTuple):
-    """Where the loop logs slips and rests, of which `avalanche_table.ledger` makes tables."""
+    """The log of slips and rests, from which `avalanche_table.ledger` makes tables."""
 
     rests: NDArray[Any]  # of LOGGED_REST, with l0 theta for theta
     slips: NDArray[Any]  # rows of SLIP_TABLE
     used: NDArray[np.int64]  # rows of these two in use
-    track: NDArray[np.float64]  # a column for each slider: where its slip under way began
+    track: NDArray[np.float64]  # a column for each slider: where its present slip began
     sums: NDArray[Any]  # one UNDER_WAY
 
 
 class Log(NamedTuple):
-    """What the loop records; without tables it is compiled without what writes them."""
+    """What the loop records; without tables the code that writes them is not compiled."""
 
     events: NDArray[Any]  # of LOGGED_EVENT: one for each slider of an event
     tables: Tables | None
@@ -253,14 +253,14 @@ START, STOP = range(2)
 
 
 def columns(n: int) -> int:
-    """Return how many columns a chain of `n` sliders needs: an odd multiple of eight.
+    """Return the number of columns for `n` sliders: an odd multiple of eight.
 
-    Rows whose length is a multiple of 1024 bytes would fight for the same cache lines.
+    Rows whose length is a multiple of 1024 bytes would share cache lines.
     """
     eights = -(-(n + PAD + TAIL) // 8)
     return 8 * (eights + 1 - eights % 2)
 
 
 def keys(n: int) -> int:
-    """Return how many rows of a clock hold the first keys of the strips of a chain."""
+    """Return the number of rows of a clock with the first keys of the strips of a chain."""
     return -(-columns(n) // 64)

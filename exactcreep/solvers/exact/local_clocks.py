@@ -1,29 +1,28 @@
 """Asynchronous events: each part of a long cluster keeps the Taylor series of its own last change.
 
-An event changes one slider. That alters the margin (see `taylor`) of another, d sliders away, by
-at most ``J t**(2 d) / (2 d)!`` after a time t, where J is the jump of its acceleration: every two
-orders a change reaches one slider further. So a long window is expanded as a whole only once in
-an *epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from
-their state at that time, and all others keep their series.
+An event changes one slider. It alters the margin (see `taylor`) of a slider at a distance d by at
+most ``J t**(2 d) / (2 d)!`` after a time t, where J is the jump of its acceleration: a change
+spreads by one slider every two orders. So a long window is expanded as a whole only once in an
+*epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from their
+state at that time, and all others keep their series.
 
-What is left out of an event eight sliders away, with the time r that is left of the epoch, is
+With the remaining time r of the epoch, the neglected effect of an event eight sliders away is
 ``J r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to
-fifteen away as if those beyond did not move: a velocity v at sixteen changes the margins that are
-kept by at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all
-movers ``|w'| <= 2 w``, for K has the norm 4: J and v stay below ``exp(2 EPOCH)`` times the largest
-w that was seen. The sum over the events of an epoch is kept below `_BUDGET` friction forces, a
-quarter of the smallest rounding bound of a margin at rest; a velocity gains one more order,
-``t / 17`` of that. Once half of it is spent, or a window is wilder than `_CALM`, all sliders are
-expanded anew.
+fifteen away as if those beyond did not move: a velocity v at sixteen changes the stored margins by
+at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all movers
+``|w'| <= 2 w``, because K has the norm 4: J and v stay below ``exp(2 EPOCH)`` times the largest
+w seen. The sum over the events of an epoch is kept below `_BUDGET` friction forces, a quarter of
+the smallest rounding bound of a margin at rest; a velocity gains one more order, ``t / 17`` of
+that. Once half of it is spent, or a window is wilder than `_CALM`, all sliders are expanded anew.
 
-Each slider has a *key*: the time until which its margin is certified to stay in its range, or
-that of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
-eight sliders at a time; the slider with the first key is looked at alone. A located event is
-taken if no other key is near. Whatever is not plain (ties, grazes, sliders that start without
-force) is handed to `taylor.step`, with all sliders at the time of the last event.
+Each slider has a *key*: the time until which its margin is certified to stay in its range, or the
+time of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
+eight sliders at a time; the slider with the first key is examined alone. A located event is taken
+if no other key is near. Everything else (ties, grazes, sliders that start without force) is left to
+`taylor.step`, with all sliders at the time of the last event.
 
-What is done to a slider depends on its distance to an event and on nothing else: the mirror image
-of a chain moves as its mirror image, bit for bit.
+The treatment of a slider depends only on its distance from an event, so that the mirror image of a
+chain moves as its mirror image, bit for bit.
 
 Source: Eqs. 5-10; derivations/modes.py.
 """
@@ -54,20 +53,20 @@ from exactcreep.solvers.exact.simd import (
 
 _CALM = 16.0
 _LEFT_OUT = 2.0 * math.exp(2 * EPOCH) / math.factorial(16)
-"""By the jump and by velocities beyond, in units of w r**16."""
+"""Neglected effect of the jump and of distant velocities, in units of w r**16."""
 _BUDGET = 8.0 * ULP
-"""What an epoch may leave out of a margin, in units of friction."""
+"""Largest neglected part of a margin in an epoch, in units of friction."""
 _GAP = 2.0**-20
-"""Events closer than that are looked at together."""
+"""Events closer than this are examined together."""
 _SIXTH, _SEVENTH = (EPOCH**k / math.factorial(k) for k in (6, 7))
 _TAIL = sum(2.0 ** (k - 8) * EPOCH**k / math.factorial(k) for k in range(8, 40))
-"""Of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
+"""Sum of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
 orders multiply a mover's by at most 4, and a force at rest has twice its neighbours' before."""
 _PIECES = 8
 _EVENT_WORK = 120
 _STRIP_WORK = 20
 _EARLY = 0.9
-"""A key lies so far on the way to where the event is guessed."""
+"""Fraction of the way to the guessed event at which a key is set."""
 
 
 @inlined
@@ -78,7 +77,7 @@ def _blocks(cell):
 
 @inlined
 def _at(clock, cell, strip, time):
-    """Return margins and displacements since their base times of eight columns."""
+    """Return margins and displacements of eight columns since their base times."""
     row = CLOCKS * strip
     tau = max(min(time - take(clock, row + layout.BASE), EPOCH), 0.0)
     margin, moved = margins.summed(clock, row, KNOWN, margins.STEP_FACTORS, 0, tau * tau, tau)
@@ -88,7 +87,7 @@ def _at(clock, cell, strip, time):
 
 @inlined
 def _mark(cell, clock, strip):
-    """Bring up to date the first key of eight columns."""
+    """Update the first key of eight columns."""
     keys = take(clock, CLOCKS * strip + layout.KEY)
     clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
 
@@ -119,7 +118,7 @@ def _inside(cell, clock, friction, strip, bent, tau):
 
 @inlined
 def _keep(cell, clock, friction, strip, begin, bent, mask):
-    """Give those of eight columns in the mask the keys of their new series."""
+    """Give the columns in the mask the keys of their new series."""
     column = 8 * strip
     row = CLOCKS * strip
     left = spread(EPOCH - begin)
@@ -182,7 +181,7 @@ def _begin_epoch(cell, clock, now):
 
 @inlined
 def _bring(cell, clock, strip, time, mask):
-    """Take those of eight columns in the mask to a time; return where and how fast all are then."""
+    """Take the columns in the mask to a time; return the places and velocities of all eight."""
     row = CLOCKS * strip
     column = 8 * strip
     margin, moved = _at(clock, cell, strip, time)
@@ -197,9 +196,9 @@ def _bring(cell, clock, strip, time, mask):
 
 @inlined
 def _around(i):
-    """Return the first of the five strips that hold column i and sixteen to either side.
+    """Return the first of five strips that hold column i and sixteen to either side.
 
-    Beside it the mask of those lanes, from that strip on, that are up to seven away.
+    Also returns the mask of the lanes, from that strip on, that are up to seven away.
     """
     first = (i - 16) // 8
     return first, ((1 << 15) - 1) << (i - 7 - 8 * first)
@@ -219,8 +218,8 @@ def _arrive(cell, clock, i, time):
 def _renew(cell, clock, series, now):
     """Expand the sliders around the last event anew; return whether they are calm enough.
 
-    Five strips of `series`: fifteen sliders to either side move. Seven to either side keep what is
-    found.
+    In five strips of `series`, fifteen sliders to either side move; seven to either side keep the
+    result.
     """
     i = now.epoch.centre
     begin = now.epoch.time
@@ -326,7 +325,7 @@ def _alone(cell, clock, now, time):
 
 @compiled
 def _look(cell, clock, now, i):
-    """Carry the key of one slider on; return whether that was plain."""
+    """Advance the key of one slider; return whether no comparison was close."""
     row = CLOCKS * (i // 8)
     lane = i % 8
     base = element(clock, row + layout.BASE, lane)
@@ -414,10 +413,7 @@ def at_once(cell, clock, now):
 def advance(cell, whole, clock, series, now):
     """Advance a long cluster to its first event, or to the end of the epoch.
 
-    Returns
-    -------
-    t, events, blur
-        As `taylor.step`; `events` is -1 if it must do it.
+    Returns t, events and blur like `taylor.step`; `events` is -1 if that function has to do it.
     """
     now.counts.steps += 1
     now.counts.work += _EVENT_WORK

@@ -5,14 +5,14 @@ mover's by energy, a cluster's from its series, see `taylor`); **advance** to it
 the rules of the model; repeat until rest. Around it: ramp to theta_c, rearrange, repeat to the
 target.
 
-Forces at rest and displacements are sums of two floats, so that nothing is lost however far the
-chain travels. What theta adds is left out of them, and ``l0 theta`` (also two floats) is added when
-a rearrangement begins: theta_c does not depend on where the ramp began, and a dummy breakpoint
-changes no bit. Where all springs expand alike sliders 1 and N alone feel theta, and a ramp costs
-the same for any length of the chain.
+Forces at rest and displacements are sums of two floats, so that no digits are lost however far the
+chain travels. They do not contain the effect of theta: ``l0 theta`` (also two floats) is added when
+a rearrangement begins. So theta_c does not depend on where the ramp began, and an additional
+breakpoint changes no bit. If all springs expand alike only sliders 1 and N feel theta, and a ramp
+costs the same for any length of the chain.
 
-A lone mover obeys ``v**2 = v0**2 + 2 a0 x - k x**2``: where it stops, and which neighbour it starts
-before, needs no clock and no trigonometry.
+A lone mover obeys ``v**2 = v0**2 + 2 a0 x - k x**2``, which tells without time or trigonometry
+where it stops, and which neighbour it starts before.
 
 Source: Eqs. 5-10, section "Numerical method"; derivations/slip.py.
 """
@@ -38,9 +38,9 @@ from exactcreep.solvers.exact.taylor import step
 _start_direction, _reversal, _is_before, _order, _, _driven = FLOATS
 
 STEP_WORK = 40
-"""Of a step of a cluster, in units of about 5 ns."""
+"""Work of a step of a cluster, in units of about 5 ns."""
 STRIP_WORK = 12
-"""Of each of its strips of eight sliders."""
+"""Additional work for each of its strips of eight sliders."""
 
 
 @compiled
@@ -61,7 +61,7 @@ def _write(now, events, kind, i, sign):
 
 @inlined
 def _place_at_theta(cell, now):
-    """Give the present theta to the forces on the sliders that feel it."""
+    """Add the effect of the present theta to the forces on the sliders that feel it."""
     n = now.chain.n
     if now.chain.even == 0:
         for i in range(PAD, PAD + n):
@@ -135,7 +135,7 @@ def _settle(cell, now, log):
     first = now.touched_first
     last = now.touched_last
     for i in range(max(first - 1, PAD), min(last + 2, PAD + now.chain.n)):
-        # the neighbours' sum first: the mirror image adds the same two numbers
+        # the neighbours' sum first, so that the mirror image adds the same two numbers
         total, error = two_sum(cell[layout.X, i - 1], cell[layout.X, i + 1])
         cell[layout.FORCE_LOW, i] += error
         add(cell, layout.FORCE, layout.FORCE_LOW, i, total)
@@ -154,7 +154,7 @@ def _settle(cell, now, log):
 
 @inlined
 def _decompose(cell, now, log):
-    """End an event: choose how to go on with the sliders that move now, if any do."""
+    """End an event: choose how to continue with the sliders that move now, if any do."""
     now.counts.events += 1
     now.inherited += layout.EVENT_OFF * now.size
     if now.moving == 0:
@@ -173,9 +173,9 @@ def _decompose(cell, now, log):
 
 @inlined
 def _threshold(cell, now, i, pull, slack):
-    """Return the force at which a slider yields, and how close to it is in doubt.
+    """Return the force at which a slider yields, and the distance from it that is in doubt.
 
-    The force on it is known to `slack`, and to some roundings.
+    The force on the slider is known to `slack`, and to some roundings.
     """
     threshold = cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
     return threshold, 8.0 * ULP * (abs(pull) + threshold) + slack
@@ -207,7 +207,7 @@ def _ramp(cell, whole, now, log, target, target_low):
 
 @inlined
 def _unstable(cell, now, log):
-    """Start every slider that exceeds its threshold as the chain stands."""
+    """Start every slider that exceeds its threshold at the present theta."""
     n = now.chain.n
     began = False
     _place_at_theta(cell, now)
@@ -241,7 +241,7 @@ def _lone(cell, whole, deviate, now, log):
     stiff = cell[layout.STIFFNESS, i]
     speed = cell[layout.SPEED, i]
     friction = cell[layout.FRICTION, i]
-    drive = cell[layout.DRIVE, i]  # exactly what made it start
+    drive = cell[layout.DRIVE, i]  # exactly the force with which it started
     if cell[layout.FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
     swing = 0.0
@@ -280,7 +280,7 @@ def _lone(cell, whole, deviate, now, log):
             elif length > 0.0:
                 now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
         cell[layout.X, i] += side * length
-        # its acceleration has turned to the opposite of what a start from rest would need
+        # its acceleration has reversed, opposite to a start from rest
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[layout.REST, i]
@@ -296,7 +296,7 @@ def _lone(cell, whole, deviate, now, log):
             now.number += 1
         _decompose(cell, now, log)
         return False
-    # a neighbour starts at once with everything else unchanged
+    # a neighbour starts immediately, and nothing else changes
     faster = math.sqrt(max(speed * speed + room * (2.0 * drive - stiff * room), 0.0))
     if now.chain.logging != 0:
         later = drive - stiff * room
@@ -325,7 +325,7 @@ def _lone(cell, whole, deviate, now, log):
 
 @inlined
 def _never_stops(cell, now):
-    """Return whether it is proved that no slider of the moving whole chain ever stops."""
+    """Return whether provably no slider of the moving whole chain ever stops."""
     n = now.chain.n
     down = now.chain.downhill
     if down == 0:
@@ -346,22 +346,19 @@ def _never_stops(cell, now):
         if i < PAD + n - 1:
             energy += tension * tension
         scale += abs(tension) + cell[layout.SPEED, i]
-    # outward: the sums above are good to n ulp of their largest term
+    # rounded outward: the sums above are good to n ulp of their largest term
     energy = energy * (1.0 + 8.0 * n * ULP) + (8.0 * n * ULP * scale) ** 2
     return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
 @inlined
 def _to_first_event(cell, whole, clock, series, now):
-    """Advance several movers to their first event.
-
-    Returns of how many sliders it is, and how far its time may be off.
-    """
+    """Advance several movers to their first event; return its number of sliders and time error."""
     now.counts.calm += 1
     now.counts.work += STEP_WORK
     events = np.int64(-1)
     if clock is not None:  # known when this is compiled
-        # whether the movers stand far enough apart for clocks of their own
+        # whether the movers are far enough apart to have their own clocks
         long = now.last - now.first >= layout.LEAST_LONG and now.chain.downhill == 0
         if now.epoch.on == 1 or (long and now.epoch.retry == 0):
             t, events, blur = advance(cell, whole, clock, series, now)
@@ -378,7 +375,7 @@ def _to_first_event(cell, whole, clock, series, now):
 
 @inlined
 def _in_order(whole, events):
-    """Sort the columns in ``whole[EVENT]``: which of them was found first must not matter."""
+    """Sort the columns in ``whole[EVENT]``, so that the order of finding them does not matter."""
     for k in range(1, events):
         i = whole[layout.EVENT, k]
         while k > 0 and whole[layout.EVENT, k - 1] > i:
@@ -426,15 +423,15 @@ _in_turn = in_turn(_freeze_kth, _renew_kth, _test_kth, merged)
 def _resolve(cell, whole, deviate, now, log, events, blur):
     """Let the sliders of an event stop and start by the rules of the model.
 
-    The time of the event is known to `blur`; in that time movers beside a slider change the force
-    on it.
+    The time of the event is known to `blur`. In that time moving neighbours change the force on a
+    slider.
     """
     now.counts.calm = 0
     _in_order(whole, events)
     slips, moving = now.counts.slips, now.moving
     _in_turn(range(events), cell, whole, deviate, now, log, blur, now.number)
     stops = now.counts.slips - slips
-    if now.moving > moving - stops:  # some have started
+    if now.moving > moving - stops:  # some sliders have started
         now.number += 1
         if stops > 0:
             now.counts.events += 1
@@ -473,12 +470,12 @@ def follow(
     cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
     max_work, single,
 ):  # fmt: skip
-    """Take the chain along the targets; return why it came back, and how many it reached.
+    """Take the chain along the targets; return why it returned, and how many it reached.
 
-    The targets are ``l0 theta`` as two floats; `targets` is filled at each that is reached, see
-    `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work`,
-    events and the work of clusters; if `single`, after the first rearrangement of all.
-    `layout.BUDGET` also comes back once several sliders move and there are no `series`.
+    The targets are ``l0 theta`` as two floats. `targets` is filled at each target, see
+    `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work` (events
+    and the work of clusters); if `single`, after the first rearrangement. Also returns
+    `layout.BUDGET` when several sliders move and there are no `series`.
     """
     align_stack()
     now = scalars[0]
@@ -489,7 +486,7 @@ def follow(
     while reached < theta.size:
         stage = now.stage
         if max(now.number, now.counts.calm) > now.chain.longest and stage != layout.AT_REST:
-            return layout.ENDLESS, reached  # and no step further, whoever asks again
+            return layout.ENDLESS, reached  # no further step, in later calls either
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
             return layout.BUDGET, reached
         if now.chain.logging & layout.LOGS_EVENTS != 0 and now.logged > room:

@@ -1,19 +1,18 @@
-"""How far sliders are from their next event, from the derivatives of their margins.
+"""The distance of sliders from their next event, from the derivatives of their margins.
 
-A *margin* must stay in its range until a slider's event: the velocity of a mover, the force on a
+A *margin* must stay in its range until a slider's event: the velocity of a mover, or the force on a
 slider at rest; see `taylor`. Tables hold the derivatives of eight margins in a row.
 
-**When a margin that lies within its rounding bound is sure to leave its range.** Let g be the
-distance of the true margin from the end of its range, and let the computed one, off by at most e,
-lie within e of zero at the time t: ``|g(t)| <= 2 e``. Let s be the rate at which it falls, and let
-c bound ``|g''|`` around t. Then the parabolas ``-2 e + s u - c u**2 / 2 <= g(t - u)`` and
+**When a margin within its rounding bound certainly leaves its range.** Let g be the distance of the
+true margin from the end of its range. The computed margin is off by at most e, and is within e of
+zero at the time t, so that ``|g(t)| <= 2 e``. Let s be the rate at which it falls, and let c bound
+``|g''|`` around t. Then the parabolas ``-2 e + s u - c u**2 / 2 <= g(t - u)`` and
 ``g(t + u) <= 2 e - s u + c u**2 / 2`` pass through zero if and only if ``s**2 >= 4 c e``, at
-``u = 4 e / (s + sqrt(s**2 - 4 c e))``. A slope that is steep beside e does not suffice: near a
-double root the margin turns within its bound (its least value is that of a velocity that all but
-vanishes, or of a force that all but reaches its threshold), however fast it falls before. `falls`
-asks for ``s >= 64 e`` and ``s**2 >= 8 c e``: twice of what is needed, which leaves room for the
-rounding of s and for what c grows by on the way. The root lies less than ``3 e / s`` from t; so far
-the time of the event is known, which is its `blur`.
+``u = 4 e / (s + sqrt(s**2 - 4 c e))``. A slope that is steep compared with e is not enough: near a
+double root the margin turns within its bound, however fast it falls before. `falls` requires
+``s >= 64 e`` and ``s**2 >= 8 c e``, twice the necessary value, which allows for the rounding of s
+and the growth of c on the way. The root is less than ``3 e / s`` from t; this uncertainty of the
+time is its `blur`.
 """
 
 from __future__ import annotations
@@ -55,14 +54,14 @@ _STRIDE = rows_of_eight(
 """The same for t**4, from k - 1 to k + 3."""
 
 _MISS = 0.25 * ULP
-"""A root is left to the next evaluation if it should be off by less, relatively."""
+"""A root is left to the next evaluation if its relative error would be smaller."""
 
 
 @inlined
 def forces(cell, i):
-    """Return of eight columns what pulls them, what pushes movers on, and which have no force.
+    """Return for eight columns the pull, the driving force of movers, and which have none.
 
-    A mover that has started with no more than friction has none.
+    A mover that has started with no more than friction has no driving force.
     """
     around = load(cell, layout.X, i - 1) + load(cell, layout.X, i + 1)
     pull = load(cell, layout.REST, i) + (
@@ -78,7 +77,7 @@ def forces(cell, i):
 def expand(cell, table, row, flags, i):
     """Fill in two derivatives of eight columns and, from row `flags` on, which of them move.
 
-    Returns which movers have no force.
+    Returns which movers have no driving force.
     """
     side = load(cell, layout.SIDE, i)
     moves = side * side
@@ -95,7 +94,7 @@ def expand(cell, table, row, flags, i):
 def two_orders(table, row, stride, flags, strips, k):
     """Complete the derivatives k + 1 and k + 2 of so many strips and begin k + 3.
 
-    A row that has begun holds the movers' part alone.
+    A row that has begun holds only the movers' part.
     """
     before = spread(0.0)
     before_2 = before
@@ -122,7 +121,7 @@ def two_orders(table, row, stride, flags, strips, k):
 
 @inlined
 def summed(table, row, orders, factors, first, square, t):
-    """Return in eight lanes the margins at t, and their integrals from 0, of `orders` derivatives.
+    """Return for eight lanes the margins at t, and their integrals from 0, of `orders` derivatives.
 
     `square` times entry k from row `first` of `factors` on is ``t**2 / (k (k + 1))``.
     """
@@ -149,8 +148,8 @@ def watched(cell, i):
 def leaving(cell, friction, i, at_0, low, high, scale, t):
     """Return the masks of the lanes that may leave their range downwards, and upwards.
 
-    Those whose margin lies between `low` and `high` on (0, t], and is `at_0` at 0; of the `scale`
-    of its terms some ulp may have been rounded away.
+    Their margin is between `low` and `high` on (0, t], and `at_0` at 0; some ulp of the `scale` of
+    its terms may be rounding errors.
     """
     side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
@@ -167,10 +166,9 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
 
 @inlined
 def approach(cell, table, row, i):
-    """Return in eight lanes the parabola that a margin follows to the end of its range.
+    """Return for eight lanes the parabola of the distance of a margin from the end of its range.
 
-    Its coefficients, of the distance from the end that it is heading for; of a slider that has just
-    started, whose distance is zero, of the distance over the time.
+    For a slider that has just started, whose distance is zero, it is the distance over the time.
     """
     side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
@@ -191,7 +189,7 @@ def approach(cell, table, row, i):
 
 @inlined
 def first_zero(p0, p1, p2):
-    """Return in eight lanes where parabolas have their first zero, 2 where they have none."""
+    """Return for eight lanes the first zero of parabolas, 2 if there is none."""
     square = p1 * p1 - 4.0 * p2 * p0
     low = math.sqrt(max(square, 0.0)) - p1
     guess = (p0 + p0) / max(low, 1e-300)
@@ -244,9 +242,9 @@ def at_time(series, row, lane, orders, t):
 def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
     """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
 
-    It is off by at most `bound`. `begins`: it is known to leave zero upwards at 0; `ends`: it is
-    known to vanish at t. Then it may be within its bound from ``8 bound / |slope_1|`` before t on:
-    that is the same crossing, if it `falls`.
+    Its error is at most `bound`. `begins`: it leaves zero upwards at 0; `ends`: it vanishes at t.
+    In the second case it may be within its bound from ``8 bound / |slope_1|`` before t on: that is
+    the same crossing, if it `falls`.
     """
     b1 = at_0 + t * slope_0 / 3.0
     b2 = at_1 - t * slope_1 / 3.0
@@ -265,17 +263,14 @@ def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
 
 @inlined
 def curved(table, row, lane, bend, t):
-    """Return a bound of the second derivative of one margin on [0, t].
-
-    `bend` bounds the fourth.
-    """
+    """Return a bound of the second derivative of one margin on [0, t]; `bend` bounds the fourth."""
     third = abs(element(table, row + 3, lane)) + 0.5 * t * bend
     return fused(t, third, abs(element(table, row + 2, lane)))
 
 
 @inlined
 def falls(slope, bound, curve):
-    """Return whether a margin within `bound` of the end of its range is sure to leave it there.
+    """Return whether a margin within `bound` of the end of its range certainly leaves it there.
 
     `curve` bounds its second derivative. If not, it is a graze: undecided. Derived above.
     """
@@ -284,16 +279,16 @@ def falls(slope, bound, curve):
 
 @inlined
 def blur(slope, bound):
-    """Return how far from its time the event of a margin that `falls` may be."""
+    """Return the uncertainty of the time of an event whose margin `falls`."""
     return 3.0 * bound / abs(slope)
 
 
 @inlined
 def soon_after(cell, table, row, friction, inherited, i, late, t):
-    """Return the mask of the lanes that leave their range within `late` after t, as it seems.
+    """Return the mask of the lanes that seem to leave their range within `late` after t.
 
-    Their order and that of an event that may be so late is not decided. The state from which they
-    move is off by what it has `inherited` from earlier roundings.
+    The order of these crossings and of any event up to `late` later is undecided. `inherited` is
+    the error of the state from earlier roundings.
     """
     side = load(cell, layout.SIDE, i)
     resting = abs(side) <= 0.0
@@ -318,7 +313,7 @@ def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
 
 @inlined
 def end_of_range(cell, i):
-    """Return how far the margin of a slider may be from zero, on the side of its next event."""
+    """Return the end of a margin's range, on the side of its next event."""
     return 0.0 if cell[layout.SIDE, i] != 0.0 else cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
 
 
@@ -346,7 +341,7 @@ def refined(cell, series, now, i, row, lane, orders, t):
         turned = t * (slope - slope_0 - t * curve_0)
         bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
         curve = curve_0 * (t * t) + 6.0 * (turned - 2.0 * bowed)  # times t**2
-        # the distance from the end of the range that it is heading for
+        # the distance from the end of the range
         inward = -outwards(side, slope)
         value = fused(inward, value, limit)
         slope *= inward * t
@@ -361,7 +356,7 @@ def refined(cell, series, now, i, row, lane, orders, t):
         t -= t * step
         if not (t > 0.0 and t <= HORIZON):
             return np.inf
-        # what it misses by is of the third order in the step
+        # the remaining error is of third order in the step
         if abs(step * step * step) * (curve * curve + slope * slope) <= _MISS * (slope * slope):
             return t
     return np.inf

@@ -1,6 +1,6 @@
 """Convert a `State` to the arrays of the compiled loop and back, without losing a bit.
 
-Numbers that float64 does not hold travel as two floats whose sum they are.
+A number that float64 cannot hold is a sum of two floats.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from exactcreep.solvers.interface import longest_avalanche
 from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
-"""Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
+"""Least rows of the tables between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
 
@@ -46,19 +46,11 @@ class Workspace(NamedTuple):
 
 
 class Origin(NamedTuple):
-    """What a simulation began with.
+    """The start of a simulation.
 
-    Attributes
-    ----------
-    state : State
-    numbers : ndarray, shape (6, n)
-        Tensions, displacements and coefficients, each as two floats.
-    of_chain : ndarray, shape (8, n)
-        The rows of `layout.OF_CHAIN`.
-    expansion : ndarray, shape (2, n - 1)
-        What each spring expands by, over ``l0 theta``, as two floats.
-    load : tuple of float
-        ``l0 theta``, as two floats.
+    `numbers` (ndarray, shape (6, n)): tensions, displacements and coefficients, each as two floats;
+    `of_chain` (ndarray, shape (8, n)): the rows of `layout.OF_CHAIN`; `expansion` (ndarray, shape
+    (2, n - 1)): of each spring per ``l0 theta``, as two floats; `load`: ``l0 theta`` as two floats.
     """
 
     state: State
@@ -79,7 +71,7 @@ class Origin(NamedTuple):
                 continue
             for i, value in enumerate(values.tolist()):
                 numbers[row : row + 2, i] = split(rational(value))
-        if isinstance(state.theta, np.ndarray):  # forces as they stand: see `turn`
+        if isinstance(state.theta, np.ndarray):  # forces without theta: see `turn`
             return cls(state, numbers, *_of_chain(chain), (0.0, 0.0))
         theta = state.theta if type(state.theta) is float else rational(state.theta)
         numerator, denominator = theta.as_integer_ratio()
@@ -89,7 +81,7 @@ class Origin(NamedTuple):
 
     @property
     def began(self) -> tuple[Any, ...]:
-        """What tensions are told from: `numbers`, `expansion` and `load`."""
+        """The data that determine tensions: `numbers`, `expansion` and `load`."""
         return self.numbers, self.expansion, *self.load
 
     def read(
@@ -102,7 +94,7 @@ class Origin(NamedTuple):
         return present
 
     def at_leg(self, chain: Chain, leg: Leg) -> Origin:
-        """Return what tensions are told from along a leg: those of its beginning, and its load."""
+        """Return the start of a leg, with its tensions and its load."""
         start = self.state.theta
         given = start.tolist() if isinstance(start, np.ndarray) else [start] * (chain.n - 1)
         passed = Leg(tuple(map(rational, given)), leg.begin).expansion(chain)
@@ -115,7 +107,7 @@ class Origin(NamedTuple):
         return self._replace(numbers=numbers, expansion=shares, load=(0.0, 0.0))
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
-        """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
+        """Return the tensions at another ``l0 theta``, shape (n - 1,)."""
         tension, low = self.numbers[TENSION, :-1], self.numbers[TENSION_LOW, :-1]
         change, error = two_sum.py_func(self.load[0], -load[0])
         share, share_low = self.expansion
@@ -168,7 +160,7 @@ def _frictions(chain: Chain) -> tuple[list[Fraction], list[Fraction]]:
 
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
-    """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
+    """Return the first fields of `Workspace.now` for all simulations of a chain, as bits."""
     made = np.zeros(1, dtype=layout.NOW)
     made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
@@ -193,7 +185,7 @@ def placed(
 ) -> Workspace:
     """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
 
-    They are those of `used`, if that is given: of a chain as long that logged as much.
+    It reuses the arrays `used`, if given, of a chain of the same length and logging.
     """
     work = _room(chain.n, logging) if used is None else used
     _begin(work.now, chain, origin, seed, logging)
@@ -217,7 +209,7 @@ def _begin(
 def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[Any, ...]:
     """Return the arrays of several simulations before `place`: a `Workspace` without clock and log.
 
-    Each holds them one after the other, but for `series`, which have no memory.
+    Each array holds one simulation after the other, except for `series`, which have no memory.
     """
     n, m = chain.n, layout.columns(chain.n)
     return (
@@ -291,8 +283,8 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 def turn(chain: Chain, leg: Leg, cell: NDArray[np.float64], now: NDArray[Any]) -> None:
     """Let ``l0 theta`` go from 0 to l0 along a leg on which each spring has its own dilation.
 
-    What theta has added so far becomes part of the forces at rest. Several simulations stand in
-    `cell` and `now` one after the other.
+    The effect of theta so far becomes part of the forces at rest. `cell` and `now` may hold several
+    simulations one after the other.
     """
     own = slice(PAD, PAD + chain.n)
     rate, rate_low = cell[:, layout.RATE, own], cell[:, layout.RATE_LOW, own]
@@ -311,7 +303,7 @@ def turn(chain: Chain, leg: Leg, cell: NDArray[np.float64], now: NDArray[Any]) -
 def snapshot(
     cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any, n: int
 ) -> dict[str, NDArray[Any]]:
-    """Return how far a simulation is, at rest, or several side by side, of which these are."""
+    """Return a snapshot at rest of one simulation, or of several side by side."""
     own = slice(PAD, PAD + n)
     return {
         "numbers": cell[..., layout.IN_SNAPSHOTS, own],  # a copy
@@ -325,7 +317,7 @@ def snapshot(
 def restore(
     snapshot: Mapping[str, Any], cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any
 ) -> None:
-    """Go on from a `snapshot`, once the draws are prepared."""
+    """Continue from a `snapshot`, once the draws are prepared."""
     own = slice(PAD, PAD + snapshot["numbers"].shape[-1])
     cell[..., layout.IN_SNAPSHOTS, own] = snapshot["numbers"]
     cell[..., layout.REST, own] = cell[..., layout.FORCE, own]
@@ -338,7 +330,7 @@ def restore(
 
 @compiled
 def place(cell, whole, scalars, numbers, of_chain, draws):
-    """Fill in forces, displacements and contacts, all but the draws that `prepare` makes."""
+    """Fill in forces, displacements and contacts, but not the draws, which `prepare` makes."""
     now = scalars[0]
     n = now.chain.n
     cell[:] = 0.0
@@ -386,7 +378,7 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
 def _read(
     cell, whole, scalars, began, drawn, tensions, displacements, coefficients, draws
 ):  # fmt: skip
-    """Write the present state to the last four; without disorder the loop renews no coefficient."""
+    """Write the present state to the last four; without disorder coefficients do not change."""
     now = scalars[0]
     for k in range(draws.size):
         i = k + PAD

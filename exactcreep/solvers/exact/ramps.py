@@ -1,4 +1,4 @@
-"""Which sliders start next on a ramp of theta, and at which ``l0 theta``.
+"""Find the sliders that start next on a ramp of theta, and the critical ``l0 theta``.
 
 Source: Eqs. 5-8; derivations/chain.py.
 """
@@ -18,16 +18,11 @@ _is_before, _order, _driven = FLOATS.is_before, FLOATS.order, FLOATS.driven
 
 @inlined
 def next_start(cell, whole, now, target, target_low):
-    """Return what starts before the target where sliders 1 and N alone feel theta.
+    """Return the next start before the target if only sliders 1 and N feel theta.
 
-    Returns
-    -------
-    starts : int
-        How many sliders start, together; their columns stand in ``whole[EVENT]``.
-    theta, theta_low : float
-        The critical ``l0 theta``; the target if none starts.
-    undecided : bool
-        Whether a comparison lay within its rounding bound.
+    Returns the number of sliders that start together (their columns are in ``whole[EVENT]``), the
+    critical ``l0 theta`` as two floats (the target if no slider starts), and whether a comparison
+    was within its rounding bound.
     """
     top = PAD
     end = PAD + now.chain.n - 1
@@ -43,7 +38,7 @@ def next_start(cell, whole, now, target, target_low):
     far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
     far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
     far *= up
-    # the rooms, and what the slips since the last change of direction may have rounded away
+    # the rooms, and possible rounding errors of the slips since the last change of direction
     bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
     nearest = min(far_top, far_end)
     starts, close = _is_before(nearest, far, bound)
@@ -59,9 +54,9 @@ def next_start(cell, whole, now, target, target_low):
 
 @inlined
 def _start_of(cell, now, up, i):
-    """Return how far ``l0 theta`` goes in direction `up` until a slider starts.
+    """Return how far ``l0 theta`` can go in direction `up` until a slider starts.
 
-    Beside it how far off that may be, and the critical ``l0 theta`` as two floats.
+    Also returns the error of this distance, and the critical ``l0 theta`` as two floats.
     """
     rate = cell[layout.RATE, i]
     room = cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
@@ -71,14 +66,14 @@ def _start_of(cell, now, up, i):
     reached, error = times(rate, cell[layout.RATE_LOW, i], theta, 0.0)
     theta_low = ((high - reached) + (low - error)) / rate
     ahead = max(up * ((theta - now.theta) + (theta_low - now.theta_low)), 0.0)
-    if not ahead < np.inf:  # at a rate that is next to nothing
+    if not ahead < np.inf:  # the rate is almost zero
         ahead = np.inf
     return ahead, 4.0 * ULP * (room + abs(high)) / abs(rate), theta, theta_low
 
 
 @compiled
 def next_uneven_start(cell, whole, now, target, target_low):
-    """Return what `next_start` does where theta drives any slider, each at a rate of its own."""
+    """Return the same as `next_start` if theta drives any slider, each at its own rate."""
     far = (target - now.theta) + (target_low - now.theta_low)
     up = 1.0 if far > 0.0 else -1.0
     far *= up

@@ -1,11 +1,11 @@
-"""What the loop of `loop` writes at targets, and logs: slips, rests and their elastic energy.
+"""What the loop writes at targets, and logs: slips, rests and their elastic energy.
 
-Elastic energy is known without tensions. A ramp by d of ``l0 theta`` lowers every tension by d: the
-energy falls by d times the mean, before and after, of their sum. In a rearrangement it is a
+Elastic energy is computed without tensions. A ramp by d of ``l0 theta`` lowers every tension by d,
+and the energy by d times the mean of their sum before and after. In a rearrangement the energy is a
 quadratic function of the displacements whose gradient is minus the elastic forces: it changes by
-minus the sum of displacements times the mean of these forces before and after. Friction takes
-``mu_d cos(alpha)`` times the path of every slip, gravity gives ``sin(alpha)`` times every
-displacement: that both add up to the change of elastic energy shows that each slip ended at rest.
+minus the displacements times the mean of these forces before and after. Friction dissipates
+``mu_d cos(alpha)`` times the path of every slip, and gravity does work ``sin(alpha)`` times every
+displacement. If both add up to the change of elastic energy, each slip ended at rest.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from exactcreep.solvers.tables import TargetRows
 
 _BOUNDLESS = 2**60
 _LEAST_FRESH = 64
-"""Rearrangements, at least, until the elastic energy is summed anew: its rounding grows no more."""
+"""Least rearrangements until the elastic energy is summed anew, which limits its rounding."""
 
 TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
-"""Rows of what a simulation began with; the tensions leave the last column free."""
+"""Rows of the start of a simulation; the tensions leave the last column free."""
 
 
 class AtTargets(NamedTuple):
@@ -38,7 +38,7 @@ class AtTargets(NamedTuple):
 
     @classmethod
     def of(cls, count: int, record: tuple[str, ...], began: tuple[Any, ...]) -> AtTargets:
-        """Return room for what is to be recorded at `count` targets."""
+        """Return room for `record` at `count` targets."""
         rows = TargetRows.empty(record, count, began[0].shape[1])
         return cls(rows, np.empty(count, np.int64), began)
 
@@ -48,12 +48,12 @@ class AtTargets(NamedTuple):
 
 
 NOTHING = AtTargets.of(1, (), (np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0))
-"""Where the loop may write what nobody asks for."""
+"""A place for data that nobody requests."""
 
 
 @inlined
 def increased(sums, value, low):
-    """Add two floats to a sum, and what rounds and their own low part to its error."""
+    """Add two floats to a sum, and the rounding error and their own low part to its error."""
     total, rounded = two_sum(sums[0], value)
     return total, sums[1] + (rounded + low)
 
@@ -66,13 +66,13 @@ def displacement(cell, i):
 
 @inlined
 def of_theta(cell, now, i):
-    """Return what theta adds to the force on the slider in column i, as two floats."""
+    """Return the effect of theta on the force on the slider in column i, as two floats."""
     return times(cell[layout.RATE, i], cell[layout.RATE_LOW, i], now.theta, now.theta_low)
 
 
 @inlined
 def tension(cell, now, began, k):
-    """Return the tension below slider k: what displacements and theta have made of the first."""
+    """Return the tension below slider k, from its initial value, displacements and theta."""
     i = k + PAD
     right, left = cell[layout.TRAVEL, i + 1], -cell[layout.TRAVEL, i]
     right_low = cell[layout.TRAVEL_LOW, i + 1] + cell[layout.X, i + 1]
@@ -95,7 +95,7 @@ def tension(cell, now, began, k):
 
 @inlined
 def at_target(cell, whole, now, targets, q):
-    """Write what is asked for at the target that has just been reached."""
+    """Write the requested data at a target."""
     rows, n = targets.rows, now.chain.n
     rows.x_G[q] = (now.total + now.total_low) / n
     targets.doubts[q] = now.counts.undecided + now.counts.long
@@ -122,7 +122,7 @@ def room(tables):
 
 @inlined
 def at_theta(cell, now, tables):
-    """Take the elastic energy and the sum of the tensions to the present theta, at rest."""
+    """Update the elastic energy and the sum of the tensions to the present theta, at rest."""
     if tables is None:
         return
     sums = tables.sums[0]
@@ -184,7 +184,7 @@ def start(cell, now, tables, i):
 
 @inlined
 def stop(cell, now, tables, i):
-    """Log the slip of the slider in column i, which has drawn anew."""
+    """Log the slip of the slider in column i, which has drawn a new coefficient."""
     if tables is None:
         return
     row = tables.slips[tables.used[1]]
@@ -202,7 +202,7 @@ def stop(cell, now, tables, i):
 
 @inlined
 def end(cell, now, tables):
-    """Log the rest after a rearrangement whose displacements are not forces at rest yet."""
+    """Log a rest; the displacements of the rearrangement are not yet forces at rest."""
     if tables is None:
         return
     moved = 0.0

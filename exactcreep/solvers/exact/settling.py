@@ -1,19 +1,19 @@
-"""Cycle after cycle in the compiled loop of `exact`, until the chain comes back to a state.
+"""Follow cycles in the compiled loop of `exact`, until the chain returns to an earlier state.
 
-Without disorder the state at the end of a cycle decides all that follows. The forces, sums of two
-floats, and the thresholds at the ends of the last cycles are kept in a ring; those with the same
-hash are chained, and compared number by number. The first return therefore tells the period, and
-the cycle from which on the chain is periodic, exactly.
+Without disorder the state at the end of a cycle determines everything that follows. A ring stores
+forces (sums of two floats) and thresholds at the ends of the last cycles. States with the same hash
+are chained, and compared number by number. So the first return gives the period exactly, and the
+cycle from which on the chain is periodic.
 
-An avalanche rounds the forces, and a cycle with avalanches may return them only to within that. So
-cycles with the same slips of every slider are chained, too: if the forces come back to within
-`NEAR` `PATIENCE` cycles in a row, and two periods at least, they are taken to go on like this.
-That is no recurrence of the floats, and reported apart.
+An avalanche rounds the forces, and a cycle with avalanches may return them only to within rounding.
+So cycles with the same slips of every slider are chained, too. If the forces return to within
+`NEAR` for `PATIENCE` successive cycles and at least two periods, they are assumed to continue so.
+This is not an exact recurrence of the floats, and is reported separately.
 
-With disorder a contact never gets back its threshold: what is found is a cycle without any event,
-which ends all motion, and how long no inner slider has slipped.
+With disorder a contact never gets back its threshold. Then the search is for a cycle without any
+event, which ends all motion, and for the time since an inner slider last slipped.
 
-All this looks at every single cycle, which may take less than a microsecond: in NumPy, on blocks of
+The search examines every cycle, which may take less than a microsecond. In NumPy, on blocks of
 cycles, a short fate took 1.2 to 1.9 times as long, and with disorder up to 4.7 times.
 """
 
@@ -44,15 +44,15 @@ from exactcreep.solvers.return_map import (
 )
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
-_TRIES = 64  # earlier cycles with the same slips that are looked at
+_TRIES = 64  # earlier cycles with the same slips that are compared
 _SLOTS = 2048  # of hashes
 _MOST_BYTES = 2**28  # of the ring
 
 SEARCH = np.dtype(
     [
-        ("rounding", np.float64),  # the most it adds to a displacement in one slip, times n
-        ("still", np.float64),  # the most their sum may change in a cycle without an advance
-        ("close", np.float64),  # how far apart forces may be that have nearly returned
+        ("rounding", np.float64),  # largest rounding error of a displacement in one slip, times n
+        ("still", np.float64),  # largest change of their sum in a cycle without an advance
+        ("close", np.float64),  # largest distance of forces that have nearly returned
         ("calm", np.int64),  # cycles without a slip of an inner slider: dormant
         ("reached", np.int64),  # half-cycles of the present cycle
         ("cycles", np.int64),  # whole cycles so far
@@ -62,37 +62,37 @@ SEARCH = np.dtype(
         ("last_advance", np.int64),  # cycle (up to `since` once settled) with one of x_G, 0: none
         ("lowest", np.float64),  # least and largest sum of displacements
         ("highest", np.float64),
-        ("furthest", np.int64),  # the last cycle that took x_G further than ever, either way
-        ("heading", np.int64),  # which way that was: +1 or -1 along x; 0: none
+        ("furthest", np.int64),  # the last cycle with a new extreme of x_G
+        ("heading", np.int64),  # its direction: +1 or -1 along x; 0: none
         ("stirred", np.int64),  # the last cycle in which an inner slider slipped, 0: none
         ("dormant_after", np.int64),  # cycles after which it was first dormant, -1: never
         ("mark", np.uint64),  # hash of the events and slips of the last cycle
         ("alike", np.int64),  # cycles in a row with the same mark
-        ("advance_before", np.int64),  # the last one before these
+        ("advance_before", np.int64),  # the last advance before these
         ("near", np.int64),  # the period with which the forces nearly return, 0: none
-        ("streak", np.int64),  # how many cycles in a row they have
-        ("advance_near", np.int64),  # the last one up to a period before these
+        ("streak", np.int64),  # number of successive cycles with such a return
+        ("advance_near", np.int64),  # the last advance up to a period before these
         ("since", np.int64),  # cycles after which it is periodic, -1: not yet
         ("period", np.int64),
         ("apart", np.float64),  # how nearly the forces have returned, 0: bit for bit
     ]
 )
-"""How far a chain has come on its way through cycles, and what is asked of it."""
+"""The progress of a chain through its cycles, and the parameters of the search."""
 
 
 class Memory(NamedTuple):
-    """What `settle` remembers of past cycles; cycle c in row c % rows."""
+    """The past cycles that `settle` remembers; cycle c is in row c % rows."""
 
     ring: NDArray[np.float64]  # (rows, 3, n): the states at their ends
     advances: NDArray[np.int64]  # (rows,): the last cycle that had advanced
-    # (rows + slots,): the cycle before of the same hash, and the last cycle of each hash
+    # (rows + slots,): the previous cycle with the same hash, and the last cycle of each hash
     same_state: NDArray[np.int64]
     same_slips: NDArray[np.int64]
     slips: NDArray[np.int64]  # (n,): of every slider up to the end of the last whole cycle
 
     @classmethod
     def of(cls, chain: Chain) -> Memory:
-        """Return room for the longest period that is looked for, less for very long chains."""
+        """Return room for the longest period that is searched; less for very long chains."""
         most = _MOST_BYTES // (24 * chain.n)
         rows = 1 if chain.sigma_mu != 0 else max(min(LONGEST_PERIOD, most), 2) + 1
         lengths = rows, rows + _SLOTS, rows + _SLOTS, chain.n
@@ -107,7 +107,7 @@ def _mixed(state, word):
 
 @inlined
 def _chained(chain, rows, state, cycle):
-    """Put a cycle before the others of its hash; return the last of these, 0 if there is none."""
+    """Put a cycle first in the chain of its hash; return the previous first, or 0."""
     slot = rows + np.int64(state % np.uint64(_SLOTS))
     before = chain[slot]
     chain[cycle % rows] = before
@@ -128,7 +128,7 @@ def _apart(ring, cycle, earlier):
 
 @compiled
 def _returned(cell, now, search, memory):
-    """Keep the present state, and settle if it is that at the end of an earlier cycle."""
+    """Store the present state, and settle if an earlier cycle ended in the same state."""
     ring = memory.ring
     rows = ring.shape[0]
     cycle = search.cycles
@@ -138,7 +138,7 @@ def _returned(cell, now, search, memory):
     for k, kind in enumerate((layout.FORCE, layout.FORCE_LOW, layout.EXCESS)):
         for i in range(now.chain.n):
             ring[here, k, i] = cell[kind, layout.PAD + i]
-            if k < 2:  # the sign of a number does not count, nor of a zero
+            if k < 2:  # ignore the sign of the number, and of zero
                 state = _mixed(state, bits[kind, layout.PAD + i] << np.uint64(1))
     memory.advances[here] = search.last_advance
     earlier = _chained(memory.same_state, rows, state, cycle)
@@ -154,7 +154,7 @@ def _returned(cell, now, search, memory):
 
 @compiled
 def _nearly_returned(search, memory):
-    """Look whether the forces have come back nearly, and settle if they have for long enough."""
+    """Test whether the forces have nearly returned, and settle if this lasts long enough."""
     ring = memory.ring
     rows = ring.shape[0]
     cycle = search.cycles
@@ -182,7 +182,7 @@ def _nearly_returned(search, memory):
 
 @inlined
 def _note(whole, now, search, memory):
-    """Note what the cycle that has just ended has come to: its slips, and how far x_G is."""
+    """Note the slips of the cycle that has just ended, and its x_G."""
     cycle, slips, inner = search.cycles, 0, 0
     mark = np.uint64(now.counts.events - search.events)
     for i in range(now.chain.n):
@@ -221,8 +221,8 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
     `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. `single` is
-    false: for a constant `loop.follow` would be compiled once more. Returns as that does;
-    `layout.DONE` also if it has settled.
+    false; as a constant it would make `loop.follow` compile again. Returns the same as that
+    function; `layout.DONE` also if the chain has settled.
     """
     cell, whole, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
@@ -255,7 +255,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
 
 
 class _Noted:
-    """A whole number that `settle` notes: the field of `SEARCH` that it is called by."""
+    """A whole number that `settle` notes, by the name of its field in `SEARCH`."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -265,13 +265,13 @@ class _Noted:
 
 
 class SettlingChain:
-    """A chain on its way through temperature cycles of one amplitude, until it has settled.
+    """A chain that follows temperature cycles of one amplitude, until it has settled.
 
     Parameters
     ----------
     chain : Chain
     drive : Cycles
-        The most cycles that it may take.
+        Its cycles are the most that the chain may take.
     start : State
     seed : int
     dormant : int
@@ -280,9 +280,9 @@ class SettlingChain:
     Attributes
     ----------
     simulation : ExactSimulation
-        Where the chain is.
+        The present chain.
     cycles, last_advance, furthest, heading, dormant_after, alike, advance_before, since, period
-        What is noted of its cycles; see `SEARCH`.
+        Notes about its cycles; see `SEARCH`.
     """
 
     cycles, last_advance, furthest, heading = _Noted(), _Noted(), _Noted(), _Noted()
@@ -294,7 +294,7 @@ class SettlingChain:
         self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62
     ) -> None:
         self.simulation = ExactSimulation(chain, start, seed, ())
-        self.simulation.make_room()  # else `settle` might have to be compiled twice
+        self.simulation.make_room()  # otherwise `settle` might be compiled twice
         self.drive = drive
         self._memory = Memory.of(chain)
         self._targets = *self.simulation.targets(drive, 1, 2), self.simulation.at_targets(2, ())
@@ -311,7 +311,7 @@ class SettlingChain:
 
     @property
     def settled(self) -> LimitCycle | None:
-        """How it goes on, bit for bit or, if that is not 0, as the forces have come back."""
+        """The limit cycle, exact if `apart` is 0, else to within this distance; or None."""
         if self.since < 0:
             return None
         return LimitCycle(self.period, self.since, float(self._searches["apart"][0]), None)
@@ -324,7 +324,7 @@ class SettlingChain:
 
     @property
     def _kept(self) -> NDArray[np.int64]:
-        """The cycles whose ends are remembered, the last of all last."""
+        """The cycles whose ends are stored, in order."""
         return np.arange(max(self.cycles - len(self._memory.ring) + 1, 1), self.cycles + 1)
 
     def _forces(self, cycles: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -333,9 +333,10 @@ class SettlingChain:
         return forces
 
     def _shorten(self) -> None:
-        """Go on with the shortest period with which the forces nearly return.
+        """Switch to the shortest period with which the forces nearly return.
 
-        What comes to its cycle in turns from either side returns after two cycles first.
+        A trajectory that approaches its cycle alternately from both sides first recurs after two
+        periods.
         """
         search, kept, long = self._searches[0], self._kept, self.period
         ends, close = self._forces(kept), float(search["close"])
@@ -347,13 +348,13 @@ class SettlingChain:
 
     @property
     def dormant(self) -> bool:
-        """Whether no inner slider has slipped for as many cycles as make the chain dormant."""
+        """Whether no inner slider has slipped for `dormant` cycles."""
         return self.simulation.chain.n > 2 and self.cycles - self.stirred >= self.calm
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
-        """Go on until the chain has settled, has had its cycles, or a limit is reached.
+        """Continue until the chain has settled, has had its cycles, or a limit is reached.
 
-        `Stop.DONE` comes back in the first two cases, otherwise why it ended, with a sentence.
+        Returns `Stop.DONE` in the first two cases, otherwise why it ended, with a sentence.
         """
         simulation, targets, most = self.simulation, self._targets, self.drive.cycles
         before = simulation.events

@@ -1,14 +1,14 @@
 """Eight sliders at a time: a vector of float64 for the compiled kernel.
 
-Compiled loops over eight columns do not reliably become vector instructions; what is written with
-`Lanes` does. Compiled functions add, subtract, multiply and divide such vectors, take ``abs``,
-``math.sqrt``, ``min`` and ``max`` (the second argument where one is not a number), and compare
-them. Comparing gives a mask, an integer whose bit j belongs to lane j. A float among the operands
-stands for a vector whose lanes all hold it. The functions below do the rest.
+The compiler does not reliably turn loops over eight columns into vector instructions, but it does
+so for `Lanes`. Compiled functions add, subtract, multiply and divide such vectors, take ``abs``,
+``math.sqrt``, ``min`` and ``max`` (the second argument if one argument is nan), and compare them. A
+comparison gives a mask, an integer whose bit j belongs to lane j. A float among the operands is
+used in all lanes. The functions below do the rest.
 
 Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
-on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds them against NumPy
-lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is negative.
+on the width of the machine's registers. `tests/solvers/exact/test_simd.py` compares them with NumPy
+lane by lane. Tables are C-ordered, with rows of eight cells; no index is negative.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ _NUMBER, _INDEX = types.float64, types.intp
 
 
 def _compiled_as(gives, *takes, key=None):
-    """Decorate what builds the code of a function for compiled code, or of `key` for vectors.
+    """Decorate a function that generates code, for compiled code, or for vectors as `key`.
 
-    Its arguments are converted to the types that it `takes`; tables of any type stay as they are.
+    Arguments are converted to the types that it `takes`; tables of any type stay unchanged.
     """
 
     def register(emit):
@@ -100,21 +100,21 @@ def _shuffled(builder, a, b, order):
 
 
 def _called(name, reduces=False):
-    """Return what calls a function of LLVM on numbers or on vectors."""
+    """Return a function that calls an LLVM function on numbers or on vectors."""
 
     def call(builder, *values):
         kind = values[0].type
         full = f"llvm.{name}.v{WIDTH}f64" if kind == _VECTOR else f"llvm.{name}.f64"
         called = ir.FunctionType(kind.element if reduces else kind, [kind] * len(values))
         function = cgutils.get_or_insert_function(builder.module, called, full)
-        # a reduction need not look for lanes that are not numbers
+        # a reduction may assume that no lane is nan
         return builder.call(function, values, fastmath=("nnan",) if reduces else ())
 
     return call
 
 
 def _compared(symbol):
-    """Return what compares two vectors, and makes a mask of it."""
+    """Return a function that compares two vectors, and makes a mask."""
 
     def compare(builder, a, b):
         bits = builder.fcmp_ordered(symbol, a, b)
@@ -124,7 +124,7 @@ def _compared(symbol):
 
 
 def _picked(symbol):
-    """Return what picks one of several numbers in each lane, in rounds of pairs."""
+    """Return a function that picks one of several numbers in each lane, in rounds of pairs."""
 
     def pick(builder, *values):
         if len(values) == 1:
@@ -139,7 +139,7 @@ def _picked(symbol):
 def _arithmetic(symbol, emit):
     """Let compiled code write `symbol` between vectors, or a vector and a float.
 
-    As a function of its own, which is then inlined: code emitted in place was 4 % slower at N = 6.
+    It is an inlined function; code emitted in place was 4 % slower at N = 6.
     """
     operation = _compiled_as(_LANES, _LANES, _LANES)(emit)
 
@@ -168,16 +168,16 @@ fused = _compiled_as(_LANES, _LANES, _LANES, _LANES)(_called("fma"))
 """Return a b + c, rounded once; also of three floats."""
 _compiled_as(_NUMBER, _NUMBER, _NUMBER, _NUMBER, key=fused)(fused)
 least = _compiled_as(_NUMBER, _LANES)(_called("vector.reduce.fmin", reduces=True))
-"""Return the smallest of the lanes, all of which are numbers."""
+"""Return the smallest lane, provided that none is nan."""
 largest = _compiled_as(_NUMBER, _LANES)(_called("vector.reduce.fmax", reduces=True))
-"""Return the largest of the lanes, all of which are numbers."""
+"""Return the largest lane, provided that none is nan."""
 lane_of = _compiled_as(_NUMBER, _LANES, _INDEX)(ir.IRBuilder.extract_element)
 """Return lane j of a vector."""
 
 
 @_compiled_as(_LANES, _NUMBER)
 def spread(builder, value):
-    """Return the vector whose lanes all hold a number."""
+    """Return the vector with a number in all lanes."""
     first = _gathered(builder, _VECTOR, [value])
     return _shuffled(builder, first, first, [0] * WIDTH)
 

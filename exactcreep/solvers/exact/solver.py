@@ -53,7 +53,7 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Workspace]] = {}
-"""By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
+"""Reusable arrays by length of short chains, as many as were used at the same time."""
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {LONGEST_AVALANCHE}"
     " events, or steps without one; at tan_alpha = mu_d it may go on for ever"
@@ -61,7 +61,7 @@ _ENDLESS = (
 
 
 class ExactSimulation(Simulation):
-    """A chain on its way along a drive, event by event; see `Exact`."""
+    """A chain that follows a drive event by event; see `Exact`."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class ExactSimulation(Simulation):
         self.origin = self.start = Origin.of(chain, state)
         self.leg: Leg | None = None  # if each spring has a dilation of its own
         self.work = placed(chain, self.origin, seed, _logging(record), used)
-        self._under_way: list[NDArray[Any]] = []  # logged slips of a rearrangement that goes on
+        self._under_way: list[NDArray[Any]] = []  # logged slips of the present rearrangement
 
     @property
     def _present(self) -> Workspace:
@@ -169,13 +169,13 @@ class ExactSimulation(Simulation):
         return Stretch(done, recorded, *ended, doubts=targets.doubts[:done])
 
     def _take(self, leg: Leg) -> None:
-        """Set out on a leg, unless it is under way."""
+        """Set out on a leg, unless it has already begun."""
         if self.leg is None or self.load() == split(self.chain.l0):
             turn(self.chain, leg, self.work.cell[None], self.work.now)
             self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
-        """Return room for what the loop writes at `count` targets."""
+        """Return room for the rows of `count` targets."""
         return AtTargets.of(count, record, self.origin.began)
 
     def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
@@ -185,15 +185,15 @@ class ExactSimulation(Simulation):
         return Ending(Stop.LIMIT, otherwise)
 
     def _room_for_more(self) -> None:
-        """Be ready for several sliders that move together, if they do."""
+        """Prepare for several sliders that move together, if they do."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.make_room()
 
     def single(self, direction: int, most: int, at_once: int = MOST_WORK) -> Iterator[int]:
-        """Rearrange as the chain stands, else where theta makes it; yield why the loop came back.
+        """Rearrange at the present theta, else after a ramp; yield why the loop returned.
 
-        That is soon after `most` events or, each time, `at_once`; to ask for more lets it go on.
-        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, says that it has ended.
+        The loop returns soon after `most` events or, each time, `at_once`; the next iteration
+        continues. `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
         """
         high, low = self.load()
         if direction != 0 and self.chain.n > 1:
@@ -207,7 +207,7 @@ class ExactSimulation(Simulation):
             yield reason
 
     def make_room(self) -> None:
-        """Be ready for several sliders that move together."""
+        """Prepare for several sliders that move together."""
         if self.work.series is None:
             self.work = roomier(self.work)
 
@@ -218,7 +218,7 @@ class ExactSimulation(Simulation):
         return _stacked([self.work.log.events[:count]])
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
-        """Return the columns of all that is logged, and empty the logs."""
+        """Return all logged columns, and empty the logs."""
         l0 = nearest_float(self.chain.l0)
         columns: dict[str, NDArray[Any]] = {}
         if len(events := self.drain()):
@@ -236,7 +236,7 @@ class ExactSimulation(Simulation):
         return columns
 
     def _ended(self, rests: NDArray[Any], slips: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """Return the table of what has come to rest; keep the slips of what has not."""
+        """Return the table of finished rearrangements; keep the slips of the others."""
         if not len(rests):
             self._under_way.append(_stacked([slips]))
             return {}
@@ -266,11 +266,11 @@ class ExactSimulation(Simulation):
 
     @property
     def at_rest(self) -> bool:
-        """Whether no slider moves, and none is left to be started."""
+        """Whether no slider moves or is about to start."""
         return bool(self.work.now["stage"][0] == layout.AT_REST)
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
-        """Let the rearrangement under way end, if the limits allow it; return what is logged."""
+        """Let the present rearrangement end, if the limits allow it; return its log."""
         before, logs = self.events, []
         goes_on = self.single(0, before + limits.events_left)
         while not self.at_rest and limits.stop(self.events - before) is None:
@@ -280,7 +280,7 @@ class ExactSimulation(Simulation):
         return tables.joined(logs)
 
     def snapshot(self) -> dict[str, Any]:
-        """Return how far the chain is, at rest; see `Simulation.snapshot`."""
+        """Return a snapshot at rest; see `Simulation.snapshot`."""
         work = self.work
         taken: dict[str, Any] = snapshot(work.cell, work.whole, work.now[0], self.chain.n)
         if work.log.tables is not None:
@@ -288,9 +288,9 @@ class ExactSimulation(Simulation):
         return taken | {"leg": Leg.kept(self.leg)}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Go on from a snapshot; see `Simulation.restore`."""
+        """Continue from a snapshot; see `Simulation.restore`."""
         work = self.work
-        like = self.snapshot()  # what records no tables needs no energies
+        like = self.snapshot()  # without tables no energies are needed
         names = like.keys() | (snapshot.keys() - {"energy"})
         taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
         require_like(like, taken)
@@ -305,7 +305,7 @@ class ExactSimulation(Simulation):
             work.log.tables.sums.view(np.float64)[:] = taken["energy"]
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
-        """Return a simulation that goes on from here bit for bit, and records something else."""
+        """Return a simulation that continues from here bit for bit, with other records."""
         other = ExactSimulation(self.chain, self.origin.state, self.seed, record)
         if self.work.series is not None:
             other.make_room()
@@ -319,7 +319,7 @@ class ExactSimulation(Simulation):
         return other
 
     def copies(self) -> ExactCopies | None:
-        """Return perturbed copies of it that begin where it began; None of one slider."""
+        """Return perturbed copies from the same start; None for one slider."""
         if self.chain.n == 1:
             return None
         return ExactCopies(self.chain, self.start, self.seed, self.targets)
@@ -345,28 +345,22 @@ class ExactSimulation(Simulation):
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Logged(Estimated):
-    """A rearrangement by `Exact`: events and initial state are made when asked for.
+    """A rearrangement by `Exact`: events and initial state are made on demand.
 
-    Attributes
-    ----------
-    origin : Origin
-        The state from which theta was ramped.
-    load : tuple of float
-        ``l0 theta_c``, as two floats.
-    log : ndarray of layout.LOGGED_EVENT
-        A row for each slider of each event.
+    `origin`: the state from which theta was ramped; `load`: ``l0 theta_c``, as two floats; `log`
+    (ndarray of layout.LOGGED_EVENT): a row for each slider of each event.
     """
 
     origin: Origin
     load: tuple[float, float]
     log: NDArray[Any]
 
-    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    @cached_property  # type: ignore[misc] # a field that is made on demand
     def events(self) -> tuple[Event, ...]:
         """The events, in order of time."""
         return tuple(_events(self.log))
 
-    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    @cached_property  # type: ignore[misc] # a field that is made on demand
     def initial(self) -> State:
         """The state at theta_c."""
         before = self.origin.state
@@ -384,12 +378,11 @@ class Exact(Solver):
     """The event-driven solver in float64 with certified events, compiled.
 
     Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
-    accepted only after all sliders were certified to have none before (see `taylor`). Each
-    event adds rounding of a few 1e-16 of the largest force, which the events that follow amplify.
-    The promise is 1e-12 in the tensions after one rearrangement: `rearrange` estimates the error
-    (see `motion.amplified`), and where the estimate is larger the evidence is `UNDECIDED`.
-    Comparisons within the rounding bound of their own evaluation are settled by the model's rules
-    and counted as undecided.
+    accepted only after all sliders were certified to have none before (see `taylor`). Each event
+    adds a rounding error of a few 1e-16 of the largest force, which later events amplify. The
+    promise is 1e-12 for the tensions after one rearrangement: `rearrange` estimates the error (see
+    `motion.amplified`), and the evidence is `UNDECIDED` if the estimate is larger. Comparisons
+    within their own rounding bound are settled by the model's rules and counted as undecided.
     """
 
     perturbs: ClassVar[bool] = True
@@ -398,11 +391,11 @@ class Exact(Solver):
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
 
     def compiles(self, n: int) -> int:
-        """Return a length of chains that need the same compiled code as one of `n` sliders."""
+        """Return a number of sliders for which the same compiled code is used as for `n`."""
         return min(max(n, 2), 3) if n <= layout.LONGEST_SHORT else layout.LONGEST_SHORT + 1
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Rearrange by the compiled loop, in arrays of a rearrangement that is over."""
+        """Rearrange by the compiled loop, reusing the arrays of a finished rearrangement."""
         chain = start.chain
         try:
             used = _USED[chain.n].pop()
@@ -411,7 +404,7 @@ class Exact(Solver):
         simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
         logs: list[NDArray[Any]] = []
         ended = Ending(Stop.DONE)
-        late = limits.at < math.inf and limits.passed()  # then there is one event all the same
+        late = limits.at < math.inf and limits.passed()  # then compute one event all the same
         at_once = 1 if late else MOST_WORK
         for reason in simulation.single(direction, limits.events_left, at_once):
             logs.append(simulation.drain())
@@ -439,13 +432,13 @@ class Exact(Solver):
 
 
 def _logging(record: tuple[str, ...]) -> int:
-    """Return what the compiled loop logs, see `layout.CHAIN`."""
+    """Return what the compiled loop has to log, see `layout.CHAIN`."""
     avalanches = not {"rearrangements", "slip_table"}.isdisjoint(record)
     return layout.LOGS_EVENTS * ("events" in record) + layout.LOGS_AVALANCHES * avalanches
 
 
 def _stacked(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return rows one after the other, a copy; field by field it would take longer."""
+    """Return rows one after the other, a copy; by fields it would take longer."""
     return np.concatenate([rows.view(np.uint8) for rows in parts]).view(parts[0].dtype)
 
 

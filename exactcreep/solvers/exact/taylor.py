@@ -2,16 +2,16 @@
 
 Each slider of the window has a *margin* that must stay in its range until its event: a mover its
 velocity (on its side of 0), a resting neighbour its force (between its thresholds). A cluster moves
-by ``v'' = -K v``: two orders on, the derivatives of its velocities are ``-K`` times what they were,
-and those of a force at rest are the sums of its neighbours' velocities' one order before. So all
-margins grow derivative by derivative in one table, a column for each slider, in strips of eight.
-All frequencies are at most 2: within the `HORIZON` the terms beyond `ORDERS` are below 3e-17 of
-the largest; for an event that comes sooner fewer suffice.
+by ``v'' = -K v``: the derivatives of its velocities are ``-K`` times the derivatives two orders
+lower, and the derivatives of a force at rest are sums of its neighbours' velocities one order
+lower. So all margins grow derivative by derivative in one table, a column for each slider, in
+strips of eight. All frequencies are at most 2: within the `HORIZON` the terms beyond `ORDERS` are
+below 3e-17 of the largest; for an earlier event fewer terms suffice.
 
 On ``[0, t]`` a margin is the cubic through its value and slope at both ends plus at most
-``M s**2 (t - s)**2 / 24``, where M bounds its fourth derivative. Written with Bernstein
-polynomials of degree four it stays in range if five numbers do. They are computed for eight
-sliders at a time; only a slider that fails is looked at alone.
+``M s**2 (t - s)**2 / 24``, where M bounds its fourth derivative. In Bernstein form of degree four
+it stays in range if five numbers do. They are computed for eight sliders at a time; only a slider
+that fails is examined alone.
 
 Source: Eqs. 5-10; derivations/modes.py.
 """
@@ -51,26 +51,26 @@ _REACH = np.array(
     + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
     + [HORIZON]
 )
-"""For how long the terms before order p suffice: the first neglected one is as small as ever."""
+"""Time for which the terms before order p suffice: the first neglected term is equally small."""
 _SHORTEST = 12
 _LONGER = 4
-"""A series has 12, 16, 20 or 24 terms: as many as the expected time of its event needs."""
+"""A series has 12, 16, 20 or 24 terms, by the expected time of its event."""
 
 _LANEWISE = 10
-"""Derivatives 4 .. 9 bound the fourth lane by lane; 10 and 11 of all lanes bound what follows.
+"""Derivatives 4 .. 9 bound the fourth lane by lane; 10 and 11 of all lanes bound higher orders.
 
 Two more orders multiply the largest derivative of a mover by at most 4, the norm of K; a force at
-rest has at most twice its neighbours' of the order before. With E and O the largest of the orders
-10 and 11, the following ones are at most ``4 E + 2 O``, ``8 E + 4 O``, ``16 E + 8 O``, .., and the
-rest of the fourth derivative's series up to t <= 1 at most as below.
+rest has at most twice its neighbours' of the order before. If E and O are the largest of the orders
+10 and 11, the following are at most ``4 E + 2 O``, ``8 E + 4 O``, ``16 E + 8 O``, .., and the rest
+of the fourth derivative's series up to t <= 1 is bounded as follows.
 """
 _EVEN_TAIL = 1.1 / math.factorial(6)  # E (1/6! + 4/8! + 8/9! + 16/10! + ..) is 1.0911 E / 6!
 _ODD_TAIL = 1.4 / math.factorial(7)  # O (1/7! + 2/8! + 4/9! + 8/10! + ..) is 1.3191 O / 7!
 
-# Bisection halves a piece of length 1 down to an ulp in 53 steps; nothing needs many times that.
+# bisection halves a piece of length 1 down to an ulp in 53 steps; this is many times more
 _MOST_PIECES = 500
 _POLISH = 4
-"""Newton steps, at most, after the estimate of a candidate has converged."""
+"""Most Newton steps after the estimate of a candidate has converged."""
 
 
 @inlined
@@ -90,12 +90,12 @@ def _expand(cell, series, first, strips):
 def _differentiate(series, strips, begin, end):
     """Complete the derivatives begin + 1 .. end - 1 of all margins.
 
-    Row `begin` is complete: it holds the movers' derivative of the velocity and, one order behind,
-    the derivative of the force on the sliders at rest. The row after the last complete one
-    holds the movers' part alone.
+    Row `begin` is complete: it holds the derivative of the movers' velocity and, one order behind,
+    the derivative of the force on the sliders at rest. The row after the last complete row holds
+    only the movers' part.
     """
     if strips > 1:  # of one they stay in registers: a tenth of all time at N = 6
-        # one more than asked for: `begin` is odd if it is not the first
+        # one more than requested: `begin` is odd if it is not the first
         for k in range(begin + begin % 2, end, 2):
             margins.two_orders(series, 0, SERIES, layout.MOVES, strips, k)
         return
@@ -123,9 +123,9 @@ def _largest_late(series, strips):
 
 @inlined
 def _candidate(cell, series, first, strips):
-    """Return the lane whose margin seems to end first and when, from three derivatives each.
+    """Return the lane whose margin seems to end first, and when, from three derivatives each.
 
-    A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
+    A wrong guess only costs time. Lane -1: none within the `HORIZON`.
     """
     best = HORIZON
     lane = -1
@@ -134,7 +134,7 @@ def _candidate(cell, series, first, strips):
         row = SERIES * s
         p0, p1, p2 = margins.approach(cell, series, row, i)
         square = p1 * p1 - 4.0 * p2 * p0
-        # most strips have no zero before what has been found, neither past it nor in between
+        # most strips have no zero before the earliest found so far
         then = fused(fused(p2, best, p1), best, p0)
         rises = fused(p2, 2.0 * best, p1) > 0.0
         if (then <= 0.0) | (rises & (p1 < 0.0) & (square >= 0.0)) == 0:
@@ -160,7 +160,7 @@ def _at_both_ends(series, row, lane):
 
 @compiled
 def _doubt(cell, now, i):
-    """Count a slider as undecided, once in a rearrangement however many steps look at it."""
+    """Count a slider as undecided, once in a rearrangement."""
     if cell[layout.DOUBTED, i] != now.counts.rearrangements:
         cell[layout.DOUBTED, i] = now.counts.rearrangements
         now.counts.undecided += 1
@@ -170,9 +170,9 @@ def _doubt(cell, now, i):
 def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
-    The series' rows at the end of the step hold the values at t. Newton steps and
-    bisection, with a certificate for every piece left behind. What is neither
-    clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
+    The series' rows at the end of the step hold the values at t. The search uses Newton steps and
+    bisection, with a certificate for every piece left behind. A piece as short as a rounding error
+    that is neither clear nor crossed is a graze: undecided, no crossing.
     """
     moving = cell[layout.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
@@ -236,7 +236,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
                 0.0, True, False,
             )  # fmt: skip
             if graze:
-                # within rounding of the end of its range somewhere: a slider at rest stays,
+                # it may touch the end of its range within rounding: a slider at rest stays,
                 _doubt(cell, now, i)
                 stops, _ = _leaves(0.0, moving, 0.0)
                 if stops and slope_a < 0.0 and slope_b > 0.0:
@@ -279,7 +279,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         put(series, ladder + k, u * take(margins.STEP_FACTORS, k))
     zero = spread(0.0)
     tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
-    # movers' displacements and velocities of the strip before and of the one being finished
+    # movers' displacements and velocities of the previous strip and of the present one
     before = moved = zero
     running_before = running = zero
     for s in range(strips + 1):
@@ -344,9 +344,9 @@ def _suspects(cell, series, friction, first, s, t):
 
 @compiled
 def _tangential(cell, whole, series, first, last):
-    """Find the sliders that have started but do not get away, return how many.
+    """Find the sliders that have started but do not move away, and return their number.
 
-    Velocity and acceleration are zero: the first derivative that is not decides.
+    Velocity and acceleration are zero: the first derivative that is not zero decides.
     """
     events = 0
     for i in range(first, last + 1):
@@ -370,10 +370,10 @@ def _tangential(cell, whole, series, first, last):
 def _together(cell, whole, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
-    Returns how many, and the blur of t. All contenders are looked at again, once t is known: which
-    slider was found first must not matter.
+    Returns their number, and the blur of t. All contenders are examined again once t is known,
+    because the order of finding them must not matter.
     """
-    missed = 0.0  # by how much the margins that give t its value miss the end of their range
+    missed = 0.0  # distance from the end of their range of the margins that determine t
     blur = 0.0
     for turn in range(2):
         events = 0
@@ -409,16 +409,10 @@ def _together(cell, whole, series, now, first, contenders, t):
 def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t):
     """Polish the root of the candidate, and certify its own margin before it.
 
-    Returns
-    -------
-    t, blur : float
-    outward : float
-        +1 if the margin leaves its range upwards, -1 downwards.
-    holds : bool
-        Whether the margin is at the end of its range at t, within its rounding bound. If not, the
-        root lies beyond the horizon or the estimate went astray: there is no candidate.
-    proved : bool
-        Whether the margin stays in its range until t, and leaves it there.
+    Returns t, blur, outward (+1 if the margin leaves its range upwards, -1 downwards), holds
+    (whether the margin is at the end of its range at t, within its rounding bound; if not, the root
+    is beyond the horizon or the estimate failed, and there is no candidate), and proved (whether
+    the margin stays in its range until t, and leaves it there).
     """
     row = SERIES * (lane // WIDTH)
     j = lane % WIDTH
@@ -428,7 +422,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
         bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
         outward = margins.outwards(cell[layout.SIDE, i], slope_1)
         off = at_1 - outward * limit
-        # the root must hold within its rounding bound, or a tie with it would go unseen
+        # the root must hold within its rounding bound, or a tie with it would be missed
         if abs(off) <= 0.5 * bound or slope_1 == 0.0 or polished == _POLISH:
             break
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
@@ -448,9 +442,9 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 
 @inlined
 def _located(cell, series, now, first, strips, orders):
-    """Return the lane of the candidate, when its event is, and the orders that reach so far.
+    """Return the lane of the candidate, the time of its event, and the necessary orders.
 
-    The lane is -1, and the time the `HORIZON`, if there is none until then.
+    The lane is -1, and the time the `HORIZON`, if there is no event until then.
     """
     lane, t = _candidate(cell, series, first, strips)
     while True:
@@ -473,19 +467,11 @@ def _located(cell, series, now, first, strips, orders):
 
 @inlined
 def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, events, t):
-    """Look alone at all sliders that are not certified to stay in range until t.
+    """Examine all sliders alone that are not certified to stay in range until t.
 
-    Those of the first events stand in ``whole[EVENT]``; of lane `spared` (-1: of none) the end of
-    the range in direction `outward` is certified.
-
-    Returns
-    -------
-    looked : int
-        How many were looked at.
-    events : int
-        Sliders in ``whole[EVENT]`` then; when each leaves its range is in its row CROSSING.
-    first : float
-        The first time at which one does, inf if none does.
+    For lane `spared` (-1: none) the end of the range in direction `outward` is certified. Returns
+    how many sliders were examined; the number of sliders of the first events (their columns are in
+    ``whole[EVENT]``, and their times in their rows CROSSING); and the first time, inf if none.
     """
     looked = 0
     soonest = np.inf
@@ -521,7 +507,7 @@ def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, ev
 
 @inlined
 def _look_after(cell, whole, series, now, first, strips, events, blur, t):
-    """Count the sliders whose event may come before those at t, which are known to `blur`."""
+    """Count the sliders whose event may come before the events at t, which are known to `blur`."""
     for s in range(strips):
         i = first + WIDTH * s
         mask = margins.soon_after(
@@ -540,15 +526,8 @@ def _look_after(cell, whole, series, now, first, strips, events, blur, t):
 def step(cell, whole, series, now, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
-    Returns
-    -------
-    t : float
-        The time advanced, at most `HORIZON`.
-    events : int
-        Number of sliders whose event it is, their columns in ``whole[EVENT]``; 0 if there is none
-        within the horizon.
-    blur : float
-        How far from t the event may be.
+    Returns the time t advanced, at most `HORIZON`; the number of sliders of the event, whose
+    columns are in ``whole[EVENT]`` (0: no event within the horizon); and the uncertainty of t.
     """
     strips = (last - first + WIDTH) // WIDTH
     now.counts.steps += 1
@@ -577,7 +556,7 @@ def step(cell, whole, series, now, first, last):
         if proved:
             spared = lane
     own_event = events > 0
-    # all look for their crossing until t: their order must not matter
+    # all search for their crossing until t, so that their order does not matter
     looked, contenders, soonest = _rivals(
         cell, whole, series, now, first, strips, orders, spared, outward, events, t
     )
