@@ -69,7 +69,8 @@ def record(
     }  # fmt: skip
 
     def tell() -> None:
-        put(f"# {len(readings.times)} readings from {first} to {last}")
+        many = "s" * (len(readings.times) > 1)
+        put(f"# {len(readings.times)} reading{many} from {first} to {last}")
         put("\n".join([*(f"# {sentence}" for sentence in done), *lines]))
 
     def draw() -> Any:

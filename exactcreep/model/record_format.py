@@ -25,8 +25,11 @@ MOST_ROWS = 1_000_000
 """Most rows of a record: a century of hours."""
 _MOST_CELLS, _MOST_COLUMNS, _LONGEST_ROW = 20_000_000, 200, 20_000
 _SAMPLE, _LOOKED_AT = 10_000, 8000  # rows that identify columns, characters for the delimiter
+_GUESSED = 24  # dates that are looked at for their format; midnight alone may not tell it
 _ENOUGH = 0.9  # fraction of numbers in a column of numbers
 _NUMBERED_DATES = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M"}
+_REMARKS = re.compile(r"\A\ufeff?(#.*\n|\s*\n)*")
+"""What may stand above a table: a mark of its encoding, and lines that begin with #."""
 _LOW, _HIGH = r"min|low|tief|(^|_)tn", r"max|high|hoch|(^|_)tx"
 _TEMPERATURE = r"temp|^t$|(^|_)t[amt]|celsius|deg"
 _USUAL = {
@@ -46,7 +49,7 @@ def table_of(
     shown, pandas = str(path), import_module("pandas")
     content = content_of(path, "file", MOST_BYTES)
     try:
-        text = unpacked(content, "file", shown, MOST_BYTES).decode(encoding).removeprefix("\ufeff")
+        text = _REMARKS.sub("", unpacked(content, "file", shown, MOST_BYTES).decode(encoding))
     except (LookupError, TypeError, UnicodeError) as error:
         allowed = f"does not read {shown}: {error}; many a file is latin-1"
         raise InputError("encoding", encoding, allowed) from None
@@ -60,10 +63,15 @@ def table_of(
         named = not any(re.fullmatch(r"\s*[+-]?(\d+[.,]?\d*|[.,]\d+)\s*", cell) for cell in first)
         names = [cell.strip() if named else str(k) for k, cell in enumerate(first, 1)]
         with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
-            table = pandas.read_csv(
-                io.StringIO(text), sep=delimiter, dtype=str, header=0 if named else None,
-                names=names, index_col=False, nrows=rows or MOST_ROWS + 1, skipinitialspace=True,
-            )  # fmt: skip
+            try:
+                table = pandas.read_csv(
+                    io.StringIO(text), sep=delimiter, dtype=str, header=0 if named else None,
+                    names=names, index_col=False, nrows=rows or MOST_ROWS + 1,
+                    skipinitialspace=True,
+                )  # fmt: skip
+            except (pandas.errors.ParserWarning, pandas.errors.ParserError) as error:
+                told = "a row has more entries than the first one, which must name the columns"
+                raise ValueError(f"{told}: delete the lines above it") from error
         if not 1 <= len(table) <= MOST_ROWS:
             raise ValueError(f"it must have at least one row of data, and at most {MOST_ROWS}")
     return table, content
@@ -88,6 +96,7 @@ def guessed(path: Path) -> RecordFormat:
         text, encoding = data.decode(), "utf-8"
     except UnicodeDecodeError:
         text, encoding = data.decode("latin-1"), "latin-1"
+    text = _REMARKS.sub("", text)
     if "\0" in text[:_LOOKED_AT] or not text.strip():
         raise InputError("file", shown, "must hold a table as text: save a spreadsheet as CSV")
     begin = text[:_LOOKED_AT].rpartition("\n")[0] or text[:_LOOKED_AT]  # of whole rows
@@ -147,8 +156,10 @@ def _date_formats(texts: Series, *, number: bool) -> list[str]:
     pandas, first, steps = import_module("pandas"), str(texts.iloc[0]), dict[str, int]()
     guess = import_module("pandas.tseries.api").guess_datetime_format
     with warnings.catch_warnings(action="ignore"):  # both ways are tried
-        formats = ["ISO8601", *(guess(first, dayfirst=way) for way in (True, False))]
-    for written in filter(None, [_NUMBERED_DATES.get(len(first))] if number else formats):
+        some = texts.dropna().iloc[:_GUESSED]
+        found = [guess(text, dayfirst=way) for text in some for way in (True, False)]
+    formats = dict.fromkeys([_NUMBERED_DATES.get(len(first))] if number else ["ISO8601", *found])
+    for written in filter(None, formats):
         dates = pandas.to_datetime(texts, format=written, errors="coerce", utc=True)
         if dates.notna().all():
             steps["" if written == "ISO8601" else written] = dates.diff().nunique()
