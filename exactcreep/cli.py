@@ -55,9 +55,9 @@ _HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction 
 
 Start with exactcreep scenes, then exactcreep run two-sliders-cycles.
 
-Friction, forces at the ends and thermal expansion may differ along the chain. Not in the model: \
-masses and stiffnesses that differ, ageing, a profile of temperature that changes in time, |theta| \
->= 1, sliders that cross. The book says where to begin to extend it.
+Friction, forces at the ends, thermal expansion and temperature may differ along the chain. Not in \
+the model: masses and stiffnesses that differ, ageing, |theta| >= 1, sliders that cross. The book \
+says where to begin to extend it.
 
 Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is older \
 than the result, 130 Ctrl-C, 143 SIGTERM. With --debug, anywhere in the line, an error shows its \
