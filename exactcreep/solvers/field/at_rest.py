@@ -1,7 +1,6 @@
-"""The state of a chain at rest and on a ramp in one arithmetic, exactly where that is possible.
+"""A chain at rest and on a ramp in one arithmetic, with exact numbers where that is possible.
 
-Beside the numbers of an arithmetic, a chain in balls keeps exact ones (`exact_state`) for as long
-as it can. `solvers.field.integrator` takes it through rearrangements.
+A chain in balls also keeps exact numbers (`exact_state`) for as long as it can.
 """
 
 from __future__ import annotations
@@ -31,16 +30,16 @@ from exactcreep.solvers.interface import TENSION_TOLERANCE, Start, Tally
 
 @dataclass
 class Rest:
-    """A chain at rest: its numbers, how far rounding may have taken them, and counts up to here.
+    """A chain at rest: its numbers, bounds of their rounding errors, and counts.
 
-    Tensions, displacements and forces are those of the last rest; what a stop draws and what is
-    counted changes at once.
+    Tensions, displacements and forces belong to the last rest; draws at stops and counts change at
+    once.
     """
 
     tensions: NDArray[Any]
     displacements: NDArray[Any]
     forces: NDArray[Any]
-    theta: Any  # on the way along a `Leg`: what part of it is done
+    theta: Any  # along a `Leg`: the finished part of the way
     coefficients: NDArray[np.float64]  # as in `State`
     draws: NDArray[np.int64]
     slips: NDArray[np.int64]  # of each slider, since the last target
@@ -51,41 +50,32 @@ class Rest:
     # F_n / c of the sliders (from 0) that have just reached their threshold
     pinned: dict[int, Fraction] = field(default_factory=dict)
     amplification: float = 1.0  # of errors, by ramps on which rates differ
-    leg: Leg | None = None  # if each spring has a dilation of its own
+    leg: Leg | None = None  # if each spring has its own dilation
     fresh: bool = True  # whether this is the start, which may not be at rest
     evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
 
     def copy(self) -> Self:
-        """Return the same rest, which changes no more with this one."""
+        """Return an independent copy."""
         own = {name: x.copy() for name, x in vars(self).items() if hasattr(x, "copy")}
         return replace(self, **own, tally=replace(self.tally))
 
 
 class ChainAtRest(ABC):
-    """A chain at rest, and on ramps, in one arithmetic.
+    """A chain at rest, and on ramps, in one arithmetic; use it inside ``arithmetic.active()``.
 
-    Parameters
-    ----------
-    start : Start
-    arithmetic : Arithmetic
-    assume : bool
-        Whether balls settle what they cannot decide by the model's rules, and count it.
+    `assume`: whether balls settle undecided comparisons by the model's rules, and count them.
 
     Attributes
     ----------
     rates : dict of int to Fraction
-        By how much forces change with ``l0 theta``, of the sliders (from 0) of which they do.
+        Change of forces per ``l0 theta``, for sliders (from 0) on which it is not zero.
     stretches : dict of int to float
-        How much more uncertain their rooms are than forces: 1/|rate|, rounded up.
+        Uncertainty of their rooms relative to forces: 1/|rate|, rounded up.
     rules : Rules
-        Over the numbers that it has.
+        Over the numbers of this chain.
     asked : tuple of int
-        The slider that a rule is asked about, and the one that it is compared with.
-
-    Notes
-    -----
-    All calls are made inside ``arithmetic.active()``.
+        The slider in question, and the slider that it is compared with.
     """
 
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
@@ -95,7 +85,7 @@ class ChainAtRest(ABC):
         self.contacts = Contacts(self.chain, self.seed)
         self.rules = rules(self._sign)
         self.asked: tuple[int, ...] = ()
-        self.stretch: float = 1  # how much more uncertain it is than a force
+        self.stretch: float = 1  # uncertainty of a number relative to a force
         self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
         self.loads = loads_of(arithmetic, self.chain)
         self.frictions = frictions_of(arithmetic, self.chain)
@@ -129,7 +119,7 @@ class ChainAtRest(ABC):
         )
 
     def turn(self, leg: Leg) -> None:
-        """Let theta be the part that is done of the way to a target; the chain stands at rest."""
+        """Start a leg: theta becomes the finished part of the way; the chain is at rest."""
         rest = self.rest
         rest.leg, rest.theta, rest.theta_slack = leg, self.arithmetic.number(0), 0
         rest.symmetric = rest.symmetric and leg.mirrors(self.chain)
@@ -138,7 +128,7 @@ class ChainAtRest(ABC):
         self._take_rates()
 
     def _take_rates(self) -> None:
-        """Take what theta does to springs and sliders from the chain, or the leg under way."""
+        """Set the effect of theta on springs and sliders, by the chain or the present leg."""
         leg, chain, number = self.rest.leg, self.chain, nearest_float
         self.rates = chain.rates if leg is None else leg.rates(chain)
         shares = chain.expansion if leg is None else leg.expansion(chain)
@@ -149,15 +139,15 @@ class ChainAtRest(ABC):
             for n, size in sizes.items()
         }
         largest = max(sizes.values(), default=Fraction(1))
-        # what a start of each slider makes of the errors of forces
+        # amplification of force errors by a start of each slider
         self.growth = {n: number(largest / size) for n, size in sizes.items()}
 
     @property
     def tally(self) -> Tally:
-        """Counts up to here."""
+        """Counts so far."""
         return self.rest.tally
 
-    # -- what is known exactly -----------------------------------------------------------------
+    # -- exact numbers -------------------------------------------------------------------------
 
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
@@ -173,16 +163,16 @@ class ChainAtRest(ABC):
             if not self.assume:
                 raise
             return 0, True
-        # a zero that was rounded may be none
+        # a rounded zero may not be zero
         return sign, sign == 0 and (bool(slack > 0) or not bool(x == 0))
 
     def ask(
         self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any,
         stretch: float = 1,
     ) -> Any:  # fmt: skip
-        """Return what a rule says, and count it if that is in doubt.
+        """Return the answer of a rule, and count it if it is in doubt.
 
-        It is about numbers that are more uncertain than forces by the factor `stretch`.
+        `stretch` is the uncertainty of the numbers relative to forces.
         """
         self.asked, self.stretch = asked, stretch
         answer, doubt = told(*of)
@@ -194,7 +184,7 @@ class ChainAtRest(ABC):
     def ramp(self, way: int, target: Fraction | None) -> bool:
         """Ramp theta in direction `way` until a slider starts, or to `target`; say if one does.
 
-        A start that is not at rest is set in motion at its own theta.
+        A start that is not at rest begins to move at its own theta.
         """
         rest = self.rest
         if rest.fresh:
@@ -225,10 +215,10 @@ class ChainAtRest(ABC):
         return True
 
     def _amplify(self, n: int) -> None:
-        """Follow what starts of a slider (from 0) make of errors; count it when these are large.
+        """Track the amplification of errors by starts of a slider (from 0); count a large one.
 
-        Theta is off by what the force on the slider was, over its rate, and all forces by as much
-        times their own rates.
+        The error of theta is the error of the force on the slider over its rate; it changes all
+        forces by their own rates.
         """
         rest = self.rest
         rest.amplification *= self.growth[n]
@@ -236,9 +226,9 @@ class ChainAtRest(ABC):
         rest.tally.undecided += rest.amplification > 1 and error > TENSION_TOLERANCE
 
     def standing(self, n: int, forces: NDArray[Any]) -> tuple[Any, Any]:
-        """Return the force on a resting slider (from 0) and its threshold, as well as known.
+        """Return the force on a resting slider (from 0) and its threshold, as precisely as known.
 
-        In Q(c), as rationals in units of c, or as numbers of the arithmetic.
+        Both are in Q(c), rationals in units of c, or numbers of the arithmetic.
         """
         rest = self.rest
         if rest.exact is not None:
@@ -248,7 +238,7 @@ class ChainAtRest(ABC):
         return forces[n], self.thresholds[n]
 
     def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
-        """Return how far ``l0 theta`` can go before a slider starts, and which start then."""
+        """Return how far ``l0 theta`` can go before a slider starts, and who starts."""
         nearest: Any = None
         starts: list[tuple[int, int]] = []
         last = self.chain.n - 1
@@ -271,20 +261,20 @@ class ChainAtRest(ABC):
         return nearest, starts
 
     def room(self, n: int, sign: int) -> Any:
-        """Return how far ``l0 theta`` goes until a slider (from 0) with a rate starts so."""
+        """Return how far ``l0 theta`` can go until a slider (from 0) starts with `sign`."""
         lacking, rate = self.lacking(n, sign), abs(self.rates[n])
         if rate == 1:
             return lacking
         return lacking / (rate if self.rest.exact is not None else self.arithmetic.number(rate))
 
     def lacking(self, n: int, sign: int) -> Any:
-        """Return what a slider (from 0) of the chain at rest lacks to start with `sign`."""
+        """Return the distance of a resting slider (from 0) from a start with `sign`."""
         force, threshold = self.standing(n, self.rest.forces)
         left = threshold - sign * force
         return self.arithmetic.number(left) * self.cosine if isinstance(left, Fraction) else left
 
     def _reach(self, way: int, target: Fraction) -> Any:
-        """Return how far ``l0 theta`` goes to `target`."""
+        """Return the change of ``l0 theta`` to `target`."""
         if self.rest.exact is not None:
             return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
         return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
@@ -303,7 +293,7 @@ class ChainAtRest(ABC):
         return 8 * self.arithmetic.roundoff * (abs(self.l0 * self.rest.theta) + abs(room))
 
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
-        """Let ``l0 theta`` go by `room` in direction `way`, to `target` if that is given."""
+        """Change ``l0 theta`` by `room` in direction `way`, to `target` if that is given."""
         rest, exact = self.rest, self.rest.exact
         if exact is not None:
             by = way * room
@@ -345,23 +335,23 @@ class ChainAtRest(ABC):
         return theta if leg is None else arithmetic.vector(leg.at(theta, arithmetic.number))
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return tensions and displacements at present."""
+        """Return the present tensions and displacements."""
         return self.rest.tensions, self.rest.displacements
 
     def known_theta(self) -> Any:
-        """Return theta, as well as it is known."""
+        """Return theta, as precisely as it is known."""
         return self.rest.theta
 
-    # -- to go on later ------------------------------------------------------------------------
+    # -- to continue later ---------------------------------------------------------------------
 
     def go_on_from(self, rest: Rest) -> None:
-        """Be at this rest, of the same chain and seed."""
+        """Continue from this rest, of the same chain and seed."""
         self.rest = rest
         self._take_rates()
         self.thresholds = self.contacts.thresholds(rest.coefficients, self.arithmetic)
 
     def renew(self) -> None:
-        """Take every number at rest from its exact value, as this precision encloses it."""
+        """Compute every number at rest from its exact value, at the present precision."""
         rest, exact = self.rest, self.rest.exact
         assert exact is not None
         vector = self.arithmetic.vector
@@ -372,6 +362,6 @@ class ChainAtRest(ABC):
 
 
 def _at_rate(by: Any, rate: Fraction, number: Callable[[Fraction], Any] = Fraction) -> Any:
-    """Return ``rate by``; a rate of one multiplies nothing, as most rates are."""
+    """Return ``rate by``, without a product if the rate is one."""
     change = by if abs(rate) == 1 else number(abs(rate)) * by
     return change if rate > 0 else -change

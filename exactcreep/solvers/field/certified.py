@@ -1,4 +1,4 @@
-"""The readable event solver in balls: every comparison is decided, or taken again with more bits.
+"""The readable event solver in balls: every comparison is decided, or repeated with more bits.
 
 A calculation with an undecided comparison or too few digits starts again at twice the precision,
 from the last state that is exact in Q(c) or from the beginning. At the precision limit the model's
@@ -36,20 +36,20 @@ from exactcreep.solvers.interface import (
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 GUARD_BITS = 128
-"""Beyond the digits that were asked for, to begin with."""
+"""Initial number of additional bits."""
 
 
 @dataclass(frozen=True)
 class Certified(FieldSolver):
     """The readable solver in balls.
 
-    A start in balls is any of the states that they enclose. Calls of `rearrange`, each from where
-    the one before ended, lose digits so, and end undecided; a run does not.
+    A start in balls means any of the states that they enclose. Successive calls of `rearrange`
+    lose digits, and end undecided; a run does not.
 
     Parameters
     ----------
     digits : int
-        Correct significant digits asked for (of displacements; absolute below 1).
+        Correct significant digits required (of displacements; absolute below 1).
     most_digits : int or None
         The precision limit; None: 2000 digits, or four times `digits` if that is more.
     """
@@ -70,7 +70,7 @@ class Certified(FieldSolver):
         object.__setattr__(self, "most_digits", most)
 
     def arithmetic(self) -> Arithmetic:
-        """Return balls of the precision to begin with."""
+        """Return balls of the initial precision."""
         return balls_of(math.ceil(self.digits * BITS_PER_DIGIT) + GUARD_BITS)
 
     @property
@@ -89,7 +89,7 @@ class Certified(FieldSolver):
         yield self.most_bits, True
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Rearrange in balls, again with more bits where something is not decided."""
+        """Rearrange in balls; repeat with more bits if a comparison is undecided."""
         for bits, assume in self.precisions():
             arithmetic = balls_of(bits)
             with arithmetic.active():
@@ -112,7 +112,7 @@ class Certified(FieldSolver):
 
 
 def require_digits(mechanics: ChainIntegrator, digits: int) -> None:
-    """Raise `Undecided` if a displacement is known to fewer digits than that."""
+    """Raise `Undecided` if a displacement is known to fewer digits."""
     allowed = mechanics.arithmetic.number(10) ** -digits
     for x in mechanics.state().displacements.tolist():
         if not x.rad() <= allowed * (1 + abs(x)):
@@ -145,19 +145,19 @@ class CertifiedSimulation(FieldSimulation):
     kind = SetIntegrator
     mechanics: SetIntegrator
     leap: ClassVar[int] = 2
-    """How many times the precision is taken where it does not suffice."""
+    """Factor by which the precision grows."""
 
     def __init__(self, start: Start, record: tuple[str, ...], solver: Certified) -> None:
         super().__init__(start, record, solver.arithmetic())
         self.solver = solver
         self.restarts = 0
         self.settles = False  # at the precision limit
-        self.ahead: int | None = None  # the target to which the chain goes; None: to any
+        self.ahead: int | None = None  # the next target of the chain; None: any
         self.reached: tuple[int, State, Tally] | None = None  # the last target, state and counts
         self._drop_anchor(None)
 
     def _drop_anchor(self, target: int | None) -> None:
-        """Take the present state, which is known exactly, as the one to go back to."""
+        """Make the present state, which is known exactly, the state to go back to."""
         self.anchor = self.mechanics.rest.copy()
         self.anchor_target: list[Any] = [target, self.theta_target]
 
@@ -212,7 +212,7 @@ class CertifiedSimulation(FieldSimulation):
         self.under_way = self._rows()
 
     def _begin(self, bits: int) -> None:
-        """Take another precision."""
+        """Set another precision."""
         arithmetic = balls_of(bits)
         with arithmetic.active():
             self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
@@ -225,7 +225,7 @@ class CertifiedSimulation(FieldSimulation):
         return stretch
 
     def state(self) -> State:
-        """Return the present state, or that at the last target if it has to be reached again."""
+        """Return the present state, or the last target's if that has to be reached again."""
         return self.reached[1] if self.behind and self.reached is not None else super().state()
 
     @property
@@ -235,7 +235,7 @@ class CertifiedSimulation(FieldSimulation):
 
     @property
     def at_rest(self) -> bool:
-        """Whether it stands at a target."""
+        """Whether the chain is at a target."""
         return not self.behind and super().at_rest
 
     def snapshot(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""The state of a chain at rest in Q(c), and the slips that keep it there.
+"""The state of a chain at rest in Q(c), and the slips that stay in this field.
 
-Ramps and lone slips move forces, displacements and theta within Q(c) (see `cosine_field`). As long
-as nothing else happens, ties and grazes are decided.
+Ramps and lone slips change forces, displacements and theta within Q(c) (see `cosine_field`). Until
+anything else happens, ties and grazes are decided.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class ExactState:
 
     @classmethod
     def of(cls, chain: Chain, field: CosineField, state: State) -> Self | None:
-        """Return a state; None if it came as balls or mpmath numbers out of a calculation."""
-        exact, rational = cache(exact_number), cache(field.rational)  # most of them are alike
+        """Return a state; None if its numbers are balls or mpmath numbers of a calculation."""
+        exact, rational = cache(exact_number), cache(field.rational)  # most numbers are equal
         try:
             tensions = [exact(x, "tension") for x in state.tensions.tolist()]
             places = [rational(exact(x, "x")) for x in state.displacements.tolist()]
@@ -58,7 +58,7 @@ class ExactState:
         return accumulate(force - weight for force in forces[:-1])
 
     def copy(self) -> Self:
-        """Return the same numbers in lists of their own."""
+        """Return an independent copy."""
         return replace(self, forces=self.forces.copy(), displacements=self.displacements.copy())
 
     def touching(
@@ -75,9 +75,9 @@ class ExactState:
     ) -> FirstEvent | None:
         """Return the common stop of sliders that each move alone, if Q(c) decides it; go there.
 
-        They start from rest together, have equally many neighbours, all at rest, and none of these
-        starts: forces change monotonically, so the stop is the worst case. The two in the middle of
-        a symmetric chain move alone together: their spring's middle rests.
+        They start together from rest, have equally many neighbours, all at rest, and none of the
+        neighbours starts: forces change monotonically, so the stop is the worst case. The two
+        middle sliders of a mirrored chain move alone together, since their spring's middle rests.
         """
         n_sliders, number = self.chain.n, flow.arithmetic.number
         frictions = self.chain.each("mu_d", self.field.times_cosine)

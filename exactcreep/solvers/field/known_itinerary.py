@@ -1,8 +1,8 @@
-"""Follow a chain along an itinerary that is known, to any number of digits.
+"""Follow a chain along a known itinerary, to any number of digits.
 
 Once the order of events is known everything is explicit: theta_c is linear in the forces, and each
-event time is a simple root whose float64 value starts Newton's method. Nothing here
-proves that no other event comes first.
+event time is a simple root whose float64 value starts Newton's method. This module does not prove
+that no other event comes first.
 """
 
 from __future__ import annotations
@@ -20,18 +20,15 @@ from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import Start
 
 _BEND = 32
-"""log2 of how strongly conditions may bend, half their second derivative over the slope."""
+"""log2 of the largest ratio of half the second derivative and the slope of a condition."""
 
 
 class StrayRoot(ArithmeticError):
-    """No event was found near the time at which it is known to happen."""
+    """No event was found near its known time."""
 
 
 class KnownItinerary(ChainIntegrator):
-    """`ChainIntegrator` in balls without radii, which is told the events to come.
-
-    Calls are made inside ``arithmetic.active()``.
-    """
+    """`ChainIntegrator` in balls without radii, with given events, inside `arithmetic.active()`."""
 
     def __init__(self, start: Start, bits: int) -> None:
         super().__init__(start, balls_of(bits))
@@ -40,7 +37,7 @@ class KnownItinerary(ChainIntegrator):
         self._now = 0.0
 
     def follow(self, way: int, events: Sequence[Event]) -> None:
-        """Go through the rearrangement that these events describe, on a ramp in direction `way`.
+        """Go through the rearrangement with these events, after a ramp in direction `way`.
 
         Raises `StrayRoot` if there is no such motion.
         """
@@ -58,7 +55,7 @@ class KnownItinerary(ChainIntegrator):
         return self.l0 * self.rest.theta + way * self.room(slider, sign)
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
-        """Return the sign with which those sliders start that are known to, and no others."""
+        """Return signs such that exactly the given sliders start."""
         n, *first = self.asked
         if self.flow is None and not first:  # as the chain stands
             return super()._sign(x, slack)
@@ -68,7 +65,7 @@ class KnownItinerary(ChainIntegrator):
         return ((0 if first[0] in self._starts else -1) if starts else 1), False
 
     def first_event(self, flow: Flow) -> FirstEvent:
-        """Return the next event that is known, at the time at which its condition holds."""
+        """Return the next given event, at the time at which its condition holds."""
         events = next(self._instants, [])
         stops = [n - 1 for e in events if e.kind is EventKind.STOP for n in e.sliders]
         self._starts = _by_slider([e for e in events if e.kind is EventKind.START])
@@ -83,7 +80,7 @@ class KnownItinerary(ChainIntegrator):
         return FirstEvent(self._root(function, guess), tuple(stops), tuple(starts))
 
     def advance(self, flow: Flow, event: FirstEvent) -> None:
-        """Let the sliders move to the event; the trajectory is one of points."""
+        """Let the sliders move to the event; the trajectory consists of points."""
         super().advance(flow, event)
         for numbers in (flow.forces, flow.velocities, flow.moved):
             numbers[:] = [x.mid() for x in numbers.tolist()]
@@ -99,7 +96,7 @@ class KnownItinerary(ChainIntegrator):
                 break
             step = (value / slope).mid()
             t, size = (t - step).mid(), step * step
-            # the error after a step is the step's square, but for the bend of the condition
+            # the error after a step is the square of the step, times the bend of the condition
             if size < half and ((last is not None and size >= last) or size * 4**_BEND < half):
                 return t
             last = size

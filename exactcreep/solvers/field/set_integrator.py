@@ -1,10 +1,10 @@
-"""Follow a chain in balls at the price of one point: a set of states carried through the events.
+"""Follow a set of states through the events in balls, at the cost of a single state.
 
-The middle of a set of states goes through the events as a point of full precision, its rounding in
-balls. Float64, with proved bounds, holds how far other states of the set lie from the middle
-(`motion.state_set`) and proves which event comes first in all of them (`motion.set_event`);
-balls only enclose that event in the middle. What float64 does not tell apart (ties, grazes, a whole
-chain that may run away) is asked of the set as plain balls.
+The middle of the set goes through the events as a point of full precision, with its rounding errors
+in balls. Float64, with proved bounds, holds the distances of other states from the middle
+(`motion.state_set`) and proves which event comes first in all of them (`motion.set_event`). Balls
+only enclose that event in the middle. If float64 cannot decide (ties, grazes, a whole chain that
+may run away), the set is treated as plain balls.
 """
 
 from __future__ import annotations
@@ -35,30 +35,30 @@ from exactcreep.solvers.field.integrator import ChainIntegrator, event_of
 from exactcreep.solvers.interface import Start
 
 RENEW_EVERY = 16
-"""Events after which the set is put together again; the middle's rounding grows by about 3 bits
-per event meanwhile, and so do the errors of the derivative."""
+"""Events after which the set is made anew. Meanwhile the rounding errors of the middle and of the
+derivative grow by about 3 bits per event."""
 MOST_ERROR = 2.0**-10
-"""Share of the errors of the derivative in the set at which it is put together earlier."""
+"""Share of the derivative's errors in the set above which it is made anew earlier."""
 
 
 class Kind(Enum):
-    """How an event function crosses zero, and on what condition that is said."""
+    """The kind of zero of an event function, and how it is known."""
 
     TRANSVERSE = "transverse"
-    """In every state of the set the root is the first, the only one, and its slope is not zero."""
+    """In every state of the set the root is the first and only one, with non-zero slope."""
     TIE = "tie"
-    """Several sliders act at once in every state: by symmetry, or as numbers of Q(c) say."""
+    """Several sliders act at once in every state, by symmetry or by numbers of Q(c)."""
     GRAZING = "grazing"
-    """A neighbour at rest comes exactly to its threshold, as numbers of Q(c) say, and stays."""
+    """A resting neighbour comes exactly to its threshold, by numbers of Q(c), and stays."""
     UNRESOLVED = "unresolved"
-    """Not decided at the precision limit: settled by the model's rules, and counted."""
+    """Undecided at the precision limit: settled by the model's rules, and counted."""
 
 
 @dataclass
 class RestOfSet(Rest):
     """The middle of a set of states at rest, and the set.
 
-    `set`: None: the balls hold every state; `since`: events since it was put together.
+    `set`: None if the balls hold every state; `since`: events since it was made.
     """
 
     set: StateSet | None = None
@@ -66,11 +66,11 @@ class RestOfSet(Rest):
 
 
 class SetIntegrator(ChainIntegrator):
-    """`ChainIntegrator` in balls of the middle of a set, with the set beside it; see the module.
+    """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
-    `start`, `arithmetic`, `assume`: see `ChainIntegrator`; `keep`: whether the motion of the last
-    rearrangement is kept, in `start` and `pieces`. `tangent`: rows that are taken along with it:
-    how states part, each column one of a derivative; `kinds`: of all events.
+    `keep`: whether to store the motion of the last rearrangement, in `start` and `pieces`;
+    `tangent`: rows that move along: differences of states, with a derivative in each column;
+    `kinds`: of all events.
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
@@ -86,21 +86,21 @@ class SetIntegrator(ChainIntegrator):
         self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
         self._slack: Any = None
-        self.widest = 0.0  # how far forces, velocities and l0 theta lie from the middle's
+        self.widest = 0.0  # largest distance of forces, velocities, l0 theta from the middle's
         self.crossing: Crossing | None = None
         self.kinds: Counter[Kind] = Counter()
-        self.shown: State | None = None  # the present rest, as long as nothing has moved
+        self.shown: State | None = None  # the present rest, until a slider moves
         self.shown_theta: Any = None
         self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
-        self.ends: list[int] = []  # that have just come to their threshold
+        self.ends: list[int] = []  # ends that have just reached their threshold
 
     # -- the set -------------------------------------------------------------------------------
 
     @property
     def slack(self) -> Any:
-        """How far forces and l0 theta lie from the middle's, as a ball."""
+        """Largest distance of forces and l0 theta from the middle's, as a ball."""
         if self.rest.set is None:
             return 0
         if self._slack is None:
@@ -121,12 +121,12 @@ class SetIntegrator(ChainIntegrator):
         return super()._sign(x, slack)
 
     def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
-        """Return numbers of the middle in balls that hold every state, of radii that `of` tells."""
+        """Return numbers of the middle as balls that hold every state, with radii from `of`."""
         states = self.rest.set
         return numbers.copy() if states is None else states.widened(numbers, of(states))
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
-        """Return velocities in balls that hold every state; one that is zero is so in all."""
+        """Return velocities as balls that hold every state; a zero is zero in all states."""
         wide = self._widened(velocities, StateSet.of_speeds)
         still = [bool(x == 0) for x in velocities.tolist()]
         wide[still] = velocities[still]
@@ -140,7 +140,7 @@ class SetIntegrator(ChainIntegrator):
         return out
 
     def _give_up(self, flow: Flow) -> None:
-        """Let the balls hold every state."""
+        """Switch to balls that hold every state."""
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
         rest = self.rest
@@ -157,7 +157,7 @@ class SetIntegrator(ChainIntegrator):
         return {n: speed for n, speed in speeds.items() if not bool(speed == 0)}
 
     def _renew(self) -> None:
-        """Put the set together again around a middle without errors."""
+        """Make the set anew around a middle without errors."""
         rest = self.rest
         numbers = (self.flow or rest).forces
         noise = [x.rad() for x in numbers.tolist()]
@@ -178,7 +178,7 @@ class SetIntegrator(ChainIntegrator):
         self._look_around()
 
     def _look_around(self) -> None:
-        """Note how far states lie from the middle."""
+        """Note the distances of states from the middle."""
         assert self.rest.set is not None
         self.widest, share = self.rest.set.width()
         self._slack = None
@@ -193,7 +193,7 @@ class SetIntegrator(ChainIntegrator):
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
         tensions, displacements = super()._shape()
         if self.rest.exact is None and self.flow is not None:
-            # the middle is taken anew now and then, by its forces
+            # the middle is renewed from time to time, by its forces
             tensions = self._tensions(self.flow.forces)
         return tensions, displacements
 
@@ -226,7 +226,7 @@ class SetIntegrator(ChainIntegrator):
         return self._widened(super().known_moves(), StateSet.of_displacements)
 
     def known_forces(self) -> NDArray[Any]:
-        """Return the forces at rest, as well as they are known."""
+        """Return the forces at rest, as precisely as they are known."""
         return self._widened(self.rest.forces, StateSet.of_forces)
 
     def velocities(self) -> NDArray[Any]:
@@ -260,17 +260,17 @@ class SetIntegrator(ChainIntegrator):
 
     def rearrangement(self) -> Iterator[Event | None]:
         for event in super().rearrangement():
-            # whoever asks no more goes on, later, from what was put together
+            # if the caller stops here, it continues later from the renewed set
             if event is None and self.rest.since >= self.renew_every and not self.runaway:
                 self._renew()
             yield event
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
-        """Return the first event, of the middle; see `ChainIntegrator.first_event`."""
+        """Return the first event of the middle; see `ChainIntegrator.first_event`."""
         of_all = None
         if self.rest.exact is None:
             of_all = self._lone_slip(flow)
-            # at the precision limit, where nothing is asked again, balls hold every state
+            # at the precision limit nothing is repeated, and balls hold every state
             if of_all is None and not (self.assume or self._may_run_away(flow)):
                 of_all = self._proved(flow)
         if of_all is not None:
@@ -286,15 +286,15 @@ class SetIntegrator(ChainIntegrator):
                 kind = Kind.UNRESOLVED
             elif len(event.stops) + len(event.starts) > 1:
                 kind = Kind.TIE
-            elif event.exact and self.touching(flow, moving):  # where the slip ends
+            elif event.exact and self.touching(flow, moving):  # at the end of the slip
                 kind = Kind.GRAZING
             self.kinds[kind] += 1
         return event
 
     def _lone_slip(self, flow: Flow) -> FirstEvent | None:
-        """Return the slip of an end alone from its threshold: the same in all states.
+        """Return the slip of an end alone from its threshold, which is the same in all states.
 
-        None if it is another motion, or the neighbour may start before it ends.
+        None for another motion, or if the neighbour may start before it ends.
         """
         n, symmetric = self.chain.n, self.rest.symmetric
         if len(self.crossed) != 1 or symmetric or n == 1 or np.count_nonzero(flow.signs) > 1:
@@ -315,7 +315,7 @@ class SetIntegrator(ChainIntegrator):
         return whole and self.chain.surplus(int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
-        """Return what float64 proves to come first, at its time in the middle; None: nothing."""
+        """Return the event that float64 proves to be first, at the middle's time; or None."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
@@ -352,7 +352,7 @@ class SetIntegrator(ChainIntegrator):
         late = radius + abs(float(event.time) - time)
         unsure += math.sqrt(len(moving)) * self.far * (3 + float(event.time))
         self.crossing = self._crossing(flow, event, acting, late, bare, unsure, window)
-        # not where an event nearly grazes: the float64 bracket of its time is too wide there
+        # not if an event nearly grazes, because the float64 bracket of its time is too wide
         return event if self.crossing.steep else None
 
     def _lone(
@@ -372,7 +372,7 @@ class SetIntegrator(ChainIntegrator):
     def _enclosed(
         self, flow: Flow, acting: tuple[int, int], time: float, radius: float
     ) -> FirstEvent | None:
-        """Return the event, and where it finds the middle."""
+        """Return the event, and the state of the middle."""
         slider, side = acting
         self.rest.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
@@ -394,9 +394,9 @@ class SetIntegrator(ChainIntegrator):
         unsure: float,
         window: slice,
     ) -> Crossing:
-        """Return the motion of the middle to its event, in floats; `bare` are pulls at first."""
+        """Return the motion of the middle to its event, in floats; `bare`: initial pulls."""
         n, time, radii = self.chain.n, float(event.time), [0.0]
-        ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one beyond either end
+        ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one more at either end
         for first, shifts, speeds in event.shifts or ():
             k = first - window.start
             ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]

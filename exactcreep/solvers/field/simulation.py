@@ -43,19 +43,19 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 
 
 class FieldSolver(Solver):
-    """A solver that is `ChainIntegrator` in one arithmetic."""
+    """A solver that uses `ChainIntegrator` in one arithmetic."""
 
     on_file = False
     takes = EVERYTHING
 
     @property
     def promised(self) -> float:
-        """The largest error of a tension with which a rearrangement is called computed."""
+        """Largest error of a tension for which a rearrangement counts as computed."""
         return TENSION_TOLERANCE
 
     @abstractmethod
     def arithmetic(self) -> Arithmetic:
-        """Return the arithmetic to begin with."""
+        """Return the initial arithmetic."""
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         arithmetic = self.arithmetic()
@@ -115,8 +115,8 @@ def mechanics_report(mechanics: ChainIntegrator) -> dict[str, Any]:
 class FieldSimulation(Simulation):
     """A simulation by `ChainIntegrator`.
 
-    Rows of events on the way to a target are handed over once it is reached: an arithmetic that
-    does not decide a comparison begins again with more digits.
+    Rows of events are delivered when a target is reached, because an arithmetic with an undecided
+    comparison begins again with more digits.
     """
 
     kind: ClassVar[type[ChainIntegrator]] = ChainIntegrator
@@ -168,7 +168,7 @@ class FieldSimulation(Simulation):
         )  # fmt: skip
 
     def _rows(self) -> dict[str, list[Any]]:
-        """Return an empty list for everything that is recorded; see `record_arrays`."""
+        """Return an empty list for every recorded quantity; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
 
     def _made(self) -> dict[str, list[Any]]:
@@ -182,7 +182,7 @@ class FieldSimulation(Simulation):
     def _to_target(
         self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
     ) -> Stop | None:
-        """Take the chain to target q, and return why it was not reached; None: it was."""
+        """Take the chain to target q; return why it was not reached, or None."""
         mechanics = self.mechanics
         mechanics.limits = limits
         with mechanics.arithmetic.active():
@@ -206,17 +206,17 @@ class FieldSimulation(Simulation):
         return None
 
     def _target(self, drive: Drive, q: int) -> Fraction:
-        """Return theta at target q; on a leg of its own it goes from 0 to 1."""
+        """Return theta at target q; on a leg it goes from 0 to 1."""
         leg = drive.leg(q, self.start.state.theta)
         if leg is None:
             return drive.exact_target(q, self.start.seed)
-        if self.theta_target is not None:  # it stands where the leg begins
+        if self.theta_target is not None:  # the leg begins here
             self.mechanics.turn(leg)
             self.theta_target = Fraction(0)
         return Fraction(1)
 
     def _way(self, target: Fraction) -> int:
-        """Return the direction of the ramp; once under way it does not change."""
+        """Return the direction of the ramp, which does not change on the way."""
         mechanics = self.mechanics
         if self.theta_target is not None:
             mechanics.way = sign_of(target - self.theta_target)
@@ -274,7 +274,7 @@ class FieldSimulation(Simulation):
 
     @property
     def at_rest(self) -> bool:
-        """Whether it stands at a target."""
+        """Whether the chain is at a target."""
         return self.mechanics.flow is None and self.theta_target is not None
 
     def snapshot(self) -> dict[str, Any]:
@@ -325,9 +325,9 @@ class Mpmath(FieldSolver):
 
     @property
     def promised(self) -> float:
-        """The last digit that was asked for."""
+        """The last requested digit."""
         return 10.0**-self.digits
 
     def arithmetic(self) -> Arithmetic:
-        """Return mpmath with 15 digits more than asked for."""
+        """Return mpmath with 15 additional digits."""
         return digits_of(math.ceil((self.digits + 15) * BITS_PER_DIGIT))

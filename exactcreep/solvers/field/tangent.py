@@ -1,13 +1,13 @@
-"""A whole set of states at rest, taken along one itinerary, with the derivative of where they go.
+"""Follow a whole set of states at rest along one itinerary, with the derivative of the map.
 
-States at the end of a cycle are described by their *shape*, the forces of the sliders 2 .. N - 1,
-and their *load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement begins with an end at
-its threshold, whatever u was, so that along one itinerary the shape goes on by itself, and u moves
-by an amount that depends on the shape alone.
+A state at the end of a cycle consists of its *shape*, the forces of the sliders 2 .. N - 1, and its
+*load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement begins at an end of the chain
+for every u. So along one itinerary the shape evolves independently, and u changes by an amount that
+depends only on the shape.
 
-The derivative is a product over short stretches. Multiplied out in balls it would grow by
-some bits per event, however the motion contracts: it is kept as a basis, orthogonal numbers without
-errors, times a matrix of balls, and what every stretch multiplies is nearly triangular (Lohner).
+The derivative is a product over short stretches. Multiplied in balls it would grow by some bits per
+event even if the motion contracts. So it is stored as an orthogonal basis without errors times a
+matrix of balls, and each stretch multiplies by a nearly triangular matrix (Lohner).
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
 
 BITS = 128
-"""Of the product of the derivatives of short stretches."""
+"""Precision of the product of the derivatives of short stretches."""
 
 
 class TangentMechanics(SetIntegrator):
-    """`SetIntegrator` with the derivative of the present state in the shape and load at first.
+    """`SetIntegrator` with the derivative of the present state by the initial shape and load.
 
-    It is ``tangent product``, over all states of the set: the tangent's columns are a basis in
-    floats with bounds of their errors, the product is a matrix of balls.
+    It is ``tangent product`` over all states of the set: the tangent's columns are a basis in
+    floats with error bounds, and the product is a matrix of balls.
     """
 
-    renew_every: ClassVar[int] = 2  # the set is much wider than on a course
+    renew_every: ClassVar[int] = 2  # the set is much wider than in a run
     product: Any = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
@@ -49,8 +49,8 @@ class TangentMechanics(SetIntegrator):
     def begin(self, spread: NDArray[np.float64], load: float) -> None:
         """Begin with all states near the present one.
 
-        `spread` (ndarray, shape (n - 2, n - 2)): the shapes are the middle plus this matrix times
-        ``[-1, 1]**(n - 2)``; `load`: the loads lie within that distance of the present one.
+        The shapes are the middle plus `spread` (ndarray, shape (n - 2, n - 2)) times
+        ``[-1, 1]**(n - 2)``; the loads are within `load` of the present one.
         """
         n, inner = self.chain.n, len(spread)
         rest = self.rest
@@ -73,7 +73,7 @@ class TangentMechanics(SetIntegrator):
         self.differentiate()
 
     def differentiate(self) -> None:
-        """Let the derivative begin anew at the present state."""
+        """Begin the derivative anew at the present state."""
         n = self.chain.n
         rows = np.zeros((n + 1, n - 1))
         rows[1 : n - 1, : n - 2] = np.eye(n - 2)
@@ -83,10 +83,10 @@ class TangentMechanics(SetIntegrator):
         self.product = flint.arb_mat(np.eye(n - 1).tolist())
 
     def derivative(self) -> list[list[Any]]:
-        """Return the derivative of shape and, last, load over all states of the set: its rows."""
+        """Return the derivative of shape and load over all states of the set: its rows."""
         with balls_of(BITS).active():
             first, *shape, last, ramp = self._rows([])
-            # the load is that at the same theta
+            # the load at the same theta
             load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
             rows: list[list[Any]] = (flint.arb_mat([*shape, load]) * self.product).tolist()
             return rows

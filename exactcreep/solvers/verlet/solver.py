@@ -1,11 +1,10 @@
-"""The solver called "verlet": the paper's own method, a fixed time step, kept independent.
+"""The solver called "verlet": the paper's own method with a fixed time step, as a witness.
 
-Velocity Verlet on the moving sliders; at the end of every step the velocities are tested for
-stops and the resting neighbours for starts. It shares the parameters of the chain and the draws
-with the other solvers, and nothing else: as an independent witness it has rules of its own for
-starts, stops and ties, not those of `model.rules`. An event is seen at the end of the step in
-which it happens, an error of first order in `dt`; with ``locate=True`` it is found inside the step
-by bisection, which restores the second order. See `steps` for the steps themselves.
+Velocity Verlet moves the sliders. At the end of every step the velocities are tested for stops, and
+the resting neighbours for starts. It shares only the chain's parameters and the draws with the
+other solvers, and has its own rules for starts, stops and ties. An event is noticed at the end of
+its step, an error of first order in `dt`; with ``locate=True`` bisection finds it inside the step,
+which restores the second order. The steps are in `steps`.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ _ENDINGS = {
     steps.STEPS: Ending(Stop.LIMIT, _TOO_LONG),
     steps.INFINITE: Ending(Stop.LIMIT, _INFINITE),
 }
-"""Why the compiled steps return for good; else they want to be called again."""
+"""Final reasons of the compiled steps to return; after any other they are called again."""
 _NOWHERE, _NO_ROWS = np.empty(0), TargetRows.empty((), 0, 1)
 
 
@@ -71,7 +70,7 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
     inner[steps.COEFFICIENT] = coefficients = state.coefficients.astype(np.float64)
     drawn[0, 1 : n + 1] = state.draws
     held = Contacts(chain).thresholds(coefficients, FLOAT64)
-    # the compiled steps give a contact that acts as mu_d the friction force, rounded once
+    # a contact that acts as mu_d has the friction force as threshold, rounded once
     inner[steps.THRESHOLD] = np.where(coefficients < inner[steps.MU_D], inner[steps.FRICTION], held)
     lanes[steps.CEILING] = math.inf
     inner[steps.CEILING] = inner[steps.THRESHOLD]
@@ -110,7 +109,7 @@ def _driven(
 
 
 def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return tensions, displacements and velocities, not finite where dt was too large."""
+    """Return tensions, displacements and velocities; not finite if dt was too large."""
     inner, shift = arrays.lanes[:, 1 : fixed.n + 1], arrays.now["shift"][0]
     with np.errstate(invalid="ignore"):
         tensions = inner[steps.BASE] - inner[steps.EXPANSION] * shift
@@ -119,7 +118,7 @@ def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any
 
 
 class VerletSimulation(Simulation):
-    """A chain on its way along a drive, stepped in time."""
+    """A chain that follows a drive in time steps."""
 
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         chain, self.start, self.record = start.chain, start.state, record
@@ -139,9 +138,9 @@ class VerletSimulation(Simulation):
         )
         self.seed = start.seed
         self.arrays = _arrays(start, self.fixed, any(name in record for name in LOGS))
-        # for the tables: as they were at the end of the last rearrangement
+        # for the tables: values at the end of the last rearrangement
         self._theta, self._undecided = _dilation(start.state), 0
-        self.leg: Leg | None = None  # if each spring has a dilation of its own
+        self.leg: Leg | None = None  # if each spring has its own dilation
         self._tensions = start.state.tensions.astype(np.float64)
         self._expansion = chain.floats("expansion")
         self._avalanche: Avalanche | None = None
@@ -171,9 +170,9 @@ class VerletSimulation(Simulation):
         self, limits: Limits, targets: NDArray[Any] = _NOWHERE, first: int = 0,
         rows: TargetRows = _NO_ROWS,
     ) -> tuple[int, dict[str, NDArray[Any]], Ending]:  # fmt: skip
-        """Step to the targets; without any, until the rearrangement under way ends.
+        """Step to the targets; without targets, until the present rearrangement ends.
 
-        Returns how many were reached, what was logged, and why it ended.
+        Returns how many were reached, the logged columns, and why it ended.
         """
         done, before, logs = 0, self.tally.events, list[dict[str, NDArray[Any]]]()
         stop: Stop | None = None
@@ -208,14 +207,14 @@ class VerletSimulation(Simulation):
         return {} if self.at_rest else self.step_on(limits)[1]
 
     def _written(self) -> dict[str, NDArray[Any]]:
-        """Return the columns of what was kept of events, and make space for others."""
+        """Return the columns of stored events, and make space for others."""
         now = self.arrays.now[0]
         columns = self.arrays.rows[: now["written"]].T.copy()
         now["written"] = 0
         return dict(zip(steps.ROW, columns, strict=True))
 
     def _tables(self) -> dict[str, NDArray[Any]]:
-        """Return the rows of tables that are complete, and make space for others."""
+        """Return the complete rows of tables, and make space for others."""
         rows = self._written()
         columns = EVENT_TABLE.arrays(rows) if "events" in self.record else {}
         if {"rearrangements", "slip_table"}.isdisjoint(self.record):
@@ -245,7 +244,7 @@ class VerletSimulation(Simulation):
         return columns | joined([LOGS[name].from_rows(made[name]) for name in asked])
 
     def _end(self, ended: list[tuple[Avalanche, int]]) -> None:
-        """Add the rearrangement under way, if there is one, which has ended, and its doubts."""
+        """Add the present rearrangement, if it has ended, with its number of undecided."""
         if self._avalanche is not None:
             self._tensions += np.diff(self._avalanche.moved)
             ended.append((self._avalanche, self._settled - self._undecided))
@@ -320,8 +319,8 @@ class Verlet(Solver):
 
     Notes
     -----
-    Source: section Numerical method. Guarantee: none; the error of a rearrangement is O(dt)
-    across events (O(dt**2) with `locate`) as long as the itinerary is right.
+    Source: section Numerical method. Guarantee: none; as long as the itinerary is right, the error
+    of a rearrangement is O(dt) across events (O(dt**2) with `locate`).
     """
 
     dt: Any = field(default=0.01)
@@ -345,7 +344,7 @@ class Verlet(Solver):
         return VerletSimulation(start, record, self.dt, bool(self.locate))
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Rearrange by steps in time; between its events `Replay` tells the motion."""
+        """Rearrange in time steps; `Replay` gives the motion between the events."""
         simulation = self.simulation_from(start, ("events",))
         fixed, arrays = simulation.fixed, simulation.arrays
         now = arrays.now[0]

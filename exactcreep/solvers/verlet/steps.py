@@ -1,12 +1,12 @@
 """Velocity Verlet on a chain: the compiled steps, stops and starts behind the solver `verlet`.
 
-Only moving sliders and their neighbours are touched, in contiguous clusters; a slider that moves
-alone is carried in registers. Between two events, with ``y`` the advance per step (half a step
-out of phase), ``b = dt**2 a`` and ``F`` the non-frictional force, a step is::
+Only moving sliders and their neighbours are computed, in contiguous clusters; a slider that moves
+alone stays in registers. Between two events, with ``y`` the advance per step (half a step out of
+phase), ``b = dt**2 a`` and ``F`` the non-frictional force, a step is::
 
     y += b;  x += y;  F = pull + (x_left + x_right) - 2 x;  b = dt**2 (F - mu_d c S)
 
-with the velocity at the end of the step, ``(y + b/2) / dt``, tested against zero. This is the
+and the velocity at the end of the step, ``(y + b/2) / dt``, is compared with zero. This is the
 leapfrog form of velocity Verlet: the same points with fewer operations.
 """
 
@@ -24,18 +24,18 @@ from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.tables import EVENT_TABLE
 
 MOST_STEPS = 10**9
-"""Steps of one rearrangement after which it is given up."""
+"""Most steps of one rearrangement."""
 
 _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
-_GAP = 20  # movers at most so far apart share a cluster: cheaper than a cluster of their own
+_GAP = 20  # movers with at most this gap share a cluster, which is cheaper than two clusters
 _BISECTED = 2.0**-53  # of a step
-_RUNAWAY_CHECK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
-_FINITE_CHECK = 1 << 14  # steps between two looks at whether the motion is finite
-_PAUSE = 1 << 24  # steps, each counted once for every moving slider, between two looks at a clock
+_RUNAWAY_CHECK = 1 << 8  # steps between two tests whether a whole moving chain runs away
+_FINITE_CHECK = 1 << 14  # steps between two tests whether the motion is finite
+_PAUSE = 1 << 24  # steps, each counted for every moving slider, between two looks at a clock
 
-# Nothing here allocates. Without `_nrt=False` every array that is handed over would be counted,
-# atomically, which costs more than the events themselves.
+# Nothing here allocates. Without `_nrt=False` every array argument would be counted atomically,
+# which costs more than the events themselves.
 _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 # What `follow` returns
@@ -76,16 +76,16 @@ _WHOLE = (
     "number",  # of the event in its rearrangement
     "way",  # of the ramp to this rearrangement, 0 if there was none
     "near",  # sliders in clusters
-    "written",  # rows of events that are kept
+    "written",  # rows of stored events
     "spent",  # steps since the last look at a clock, see `_PAUSE`
 )
 NOW = np.dtype([(name, np.float64) for name in _REALS] + [(name, np.int64) for name in _WHOLE])
 ROW = (*EVENT_TABLE.fields, "moved", "coefficient", "undecided", "way")
-"""What is kept of each slider of an event: `moved` since the last rest, counts up to now."""
+"""Stored columns of each slider of an event: `moved` since the last rest, counts so far."""
 
 
 class Arrays(NamedTuple):
-    """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
+    """Everything that changes. Sliders are at 1 .. n, with a ghost at either end."""
 
     lanes: NDArray[np.float64]  # shape (24, n + 2): see below
     drawn: NDArray[np.int64]  # shape (2, n + 2): coefficients drawn; slips in this half-cycle
@@ -95,7 +95,7 @@ class Arrays(NamedTuple):
     clusters: NDArray[np.int64]  # first and last slider of every cluster
     near: NDArray[np.int64]  # the sliders in clusters: movers and their neighbours, ascending
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
-    rows: NDArray[np.float64]  # shape (rows, len(ROW)): none if events are not kept
+    rows: NDArray[np.float64]  # shape (rows, len(ROW)): no rows if events are not stored
 
 
 X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
@@ -113,7 +113,7 @@ LOAD, RATE, EXPANSION, FRICTION, MU_D, MU_S, HELD = range(17, 24)
 
 @_compiled
 def _pull(arrays, i):
-    """Return F_i as it was when the chain was last at rest."""
+    """Return F_i at the last rest."""
     lanes = arrays.lanes
     elastic = (lanes[BASE, i] - lanes[BASE, i - 1]) + lanes[RATE, i] * arrays.now[0].shift
     return elastic + lanes[LOAD, i]
@@ -121,7 +121,7 @@ def _pull(arrays, i):
 
 @_compiled
 def _at(lanes, i):
-    """Return F_i of a moving slider or a neighbour of one."""
+    """Return F_i of a moving slider or its neighbour."""
     inner = (lanes[X, i - 1] + lanes[X, i + 1]) - lanes[SPRINGS, i] * lanes[X, i]
     return lanes[PULL, i] + inner
 
@@ -145,14 +145,14 @@ def _rounding(arrays, i):
 
 @_compiled
 def _full(fixed, arrays):
-    """Return whether the rows of another event may find no space."""
+    """Return whether the rows of another event may not fit."""
     rows = len(arrays.rows)
     return rows > 0 and arrays.now[0].written + 2 * fixed.n + 2 > rows
 
 
 @_compiled
 def _write(arrays, time, kind, i, sign):
-    """Keep one slider of an event, if events are kept."""
+    """Store one slider of an event, if events are stored."""
     if len(arrays.rows) == 0:
         return
     now, lanes = arrays.now[0], arrays.lanes
@@ -213,7 +213,7 @@ def _stop(fixed, arrays, i, time):
 
 @_compiled
 def _close_event(arrays):
-    """Count an event, and strike the sliders that rest off the list of movers."""
+    """Count an event, and remove resting sliders from the list of movers."""
     now = arrays.now[0]
     now.events += 1
     now.number += 1
@@ -241,7 +241,7 @@ def _begin(fixed, now, way):
 
 @_compiled
 def release(fixed, arrays):
-    """Start every slider that exceeds its threshold as the chain stands."""
+    """Start every slider that exceeds its threshold at the present theta."""
     now, lanes = arrays.now[0], arrays.lanes
     now.phase = AT_REST
     for i in range(1, fixed.n + 1):
@@ -258,7 +258,7 @@ def release(fixed, arrays):
 
 @_compiled
 def _room(arrays, i, way):
-    """Return by how much l0 theta goes `way` until slider i starts, and its rounding error."""
+    """Return the change of l0 theta in direction `way` until slider i starts, and its error."""
     lanes = arrays.lanes
     rate = way * lanes[RATE, i]
     room = max(lanes[THRESHOLD, i] - math.copysign(1.0, rate) * _pull(arrays, i), 0.0)
@@ -297,7 +297,7 @@ def ramp(fixed, arrays, way, most):
             _start(fixed, arrays, i, math.copysign(1.0, way * lanes[RATE, i]), 0.0)
             arrays.hit[i] = 0
     _close_event(arrays)
-    # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
+    # if mu_s acts as mu_d the slip has zero length: it stops at once, and draws anew
     before = now.slips
     for i in arrays.driven:
         if lanes[SIGN, i] != 0.0 and lanes[THRESHOLD, i] <= lanes[FRICTION, i]:
@@ -309,7 +309,7 @@ def ramp(fixed, arrays, way, most):
 
 @_compiled
 def _lay_out(fixed, arrays):
-    """Lay clusters around the movers, a neighbour at either side; return how many."""
+    """Make clusters of movers with a neighbour at either side; return their number."""
     now = arrays.now[0]
     clusters = 0
     now.near = 0
@@ -372,7 +372,7 @@ def _alone(fixed, arrays, most):
 
 @_compiled
 def _together(arrays, clusters, most):
-    """Step all clusters until a slider stops or starts; returns as `_alone`.
+    """Step all clusters until a slider stops or starts; return the same as `_alone`.
 
     One sweep over a cluster does a step: every slider advances just before the force on its left
     neighbour is needed.
@@ -395,7 +395,7 @@ def _together(arrays, clusters, most):
                 here = x[0] + advance
                 x[0] = here
                 for i in range(high - low + 1):
-                    # the last one ahead is a resting slider, or the ghost: it does not advance
+                    # the last slider ahead is at rest, or the ghost: it does not advance
                     ahead = y[i + 1] + b[i + 1]
                     right = x[i + 1] + ahead
                     x[i + 1] = right
@@ -410,7 +410,7 @@ def _together(arrays, clusters, most):
                     advance = ahead
                 if clusters > 1 or hit or steps >= most:
                     break
-                steps += 1  # the only cluster goes on without being laid out again
+                steps += 1  # the only cluster continues without a new layout
     if hit:
         for i in arrays.near[: arrays.now[0].near]:
             late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
@@ -420,7 +420,7 @@ def _together(arrays, clusters, most):
 
 @_compiled
 def _go_back(arrays):
-    """Take the last step back, and keep where it began."""
+    """Undo the last step, and store its beginning."""
     lanes = arrays.lanes
     near = arrays.near[: arrays.now[0].near]
     for i in near:
@@ -433,9 +433,9 @@ def _go_back(arrays):
 
 @_compiled
 def _within(arrays, part):
-    """Go on to the fraction `part` of the step that was taken back; return if a slider is hit.
+    """Move to the fraction `part` of the step that was undone; return whether a slider is hit.
 
-    Within the step the motion is the velocity Verlet step of a shorter length.
+    Within the step the motion is a velocity Verlet step of shorter length.
     """
     lanes = arrays.lanes
     near = arrays.near[: arrays.now[0].near]
@@ -465,7 +465,7 @@ def _locate(arrays):
     low = 0.0
     high = 1.0
     if not _within(arrays, high):
-        return high, False  # only a rounding error hit this step: the next one will be hit
+        return high, False  # only a rounding error hit this step; the next step will be hit
     while high - low > _BISECTED:
         middle = 0.5 * (low + high)
         if _within(arrays, middle):
@@ -477,7 +477,7 @@ def _locate(arrays):
 
 @_compiled
 def _ties(fixed, arrays):
-    """Let what cannot be told apart from an event at this instant take part in it."""
+    """Include every start or stop that cannot be distinguished from an event at this instant."""
     now, lanes = arrays.now[0], arrays.lanes
     for i in arrays.near[: now.near]:
         sign = lanes[SIGN, i]
@@ -491,14 +491,14 @@ def _ties(fixed, arrays):
             continue
         force = _at(lanes, i)
         if lanes[CEILING, i] - abs(force) <= _rounding(arrays, i):
-            # together with the event if the force is on the rise; else at threshold: it stays
+            # together with the event if the force rises; else it is at threshold, and stays
             now.undecided += 1
             arrays.hit[i] = (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0
 
 
 @_compiled
 def _resolve(fixed, arrays):
-    """Stop, draw and start what the event asks for, in this order."""
+    """Stop, draw and start the sliders of an event, in this order."""
     now, lanes = arrays.now[0], arrays.lanes
     time = now.origin + now.step * fixed.dt
     near = arrays.near[: now.near]
@@ -519,7 +519,7 @@ def _resolve(fixed, arrays):
         if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, i):
             now.undecided += 1
         if arrays.hit[i] == 1 or excess > 0.0:
-            # one that has just stopped may exceed its threshold
+            # a slider that has just stopped may exceed its threshold
             _start(fixed, arrays, i, math.copysign(1.0, force), time)
     if now.movers > before:
         _close_event(arrays)
@@ -555,7 +555,7 @@ def _never_stops(fixed, arrays):
 
 @_compiled
 def _unfinished(fixed, arrays, last_event):
-    """Return why the chain in motion is not stepped on now; REST if it is."""
+    """Return why the moving chain must not be stepped now; REST if it may."""
     now = arrays.now[0]
     total = 0.0
     for i in arrays.movers[: now.movers]:
@@ -577,7 +577,7 @@ def _unfinished(fixed, arrays, last_event):
 def _advance(fixed, arrays, last_event):
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
-    Returns only where going on later changes no bit.
+    It returns only where continuing later changes no bit.
     """
     now = arrays.now[0]
     while now.movers > 0:
@@ -613,9 +613,9 @@ def _advance(fixed, arrays, last_event):
 
 @_compiled
 def follow(fixed, arrays, targets, first, budget, rows):
-    """Take the chain to the targets; return why it returns and how many were reached.
+    """Take the chain to the targets; return why it returned and how many were reached.
 
-    Without a target, a rearrangement under way goes on.
+    Without a target, the present rearrangement continues.
     """
     n = fixed.n
     now, base, place = arrays.now[0], arrays.lanes[BASE], arrays.lanes[PLACE]
