@@ -1,7 +1,7 @@
-"""What the explorer shows: a run of the chain that its sliders ask for, its law, its fate.
+"""The contents of the explorer: a run of the chain that its sliders describe, its law, its fate.
 
-The app itself is `exactcreep.figures.explorer_app`; nothing here needs marimo. Every computation
-ends after a number of events, whatever the machine, and says so.
+The app is `exactcreep.figures.explorer_app`; this module does not need marimo. Every computation
+ends after a number of events, on any machine, and says so.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from exactcreep.studies.fates.fate import fate
 from exactcreep.watch.limits import Limits
 
 DRIVES = ("cycles", "Gaussian")
-"""What heats and cools the chain: cycles +A, -A, or independent normal dilations."""
+"""Kinds of drives: cycles +A, -A, or independent normal dilations."""
 PRESETS: Mapping[str, float] = {"below": 0.75, "at": 1.0, "above": 1.5}
-"""Sizes of the drive, as parts of the paper's threshold, by the names of their buttons."""
-_POINTS, _SPAN = 15, 2.5  # velocities, up to so many thresholds, or to the size that is asked for
-_POINT_EVENTS = 60_000  # of one of them
-_FATE_EVENTS, _FATE_CYCLES = 400_000, 2_000  # after which a fate is not waited for
+"""Sizes of the drive relative to the paper's threshold, by the names of their buttons."""
+_POINTS, _SPAN = 15, 2.5  # number of velocities, and their range in thresholds (or the given size)
+_POINT_EVENTS = 60_000  # most events of a velocity
+_FATE_EVENTS, _FATE_CYCLES = 400_000, 2_000  # limits of the search for a fate
 _TRIED = 20  # avalanches that are tried, the largest first
 
 
 class Slider(NamedTuple):
-    """A slider of the explorer: the values that it takes, and the one that it starts with."""
+    """A slider of the explorer: its values, and its initial value."""
 
     name: str
     label: str
@@ -55,9 +55,9 @@ def _decades(least: int, most: int, each: int = 20) -> tuple[float, ...]:
 
 
 SIZES = _decades(-2, 2)
-"""Amplitudes, or standard deviations, in thousandths, that the slider of the drive takes."""
+"""Values of the slider of the drive: amplitude or standard deviation, in thousandths."""
 START = 2.0
-"""The first of them."""
+"""The initial size of the drive."""
 SLIDERS = (
     Slider("n", "sliders: n", tuple(range(2, 101)), 10),
     Slider("tan_alpha", "slope: tan_alpha", tuple(k / 200 for k in range(121)), 0.25),
@@ -72,22 +72,11 @@ SLIDERS = (
 
 
 def experiment_of(values: Mapping[str, Any]) -> Experiment:
-    """Return the experiment that the explorer's sliders ask for.
+    """Return the experiment that the explorer's sliders describe.
 
-    Parameters
-    ----------
-    values : mapping of str to value
-        By the names of `SLIDERS`, and ``drive``, one of `DRIVES`, and its ``size``: the amplitude
-        of cycles, or the standard deviation of Gaussian dilations, in thousandths.
-
-    Returns
-    -------
-    Experiment
-
-    Raises
-    ------
-    InputError
-        If the model does not allow a value; it names the field as the model does.
+    `values`: by the names of `SLIDERS`, with ``drive``, one of `DRIVES`, and its ``size`` (the
+    amplitude of cycles, or the standard deviation of Gaussian dilations) in thousandths. Raises
+    `InputError` with the name of the field if a value is out of range.
 
     Examples
     --------
@@ -95,7 +84,7 @@ def experiment_of(values: Mapping[str, Any]) -> Experiment:
     >>> experiment_of(values | {"drive": "cycles", "size": 2.0}).drive
     Cycles(amplitude='0.002', cycles=40)
     """
-    decimals = {name: repr(value) for name, value in values.items()}  # as it is read, in decimals
+    decimals = {name: repr(value) for name, value in values.items()}  # decimals, as displayed
     numbers = {name: decimals[name] for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")}
     make = Cycles if values["drive"] == DRIVES[0] else GaussianSteps
     drive = make(exact_number(decimals["size"], "size") / 1000, values["length"])
@@ -103,7 +92,7 @@ def experiment_of(values: Mapping[str, Any]) -> Experiment:
 
 
 def prepare() -> None:
-    """Load and compile what the first picture needs, before anybody waits for it."""
+    """Load and compile the code for the first picture in advance."""
     first = {slider.name: slider.start for slider in SLIDERS} | {"drive": DRIVES[0], "size": START}
     experiment = experiment_of(first)
     view_of(experiment)
@@ -111,19 +100,10 @@ def prepare() -> None:
 
 
 def preset_size(values: Mapping[str, Any], name: str) -> float:
-    """Return the size of the drive that a preset stands for, in thousandths, to three digits.
+    """Return the size of the drive for one of `PRESETS`, in thousandths, to three digits.
 
-    Parameters
-    ----------
-    values : mapping of str to value
-        Values of the sliders, as for `experiment_of`; their size is ignored.
-    name : str
-        One of `PRESETS`.
-
-    Returns
-    -------
-    float
-        nan where the chain has no threshold, or is none.
+    It is nan if the sliders describe no chain, the chain has no threshold, or the size is outside
+    the slider's range.
     """
     try:
         threshold = threshold_of(experiment_of({**values, "size": 1.0}))
@@ -134,16 +114,9 @@ def preset_size(values: Mapping[str, Any], name: str) -> float:
 
 
 def threshold_of(experiment: Experiment) -> float:
-    """Return the amplitude, or the standard deviation, at which the paper lets creep begin.
+    """Return the amplitude of Eq. 22, or the standard deviation by Eq. 24, at which creep begins.
 
-    Parameters
-    ----------
-    experiment : Experiment
-
-    Returns
-    -------
-    float
-        Of Eq. 22, or what Eq. 24 makes of it; nan for a chain that may run away.
+    It is nan for a chain that may run away.
     """
     chain = experiment.chain
     if chain.may_run_away:
@@ -157,14 +130,9 @@ def threshold_of(experiment: Experiment) -> float:
 class View(NamedTuple):
     """The pictures and sentences of one experiment.
 
-    Attributes
-    ----------
-    run : Creep
-        As far as it was computed.
-    page : str
-        The HTML page of the run, its largest avalanche playing.
-    law, fate, cut : str
-        A sentence each: which law holds where, what becomes of the chain, where the run was cut.
+    `run`: as far as it was computed; `page`: the HTML page of the run, which plays its largest
+    avalanche; `law`, `fate`, `cut`: sentences about the law that holds, the chain's fate, and where
+    the run was stopped.
     """
 
     run: Creep
@@ -175,16 +143,7 @@ class View(NamedTuple):
 
 
 def view_of(experiment: Experiment) -> View:
-    """Return what the explorer shows of an experiment.
-
-    Parameters
-    ----------
-    experiment : Experiment
-
-    Returns
-    -------
-    View
-    """
+    """Return the pictures and sentences of an experiment."""
     run = run_to_draw(experiment)
     avalanche, passed_over = _largest(run)
     cut = ""
@@ -200,19 +159,19 @@ def view_of(experiment: Experiment) -> View:
 
 
 def _largest(run: Creep) -> tuple[RunAvalanche | None, int]:
-    """Return the avalanche of most events that can be shown, and how many larger ones cannot."""
+    """Return the largest avalanche that can be shown, and the number of larger avalanches."""
     events = np.asarray(run.recorded["rearrangement_events"])
     numbers = np.argsort(-events, kind="stable")[:_TRIED].tolist()
     for place, number in enumerate(numbers):
         try:
             return find_avalanche(run.experiment, number, Limits.of(run.event_count)), place
-        except InputError:  # it is computed differently alone than within its run
+        except InputError:  # its computation alone differs from the run
             continue
     return None, len(numbers)
 
 
 def law_sentence(run: Creep) -> str:
-    """Return which law holds for the mean velocity of a run, what it gives, and its deviation."""
+    """Return the law for the mean velocity of a run, its value and its deviation, in a sentence."""
     known = prediction(run.chain, run.drive, run.experiment.start)
     if known is None:
         if run.chain.expansion:
@@ -228,7 +187,7 @@ def law_sentence(run: Creep) -> str:
 
 
 def fate_sentence(run: Creep) -> str:
-    """Return what becomes of a chain for ever, where float64 tells it in less than a second."""
+    """Return the fate of a chain, if float64 finds it in less than a second, in a sentence."""
     chain, drive = run.chain, run.drive
     if not isinstance(drive, Cycles):
         return "Fate: none, since the dilations never repeat."
@@ -247,17 +206,9 @@ def fate_sentence(run: Creep) -> str:
 
 
 def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
-    """Yield the velocities over the amplitude as they become known, one more each time.
+    """Yield all points of the velocity over the amplitude, each time with one more velocity.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        Its drive's size is the last of the amplitudes, or on the way to some thresholds.
-
-    Yields
-    ------
-    list of Point
-        All points; the velocity is nan where it is not known yet, and where there is none.
+    Amplitudes go up to the drive's size, or to some thresholds. An unknown velocity is nan.
     """
     chain, drive = experiment.chain, experiment.drive
     make, name = (Cycles, "amplitude") if drive.cyclic else (GaussianSteps, "sigma_theta")
@@ -281,17 +232,9 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
 
 @styled
 def velocity_picture(points: list[Point], experiment: Experiment) -> str:
-    """Return the picture of `velocity_points` as SVG text that takes the colour of its page.
+    """Return the picture of `velocity_points` as SVG text in the colour of its page.
 
-    Parameters
-    ----------
-    points : list of Point
-    experiment : Experiment
-        Where the chain itself stands is a vertical line.
-
-    Returns
-    -------
-    str
+    A vertical line marks the experiment.
     """
     (name,) = points[0].varied
     figure = new_figure(4.8, 3.4)

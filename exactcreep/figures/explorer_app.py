@@ -1,4 +1,4 @@
-"""The explorer, an app of marimo that ``exactcreep explore`` runs; `explorer` computes for it."""
+"""The marimo app of ``exactcreep explore``; `explorer` does the computations."""
 
 # /// script
 # [tool.marimo.display]
@@ -23,7 +23,7 @@ with app.setup:
 
 @app.cell
 def _() -> None:
-    # the pictures stay in view: beside what is asked, on a phone above it
+    # the pictures stay in view: beside the sliders, or above them on a phone
     mo.Html("""<style>
     .seen { position: fixed; z-index: 9; display: flex; flex-direction: column; padding: 8px;
       inset: 0 0 50vh 0; background: var(--background); font-size: 14px; }
@@ -42,7 +42,7 @@ def _() -> None:
 
 @app.cell
 def _() -> Any:
-    # in the cell that makes them: sliders that are shown anew lose the keyboard
+    # in the cell that makes them: sliders that are displayed again lose the keyboard
     sliders = mo.ui.dictionary(
         {
             slider.name: mo.ui.slider(
@@ -59,7 +59,7 @@ def _() -> Any:
     )
     drive = mo.ui.radio(list(explorer.DRIVES), explorer.DRIVES[0], label="dilations", inline=True)
     preset, set_preset = mo.state(explorer.START)
-    shown: dict[str, Any] = {}  # the last view that was not refused
+    shown: dict[str, Any] = {}  # the last valid view
     each = "".join(f"<div>{one}</div>" for one in (*sliders.values(), drive))
     mo.Html(f'<div class="asked">{each}</div>')
     return drive, preset, set_preset, shown, sliders

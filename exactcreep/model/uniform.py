@@ -32,19 +32,8 @@ def unlike(parameters: Mapping[str, Any]) -> frozenset[str]:
 def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[str] = ()) -> None:
     """Raise `InputError` for a chain that differs along its length in a respect not in `takes`.
 
-    Parameters
-    ----------
-    parameters : mapping
-        Parameters of a chain, as `Chain.parameters` returns them.
-    what : str
-        The quantity that is derived for equal sliders: the subject of the sentence.
-    takes : collection of {"friction", "end_forces", "expansion"}
-        Respects in which sliders and springs may differ.
-
-    Raises
-    ------
-    InputError
-        If they differ in another respect.
+    `parameters`: as `Chain.parameters` returns them; `what`: the quantity that is derived for equal
+    sliders, as the subject of the sentence.
     """
     differs = unlike(parameters)
     for name in (FRICTION, END_FORCES, EXPANSION):
@@ -55,19 +44,9 @@ def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[
 
 
 def require_one_dilation(drive: Drive, what: str) -> None:
-    """Raise `InputError` if each spring has a dilation of its own at a target of a drive.
+    """Raise `InputError` if a target of a drive gives each spring its own dilation.
 
-    Parameters
-    ----------
-    drive : Drive
-        Any.
-    what : str
-        What takes one dilation of all springs: the subject of the sentence.
-
-    Raises
-    ------
-    InputError
-        If it has.
+    `what` needs one dilation for all springs; it is the subject of the sentence.
     """
     if drive.springs:
         allowed = f"must hold numbers, the dilation of all springs, for {what}"
