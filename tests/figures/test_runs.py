@@ -222,6 +222,9 @@ def test_a_portrait_of_a_chain_that_differs_keeps_within_the_friction_of_each_sl
     drawn = [line.get_ydata() for each in axes for line in each.lines]
     for expected in (tension, seen.forces, low, high):
         assert any(np.array_equal(y, expected) for y in drawn)
+    (bars,) = (each.containers[0] for each in axes if each.get_ylabel().startswith("force"))
+    assert [bar.get_y() for bar in bars] == pytest.approx(-seen.limits)
+    assert [bar.get_height() for bar in bars] == pytest.approx(2 * seen.limits)
 
 
 def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
@@ -244,6 +247,7 @@ def test_a_rearrangement_is_drawn_by_its_velocities_and_by_energies_that_balance
     assert_array_equal(shown, motion.sol(times).velocities)
     assert mesh.norm.vmax == -mesh.norm.vmin == np.abs(shown).max()
     assert (times[0], times[-1]) == (0, motion.duration)
+    assert above.get_xlim() == below.get_xlim()
     kinetic = line(below, "kinetic")[1]
     assert_allclose(kinetic, (shown**2).sum(axis=0) / 2, atol=1e-12)
     assert_allclose(sum(each.get_ydata() for each in below.lines[:4]), 0, atol=1e-10)
