@@ -58,6 +58,24 @@ def test_whether_a_chain_may_run_away_is_decided_between_rationals(tan_alpha, ru
     assert Chain(2, 1, "0.5", "0.6", tan_alpha=tan_alpha).may_run_away is runs
 
 
+@pytest.mark.parametrize(
+    ("push", "down", "up", "heading"),
+    [
+        (Fraction(3, 2), 0, -1, 1),
+        (Fraction(3, 2) + Fraction(1, 10**40), 1, -1, 1),
+        (Fraction(-3, 2), -1, 0, -1),
+        (Fraction(0), -1, -1, 0),
+    ],
+)
+def test_whether_friction_holds_a_level_chain_that_is_pulled_is_decided_exactly(
+    push, down, up, heading
+):
+    chain = captions(3, tan_alpha=0, end_forces=(push, 0))  # held by 3 mu_d = 3/2
+    assert (chain.surplus(1), chain.surplus(-1), chain.heading) == (down, up, heading)
+    assert [chain.pull(slider) for slider in range(3)] == [push, 0, 0]
+    assert [chain.mirrored().pull(slider) for slider in range(3)] == [0, 0, -push]
+
+
 def test_the_mirror_image_of_the_mirror_image_is_the_chain():
     mirrored = CHAIN.mirrored()
     assert mirrored != CHAIN == mirrored.mirrored()
@@ -105,6 +123,8 @@ def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight(
     assert (relaxed.n, relaxed.theta, relaxed.displacements.any()) == (30, 0, False)
     state, weight = State.prepared(THREE, ["0.25", "-0.5"]), THREE.sin_alpha
     assert state.forces(THREE).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
+    pulled = captions(3, end_forces=("0.3", "-0.1"))
+    assert state.forces(pulled) - state.forces(THREE) == pytest.approx([0.3, 0, -0.1])
 
 
 def test_a_chain_runs_away_in_the_direction_of_its_heading():

@@ -99,11 +99,12 @@ def test_what_cannot_be_guessed_is_named(text: str, said: str, tmp_path: Path) -
         guessed(path)
 
 
+@pytest.mark.parametrize(("unit", "freezing"), [("C", 0), ("K", 273.15)])
 def test_a_mended_copy_has_what_was_right_and_the_hours_of_the_days_around(
-    command: Command,
+    command: Command, unit: str, freezing: float
 ) -> None:
     hours = [datetime(2024, 4, 1) + timedelta(hours=k) for k in range(240)]
-    right = {hour: f"{8 * np.sin(hour.hour / 24 * 6.283):.1f}" for hour in hours}
+    right = {hour: f"{freezing + 8 * np.sin(hour.hour / 24 * 6.283):.1f}" for hour in hours}
     rows = [f"{hour},{right[hour]}" for hour in hours]
     rows[7], rows[100] = f"{hours[7]},", f"{hours[100]},999"
     rows[130:160] = reversed(rows[170:200])
@@ -113,7 +114,7 @@ def test_a_mended_copy_has_what_was_right_and_the_hours_of_the_days_around(
     for said in ("04-01 07:00:00: temperature = nan", "04-05 04:00:00: temperature = 999",
                  "30 rows after 2024-04-06T09:00 were", "the rows were sorted"):  # fmt: skip
         assert said in told.out
-    mended = TemperatureRecord("mended.csv", kappa=1, T0=0)
+    mended = TemperatureRecord("mended.csv", kappa=1, T0=0, unit=unit)
     assert mended.temperatures.tolist() == [float(right[hour]) for hour in hours]
     assert command("record", "days.csv", "--mend", "days.csv", "--force").code == 2
     assert command("record", "mended.csv").code == 0

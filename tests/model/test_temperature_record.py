@@ -59,6 +59,8 @@ def test_dates_become_seconds_columns_are_found_by_name_and_kelvin_is_celsius(wr
     assert drive.theta == (Fraction(KAPPA) * Fraction(3, 2), Fraction(KAPPA) * Fraction(5, 2))
     kelvin = write(text.replace("1.5", "274.65").replace("2.5", "275.65"), "kelvin.csv")
     assert record(kelvin, T0="273.15", unit="K", **columns).theta == drive.theta
+    readings = TemperatureRecord.readings(kelvin, unit="K", **columns)
+    assert readings.temperatures == pytest.approx([274.65, 275.65])
 
 
 DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
