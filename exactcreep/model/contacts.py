@@ -25,7 +25,13 @@ from exactcreep.model.numbers import Scalar, Shown, nearest_float
 
 
 class EventKind(Enum):
-    """A start or a stop."""
+    """A start or a stop.
+
+    Examples
+    --------
+    >>> EventKind("start").value
+    'start'
+    """
 
     START = "start"
     """The sliders begin to slip."""
