@@ -40,6 +40,8 @@ def test_every_solver_records_exactly_the_columns_of_the_tables(name: str, drive
         assert own or array.dtype == column.dtype
         assert array.shape[1:] == tuple(sizes[across] for across in column.across)
     assert all(len(recorded[name]) == 2 for name in ("x_G", "x", "tension", "slips"))
+    x_g, x = floats(recorded["x_G"]), floats(recorded["x"])
+    assert x_g == pytest.approx(x.mean(axis=1), rel=1e-14, abs=1e-15)
     for table in LOGS.values():
         (length,) = {len(recorded[name]) for name in table.columns}
         assert (length > 0) == moves
