@@ -60,7 +60,7 @@ def _wrapped(text: str, first: str, indent: int) -> list[str]:
 
 
 def equations(proof: Proof) -> dict[int, str]:
-    """Return which of the paper's equations a line decides, by the identity of the line."""
+    """Return the paper's equations that a line decides, by the identity of the line."""
     numbers = {entry.name: entry.number for entry in entries()}
     named: dict[int, list[int]] = {}
     for name, decision in proof.decisions.items():
@@ -71,7 +71,7 @@ def equations(proof: Proof) -> dict[int, str]:
 
 
 def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
-    """Yield lines of a proof as one reads them, with the paper's equations that they decide."""
+    """Yield lines of a proof as readable text, with the paper's equations that they decide."""
     decided = equations(proof)
     yield proof.title
     yield "=" * len(proof.title)
@@ -114,7 +114,7 @@ def _table() -> Iterator[str]:
 
 
 def _summed(named: list[Entry], lines: Sequence[Line]) -> str:
-    """Return how many entries there are of each verdict, and lines of each standing."""
+    """Return the number of entries of each verdict, and of lines of each standing."""
     verdicts = Counter(entry.verdict for entry in named)
     said = ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in sorted(verdicts))
     of_entries = _counted(entry.standing for entry in named)
@@ -133,7 +133,7 @@ def _counted(standings: Iterable[str]) -> str:
 
 
 def _audit(named: list[Entry], arguments: argparse.Namespace, model: Model) -> int:
-    """Print what was asked for, and return 1 if anything of it is refuted under the model."""
+    """Print the selected entries, and return 1 if any of them is refuted under the model."""
     only = arguments.only
     chapters = [proof_of(name, model) for name in CHAPTERS if only in (None, name)]
     parts = [(proof, proof.lines) for proof in chapters] or [

@@ -25,7 +25,7 @@ _ZERO = Q(0)
 
 
 class NotUnique(Exception):
-    """Two neighbours reach their thresholds together and either may stay."""
+    """Two neighbours reach their thresholds together, and either may stay."""
 
 
 class Avalanche(Exception):
@@ -58,7 +58,7 @@ class RationalChain:
     forces : list of Fraction
         Non-frictional forces on sliders 1 .. n (from index 0).
     tie : str
-        Which of the last two slides if both are at their thresholds: the one that moves
+        Which of the last two sliders slides if both are at their thresholds: the one that moves
         ``downhill`` or ``uphill``; empty: `NotUnique`.
     x : list of Fraction
         Displacements.
@@ -120,7 +120,7 @@ class RationalChain:
                 raise Avalanche
 
     def _slide(self, left: Q, up: int) -> None:
-        """Two fronts of sliding sliders grow from the ends inwards: 1..above and below..n slide."""
+        """Move the sliders 1..above and below..n: two fronts that grow from the ends inwards."""
         above, below = 0, self.n + 1
         while left > 0:
             if below - 1 - above == 1:
@@ -140,7 +140,7 @@ class RationalChain:
                     self._slid(up, step, above, below)
                     left -= step
                 above, below = first, last
-            elif first == above:  # all that rest would go with the front from below: one stays
+            elif first == above:  # the front from below would reach all resting sliders: one stays
                 below = above + 2
             elif last == below:
                 above = below - 2
@@ -234,7 +234,7 @@ class SweptChain:
         for moving in range(2 ** len(ready)):
             movers = [k for place, k in enumerate(ready) if moving >> place & 1]
             if len(movers) == len(pairs):
-                continue  # the whole chain: its place is open
+                continue  # the whole chain: the forces do not fix its place
             speeds = self._balanced(movers, up)
             rates = self._rates(speeds, up)
             outward = [rates[k] * self.forces[k] for k in ready]
@@ -243,7 +243,7 @@ class SweptChain:
         raise NotUnique
 
     def _balanced(self, movers: list[int], up: int) -> list[Q]:
-        """Return the speeds with which the forces on all movers stay what they are."""
+        """Return the speeds for which the forces on all movers stay constant."""
         speeds = [_ZERO] * len(self.forces)
         driven = self._rates(speeds, up)
         rows: list[tuple[int, Q, Q]] = []  # slider, its speed over the next slider's, and beside

@@ -138,7 +138,7 @@ def _solid(p: Proof, model: Model) -> None:
     p.show("which does not know N, either", sp.diff(least, N), 0)
     p.entry("stability_of_size", lacks=beside)
 
-    paper = SOLID | {name: CAPTIONS[name] for name in (mu_d, c, s)}  # whatever N
+    paper = SOLID | {name: CAPTIONS[name] for name in (mu_d, c, s)}  # for any N
     amount, scale = least.subs(paper), (least / slope_margin).subs(paper)
     most = least.subs({s: 0, c: 1}).subs(paper)
     p.checked(

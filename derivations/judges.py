@@ -1,4 +1,4 @@
-"""Judges of formulas: whether what a text of the paper says follows from what was derived."""
+"""Judges of formulas: does a formula of the paper follow from the derivation?"""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Judge = Callable[[Formula], object]
 
 
 def at_a_point(expression: Expression, shift: int = 0) -> Expression:
-    """Return the number that an expression is at a fixed point of its symbols and functions."""
+    """Return the value of an expression at a fixed point of its symbols and functions."""
     functions = sorted(expression.atoms(AppliedUndef), key=lambda at: -len(str(at)))
     for k, function in enumerate(functions):  # functions of functions first
         expression = expression.subs(function, sp.Rational(7 + 2 * k + shift, 5 + k))
@@ -32,7 +32,7 @@ def at_a_point(expression: Expression, shift: int = 0) -> Expression:
 
 @cache
 def vanishes(expression: Expression) -> bool:
-    """Return whether an expression is identically zero (False: it is not, or not seen to be)."""
+    """Return whether an expression is identically zero (False also if this is not seen)."""
     value = at_a_point(sp.sympify(expression))
     if not value.is_finite or abs(value) > 1e-12:
         return False
@@ -47,12 +47,12 @@ def positive(expression: Expression) -> bool:
 
 
 def follows(bindings: Mapping[Any, Any]) -> Judge:
-    """Return a judge: all sides of the formula agree once the derived expressions are put in."""
+    """Return a judge: all sides of the formula agree with the derived expressions inserted."""
     return compared(bindings, lambda left, right: vanishes(left - right))
 
 
 def compared(bindings: Mapping[Any, Any], holds: Callable[..., object]) -> Judge:
-    """Return a judge of an equation: what must hold for its neighbouring sides."""
+    """Return a judge of an equation, given the condition on its neighbouring sides."""
 
     def judge(formula: Formula) -> bool:
         if not formula.relations or not set(formula.relations) <= {"=", "~"}:
@@ -68,7 +68,7 @@ def equals(value: Expression) -> Judge:
 
 
 def ratio(bindings: Mapping[Any, Any], holds: Callable[[Expression], object]) -> Judge:
-    """Return a judge of an approximate law: what the ratio of its two sides must be."""
+    """Return a judge of an approximate law, given the ratio of its two sides."""
     return compared(bindings, lambda left, right: left * right != 0 and holds(left / right))
 
 
@@ -114,7 +114,7 @@ class Within:
 
 
 def standing_of(judge: Judge) -> str:
-    """Return the standing of what a judge accepts: by algebra, or in floating point."""
+    """Return the standing of a judge's verdict: by algebra, or in floating point."""
     return "checked" if isinstance(judge, Within) else "proved"
 
 

@@ -50,7 +50,7 @@ def proof_of(chapter: str, model: Model = MODEL) -> Proof:
 
 @dataclass(frozen=True)
 class Entry:
-    """What the audit says of one statement of the paper.
+    """The verdict of the audit on one statement of the paper.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Entry:
     raw: Mapping[str, Any]
 
     def decision(self, model: Model = MODEL) -> Decision:
-        """Return what decides the entry under a model."""
+        """Return the judges and lines that decide the entry under a model."""
         missed = Decision(None, (), False, [], [], {})  # the derivation did not reach it
         return proof_of(self.chapter, model).decisions.get(self.name, missed)
 
@@ -127,12 +127,12 @@ class Entry:
 
     @property
     def error(self) -> str | None:
-        """By how much the printed statement errs."""
+        """The size of the error of the printed statement."""
         return self.text("error")
 
     @property
     def measured(self) -> str | None:
-        """What was measured of it, and is not proved."""
+        """Measured facts that are not proved."""
         return self.text("measured")
 
     @property
@@ -188,12 +188,12 @@ class Entry:
 
     @property
     def standing(self) -> str:
-        """The weakest standing of what decides it; empty for a definition or a choice."""
+        """The weakest standing among its evidence; empty for a definition or a choice."""
         return "" if self.verdict == "convention" else self.decision().standing
 
     @property
     def judged(self) -> bool:
-        """Whether a formula of it is judged; otherwise it is a sentence, and what it rests on."""
+        """Whether a formula is judged; otherwise the entry is a sentence with its reasons."""
         return bool(self.decision().judges)
 
     @property
@@ -246,7 +246,7 @@ _LITERAL = re.compile(r"\d+(?:\.\d+)?|[-+*/^=<>]+")
 
 
 def literals(text: str) -> list[str]:
-    """Return the numbers and signs of a text that are neither judged nor found by a derivation."""
+    """Return the numbers and signs of a text that are neither judged nor derived."""
     for apart in (re.compile("«.*?»"), _BRACES, _NAMES):
         text = apart.sub(" ", text)
     return _LITERAL.findall(text)
@@ -316,7 +316,7 @@ def premises() -> dict[str, list[str]]:
 
 
 def value(entry: Entry, corrected: bool = False) -> float | None:
-    """Return what a formula says at the captions' parameters; None: it says no number."""
+    """Return the value of a formula at the captions' parameters; None if it has no number."""
     text = entry.corrected_formula if corrected else entry.formula
     if text is None:
         return None

@@ -167,9 +167,9 @@ class Model:
 
     @cache  # noqa: B019
     def carried(self) -> Expression:
-        """Return what a slider carries on average that a slow ramp drives through slip after slip.
+        """Return the mean load of a slider that a slow ramp drives through slip after slip.
 
-        The force on it rises evenly from what a slip has left to the static threshold.
+        The force on it rises evenly from the remainder after a slip to the static threshold.
         """
         springs = sp.Symbol("springs", positive=True)
         held = self.threshold()
@@ -283,4 +283,4 @@ ASSUMED: dict[str, str] = {
     "free of stress at the start of each phase": "",
     "each line says what it assumes": "",
 }
-"""All that chapters and entries assume, and which changed premise of the model takes it away."""
+"""All assumptions of chapters and entries, and the changed premise that removes each of them."""

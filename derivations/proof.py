@@ -67,7 +67,7 @@ def worded(value: Any, form: str = "") -> str:
 
 @dataclass
 class Decision:
-    """What decides an entry: judges of its formulas, evidence, and the lines it rests on.
+    """The evidence for an entry: judges of its formulas, facts, and the lines it rests on.
 
     Attributes
     ----------
@@ -147,11 +147,11 @@ class Proof:
         self.lines.append(Line(text, standing="proved", why=why, decide=holds))
 
     def checked(self, text: str, holds: Callable[[], object], cases: str) -> None:
-        """Add a claim that was checked in the cases that are named."""
+        """Add a claim that was checked in the named cases."""
         self.lines.append(Line(text, standing="checked", why=cases, decide=holds))
 
     def argued(self, text: str, why: str) -> None:
-        """Add what follows in words from the lines before it."""
+        """Add a consequence, in words, of the lines before it."""
         self.lines.append(Line(text, standing="argued", why=why))
 
     def entry(

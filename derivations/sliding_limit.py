@@ -43,7 +43,7 @@ LOCKED = 3, Fraction(19, 100), Fraction(1, 2), Fraction(3, 5)
 REACHES = 2, 20, 200
 """Its amplitudes l0 A, in units of cos(alpha)."""
 SIZES = range(2, 7)
-"""Of the chains that the theorem is held against."""
+"""Parameters of the chains with which the theorem is compared."""
 
 
 def clamped(value: Expression, least: Expression, most: Expression) -> Expression:
@@ -85,7 +85,7 @@ def pulls(before: Expression, behind: Expression) -> bool:
 
 
 def follows_the_play(random: Random, size: int, targets: int) -> bool:
-    """Return whether a random chain on a random path moves as the play operator says."""
+    """Return whether a random chain on a random path moves like the play operator."""
     low = Fraction(random.randint(1, 60), 30)
     slope = low * Fraction(random.randint(1, 119), 120)
     steps = size - size * slope / low

@@ -53,7 +53,7 @@ E, A, w_p, phi, mu_p, heat, R = (symbol(x) for x in ["E", "A", "w", "phi", "mu",
 """Of a pipeline: Young's modulus, cross-section, weight per length, fully constrained force; the
 tension at its end."""
 SIZES = range(2, 7)
-"""Of the chains that the theorem is held against."""
+"""Parameters of the chains with which the theorem is compared."""
 
 
 def differing(model: Model) -> Model:
