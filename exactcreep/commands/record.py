@@ -166,5 +166,4 @@ def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], li
 
 
 def _as_toml(value: Any) -> str:
-    """Return a text or a number in TOML."""
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)

@@ -287,7 +287,6 @@ def _print(
 
 
 def _measured(result: Creep, digits: int = 6) -> str:
-    """Return the velocity with its standard error."""
     from exactcreep.model.numbers import with_error
 
     value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure

@@ -274,7 +274,6 @@ def _draw_forces(axes: Axes, shown: Moments, friction: Floats) -> Move:
 
 
 def _draw_curves(axes: Axes, times: Floats, moved: Floats, fine: Floats, curves: Floats) -> Move:
-    """Draw displacements over time."""
     active = np.flatnonzero(np.abs(curves).max(axis=1) > 0).tolist()
     named = len(active) <= _NAMED
     ramp = colormaps["cividis"](np.linspace(0, 1, len(active)))

@@ -246,7 +246,6 @@ _NAMES = {
 
 
 def _law_name(label: str) -> str:
-    """Return the name of a law of the paper in a legend."""
     return f"paper, {label}: {_NAMES[label]}"
 
 
@@ -262,7 +261,6 @@ def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) 
 def _draw_law(
     axes: Axes, law: LawFunction, over: str, values: Sequence[Any], given: Style, **style: Any
 ) -> None:
-    """Draw a law over one parameter."""
     axes.plot([float(value) for value in values], _law_line(law, over, values, given), **style)
 
 

@@ -147,7 +147,6 @@ def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
 
 
 def _moved(run: Creep) -> bool:
-    """Return whether the run has a trajectory to draw."""
     return np.size(run.recorded.get("x_G", ())) > 0
 
 
@@ -180,7 +179,6 @@ def _start(run: Creep) -> Floats:
 
 
 def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
-    """Draw the band that the lines of many cycles fill."""
     longest = max(run.half_cycles for run in results)
     for level in sorted({abs(run.drive.targets(1, 1, run.seed)[0]) for run in results})[::-1]:
         axes.fill_between([0, longest], -level, level, facecolor="0.85", edgecolor="0.3")
@@ -499,7 +497,6 @@ def draw_portrait(seen: Portrait) -> Figure:
 
 
 def _draw_whole(inset: Axes, seen: Portrait) -> None:
-    """Draw the whole recorded x_G, with the window marked."""
     recorded = seen.result.recorded["x_G"]
     shown = np.unique(np.linspace(0, recorded.size - 1, 2000).astype(int))
     inset.plot(shown + 1, floats(recorded)[shown], color=INKS[6], linewidth=0.8)
@@ -547,7 +544,6 @@ def _range_of(chain: Chain, name: str) -> str:
 
 
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
-    """Draw the tensions between their bounds."""
     chain = seen.result.chain
     springs = np.arange(1, chain.n)
     for coefficient, dashes, name in (("mu_d", "-", "d"), ("mu_s", (0, (4, 2)), "s")):

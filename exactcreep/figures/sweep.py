@@ -200,7 +200,6 @@ def exact_or_same(value: Any) -> Any:
 
 
 def _shown(value: Any) -> Any:
-    """Return a varied value as it is written in a table."""
     exact = exact_or_same(value)
     if not isinstance(exact, Fraction):
         return value if isinstance(value, str) else json.dumps(value)
@@ -314,7 +313,6 @@ def _numbers(values: Sequence[Any]) -> int:
 
 
 def _mapped(points: Sequence[Point]) -> bool:
-    """Return whether points are drawn as a map."""
     values = _values(points)
     return len(values) == 2 and min(map(_numbers, values.values())) >= MAPPED
 

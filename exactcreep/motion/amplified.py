@@ -138,7 +138,6 @@ def _largest(x):
 
 @njit(cache=True)
 def _beside(table, i, c):
-    """Return the sum over the neighbours of slider i."""
     left = table[i - 1, c] if i > 0 else 0.0
     return left + table[i + 1, c] if i < len(table) - 1 else left
 
@@ -223,7 +222,6 @@ def _clear(power, sign, threshold, step):
 
 @njit(cache=True)
 def _rate(power, t):
-    """Return the rate of change of a margin."""
     rate = 0.0
     for k in range(ORDER + 1, 0, -1):
         rate = rate * t + k * power[k, 0]

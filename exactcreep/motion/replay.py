@@ -255,7 +255,6 @@ def elastic_gain(arithmetic: Arithmetic, tensions: NDArray[Any], moved: NDArray[
 
 
 def _instants(events: Iterable[Event]) -> Iterator[list[Event]]:
-    """Yield the events of each instant."""
     together: list[Event] = []
     for event in events:
         if together and not same(event.time, together[0].time):

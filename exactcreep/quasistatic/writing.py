@@ -199,7 +199,6 @@ class _RemovedMeanwhile(Exception):
 
 
 def _say_who_holds(descriptor: int) -> None:
-    """Write into a file that was just locked who has locked it."""
     if os.fstat(descriptor).st_nlink == 0:
         raise _RemovedMeanwhile
     with suppress(OSError):  # the lock holds without this text, too

@@ -40,7 +40,6 @@ def two_product(a: Any, b: NDArray[np.float64]) -> tuple[NDArray[np.float64], ..
 
 
 def _halves(value: Any) -> Any:
-    """Return a float as two of 26 bits."""
     shifted = value * 134217729.0
     high = shifted - (shifted - value)
     return high, value - high

@@ -289,7 +289,6 @@ def _renew(cell, clock, series, now):
 
 @inlined
 def _soonest(cell, clock, now):
-    """Return the column with the first key."""
     blocks = _blocks(cell)
     first = blocks + now.epoch.left // 8
     last = blocks + now.epoch.right // 8
@@ -310,7 +309,6 @@ def _soonest(cell, clock, now):
 
 @inlined
 def _alone(cell, clock, now, time):
-    """Return whether only one key is at most `time`."""
     blocks = _blocks(cell)
     strip = -1
     for b in range(blocks + now.epoch.left // 8, blocks + now.epoch.right // 8 + 1):

@@ -45,7 +45,6 @@ STRIP_WORK = 12
 
 @compiled
 def _write(now, events, kind, i, sign):
-    """Write an event of slider i to the log."""
     row = events[now.logged]
     row.half_cycle = now.counts.target
     row.rearrangement = now.counts.rearrangements - 1

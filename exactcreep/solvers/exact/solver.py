@@ -94,7 +94,6 @@ class ExactSimulation(Simulation):
 
     @property
     def _own(self) -> slice:
-        """The columns of the chain's sliders."""
         return slice(PAD, PAD + self.chain.n)
 
     @property
@@ -443,6 +442,5 @@ def _stacked(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
 
 
 def _events(log: NDArray[Any]) -> Iterator[Event]:
-    """Yield the events of rows of the event log."""
     rows = (tables.EventRow._make(row[:8]) for row in log.tolist())
     return (event for _, event in tables.events_of(rows))

@@ -335,7 +335,6 @@ class ChainAtRest(ABC):
         return theta if leg is None else arithmetic.vector(leg.at(theta, arithmetic.number))
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return the present tensions and displacements."""
         return self.rest.tensions, self.rest.displacements
 
     def known_theta(self) -> Any:

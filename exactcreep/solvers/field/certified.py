@@ -212,7 +212,6 @@ class CertifiedSimulation(FieldSimulation):
         self.under_way = self._rows()
 
     def _begin(self, bits: int) -> None:
-        """Set another precision."""
         arithmetic = balls_of(bits)
         with arithmetic.active():
             self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
