@@ -12,12 +12,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 
 from exactcreep.figures.animation import RunAvalanche, find_avalanche
 from exactcreep.figures.avalanche_page import page, run_to_draw
-from exactcreep.figures.style import STYLE, new_figure, styled
+from exactcreep.figures.style import new_figure, styled
 from exactcreep.figures.sweep import Point, draw_families
 from exactcreep.laws import prediction, threshold_amplitude, threshold_width
 from exactcreep.model.chain import Chain
@@ -250,12 +249,8 @@ def velocity_picture(points: list[Point], experiment: Experiment) -> str:
     axes.axvline(own, color="0.5", linewidth=0.8)
     axes.set_xlim(0, 1.02 * points[-1].varied[name])
     drawn = io.StringIO()
-    with mpl.rc_context(STYLE):
-        figure.savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
-    text = drawn.getvalue()
-    text = text[text.index("<svg") :].replace("#000000", "currentColor")
+    figure.savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
+    _, _, picture = drawn.getvalue().replace("#000000", "currentColor").partition("<svg")
     said = "the mean velocity over the amplitude, and its laws"
-    style = f'role="img" aria-label="{said}" style="width:100%;max-width:640px;fill:currentColor"'
-    head, rest = text.split(">", 1)
-    sized = " ".join(part for part in head.split(" ") if not part.startswith(("width=", "height=")))
-    return f"{sized} {style}>{rest}"
+    size = "width:100%;height:auto;max-width:640px"  # in place of inches
+    return f'<svg role="img" aria-label="{said}" style="{size};fill:currentColor"{picture}'
