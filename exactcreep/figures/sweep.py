@@ -33,7 +33,7 @@ from exactcreep.figures.style import (
 )
 from exactcreep.laws import Prediction, law_values, prediction_of, sliding_velocity_random
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.model.uniform import END_FORCES, EXPANSION, unlike
+from exactcreep.model.uniform import END_FORCES, EXPANSION
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.statistics import mean_over_seeds
@@ -68,12 +68,7 @@ class Law(NamedTuple):
 
 
 def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
-    """Return the law's value, or the mean of its two values, or nan if the law does not hold.
-
-    Where friction or end forces differ along the chain, it is the law of the sliding limit.
-    """
-    if unlike(parameters):
-        return _sliding(predicted(parameters))
+    """Return the law's value, or the mean of its two values, or nan if the law does not hold."""
     values = law_values(law, parameters)
     return sum(values) / len(values) if values else math.nan
 
@@ -117,13 +112,10 @@ class Point:
 
     def beside(self, law: Law) -> Point:
         """Return the point with the values of a law; a negative printed value is left out."""
-        found = predicted(self.parameters)
-        if unlike(self.parameters):
-            return replace(self, exact=() if found is None else found.sliding)
         printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
         if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
             printed = ()
-        held, off = sticking(found)
+        held, off = sticking(predicted(self.parameters))
         return replace(self, printed=printed, exact=exact, sticking=held, sticking_deviation=off)
 
 
