@@ -173,8 +173,6 @@ def law_sentence(run: Creep) -> str:
     """Return the law for the mean velocity of a run, its value and its deviation, in a sentence."""
     known = prediction(run.chain, run.drive, run.experiment.start)
     if known is None:
-        if run.chain.expansion:
-            return "No law: the springs expand by different weights."
         return "No law: friction does not hold the chain, which may run away."
     values = " or ".join(f"{value:.4g}" for value in known.values)
     off = f", off by {known.deviation:.2g} (root mean square)"
