@@ -22,7 +22,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, symmetric
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
+from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic, sign_of
 from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.solvers.field.exact_state import ExactState
 from exactcreep.solvers.interface import TENSION_TOLERANCE, Start, Tally
@@ -245,7 +245,7 @@ class ChainAtRest(ABC):
         for n, rate in self.rates.items():
             if self.rest.symmetric and n > last - n:
                 continue  # it starts with its image
-            sign, order = self.rules.driven(rate, way)[0], -1
+            sign, order = EXACTLY.driven(rate, way)[0], -1
             room = self.room(n, sign)
             if starts:
                 pair = n, starts[0][0]
