@@ -1,13 +1,14 @@
 """A hundred random chains that differ, on which the sliding limit is held against `exact`.
 
-``tests/data/differing.csv`` has what was measured, one row each. The chains were fixed before any
-of them was run.
+``python -m tests.laws.differing_chains`` runs them and writes ``tests/data/differing.csv``, one row
+each; rows that are there already are kept. The chains were fixed before any of them was run.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+import sys
 import warnings
 from pathlib import Path
 from random import Random
@@ -49,8 +50,14 @@ def case(number: int) -> tuple[Chain, Cycles]:
     return chain, Cycles(f"{(float(least) + beyond) / 1000:.6f}", 40)
 
 
+def gain(chain: Chain, drive: Cycles) -> float:
+    """Return l0 A - h."""
+    least = laws.differing_intercept(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
+    return float(chain.l0 * drive.amplitude) - float(least)
+
+
 def measured(number: int) -> dict[str, float]:
-    """Return the mean velocity of a chain by `exact`, and its standard error."""
+    """Return the mean velocity of a chain by `exact`, its standard error, and the law."""
     chain, drive = case(number)
     found = []
     with warnings.catch_warnings():
@@ -61,11 +68,39 @@ def measured(number: int) -> dict[str, float]:
             run = creep(chain, Cycles(drive.amplitude, cycles), seed=number + 1000 * seed)
             found.append(run.velocity)
     values = np.array(found)
+    law = laws.differing_velocity(
+        l0=chain.l0, mu_d=chain.each("mu_d"), tan_alpha=chain.tan_alpha,
+        amplitude=drive.amplitude, end_forces=chain.end_forces,
+    )  # fmt: skip
     error = float(values.std(ddof=1)) / math.sqrt(SEEDS)
-    return {"velocity": float(values.mean()), "error": error}
+    about = {"number": number, "n": chain.n, "gain": gain(chain, drive)}
+    return about | {"velocity": float(values.mean()), "error": error, "law": float(np.mean(law))}
 
 
 def rows() -> list[dict[str, float]]:
-    """Return the rows of the table."""
+    """Return the rows that are kept."""
+    if not FILE.exists():
+        return []
     with FILE.open(newline="", encoding="utf-8") as file:
         return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+
+
+def main() -> int:
+    """Run the chains that have no row yet."""
+    kept = {int(row["number"]): row for row in rows()}
+    for number in range(COUNT):
+        if number not in kept:
+            kept[number] = measured(number)
+            print(kept[number], flush=True)
+            with FILE.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, list(kept[number]), lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(
+                    {name: f"{value:.7g}" for name, value in kept[at].items()}
+                    for at in sorted(kept)
+                )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
