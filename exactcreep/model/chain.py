@@ -33,6 +33,8 @@ _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
 ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 """Wrong names for the slope, for which the error message suggests `tan_alpha`."""
 _SCOPE = "the page explanation/scope of the book has the limits of the model, and where to begin"
+MOST_SLIDERS = 10**6
+"""A run takes about a kilobyte of memory for each slider."""
 
 
 def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
@@ -61,7 +63,7 @@ class Chain(Shown):
     Parameters
     ----------
     n : int
-        Number of sliders, at least 1; slider 1 is the upper one.
+        Number of sliders, from 1 to a million; slider 1 is the upper one.
     l0 : number
         Natural length of a spring at theta = 0 in units of ``g tau_dyn**2``; positive.
     mu_d : number, or sequence of number, shape (n,)
@@ -112,7 +114,7 @@ class Chain(Shown):
         end_forces: Sequence[Number] = (0, 0),
         expansion: Sequence[Number] = (),
     ) -> None:
-        count = whole_number(n, "n", least=1, most=10**8)
+        count = whole_number(n, "n", least=1, most=MOST_SLIDERS)
         weights = _each(expansion, "expansion", count - 1, "of each spring (n - 1)")
         vars(self).update(
             n=count,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
 from fractions import Fraction
@@ -29,8 +28,6 @@ DRIVES: dict[str, type[Drive]] = {
     kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
 }
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
-_BYTES = 800
-"""Of memory that a run takes at least for each slider."""
 _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
 
 
@@ -101,7 +98,6 @@ class Experiment:
         ):
             if not isinstance(value := getattr(self, name), kind):
                 raise InputError(name, value, allowed)
-        _check_memory(self.chain.n)
         seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
             drive = Path.of(drive, seed)
@@ -234,17 +230,6 @@ class Experiment:
             "start": None if start is None else State(**start),
         }
         return cls(**{**data, **made})
-
-
-def _check_memory(n: int) -> None:
-    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
-    try:
-        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // _BYTES
-    except (AttributeError, ValueError, OSError):  # the system does not say
-        return
-    if n > most:
-        allowed = f"must be at most {most} to fit into the memory of this machine"
-        raise InputError("chain.n", n, allowed)
 
 
 def _valid_start(start: Any, chain: Chain) -> State | None:
