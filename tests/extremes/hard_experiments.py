@@ -13,6 +13,8 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.creep import PhysicsWarning
 
 SEED = 1
+PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+START = State.prepared(PAIR, [Fraction(1, 32)])
 
 
 def chain_of(n: int = 3, l0: Any = 1000, **changed: Any) -> Chain:

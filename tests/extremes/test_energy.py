@@ -14,11 +14,7 @@ from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.interface import Stretch, advance
 from exactcreep.watch.limits import Stop
-from tests.extremes.hard_experiments import remainder_error
-
-PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-HUNDREDS = Cycles(Fraction(PAIR.excess) / 10, 50)  # of slips in a half-cycle
-START = State.prepared(PAIR, [Fraction(1, 32)])
+from tests.extremes.hard_experiments import PAIR, START, remainder_error
 
 
 class Ledger(dict[str, float]):
@@ -86,13 +82,6 @@ def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha
     assert ledger.balance < 4e-15
     assert ledger.apart < 1e-15 * ledger.slips
     assert np.sign(ledger.gravity) == np.sign(float(chain.tan_alpha) * plain.x_G)
-
-
-def test_lone_slips_lose_what_the_law_says() -> None:
-    ledger, _ = energy_ledger(Experiment(PAIR, HUNDREDS, start=START))
-    # each of the slips is 2 D long, against the friction mu_d c
-    friction = 2 * PAIR.excess * PAIR.friction * ledger.slips
-    assert ledger.friction == pytest.approx(friction, rel=1e-15, abs=0)
 
 
 @pytest.mark.slow

@@ -11,7 +11,6 @@ import pytest
 from exactcreep import (
     Chain,
     Cycles,
-    Evidence,
     InputError,
     Method,
     Path,
@@ -20,7 +19,14 @@ from exactcreep import (
     creep,
 )
 from exactcreep.model.numbers import nearest_float
-from tests.extremes.hard_experiments import SEED, chain_of, hard_experiments, remainder_error
+from tests.extremes.hard_experiments import (
+    PAIR,
+    SEED,
+    START,
+    chain_of,
+    hard_experiments,
+    remainder_error,
+)
 
 pytestmark = [
     pytest.mark.xdist_group("extremes"),
@@ -74,10 +80,6 @@ def test_the_ends_of_a_long_chain_move_like_those_of_a_short_one() -> None:
                            rtol=0, atol=1e-12)  # fmt: skip
 
 
-PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-START = State.prepared(PAIR, [Fraction(1, 32)])
-
-
 def test_lone_slips_lose_what_the_law_says() -> None:
     run = creep(PAIR, Cycles(Fraction(PAIR.excess) / 10, 50), start=START, record="rearrangements")
     assert run.slip_count > 9000
@@ -94,15 +96,6 @@ def test_a_jump_of_a_hundred_thousand_slips_keeps_the_remainder() -> None:
     result = creep(chain, jump, start=State.prepared(chain, [Fraction(1, 32)], seed=SEED))
     assert result.slip_count > 99_000
     assert remainder_error(result) < 1e-12
-
-
-@pytest.mark.slow
-def test_a_billion_slips_keep_the_remainder() -> None:
-    drive = Cycles(Fraction(PAIR.excess) / 10, 5_200_000)
-    result = creep(PAIR, drive, start=START, record=(), max_events=3 * 10**9)
-    assert result.slip_count > 10**9
-    assert remainder_error(result) < 1e-9
-    assert result.evidence is Evidence.COMPUTED
 
 
 @pytest.mark.slow
