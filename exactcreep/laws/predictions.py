@@ -237,13 +237,6 @@ def _at_rest(parameters: Mapping[str, Number]) -> Number:
     return at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], coefficients)
 
 
-def no_end_starts(parameters: Mapping[str, Number], widest: Number) -> bool:
-    """Return whether no end of the relaxed chain starts while ``|theta|`` is at most `widest`."""
-    held = float(parameters["mu_s"] - abs(parameters["tan_alpha"]))
-    held *= float(cosine(parameters["tan_alpha"]))
-    return bool(float(parameters["l0"] * widest) < held * (1 - 2**-40))
-
-
 def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
     """Return why a chain comes to rest for ever under cycles, or an empty string.
 
@@ -257,7 +250,8 @@ def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
         return "rest: no creep lasts, proved"
     if parameters["sigma_mu"] > 0 or mu_s == parameters["mu_d"]:
         return ""
-    if relaxed and no_end_starts(parameters, amplitude):
+    held = float(mu_s - parameters["tan_alpha"]) * float(cosine(parameters["tan_alpha"]))
+    if relaxed and float(parameters["l0"] * amplitude) < held * (1 - 2**-40):
         return "rest: no end of the relaxed chain starts, proved"
     (onset,) = law_values(onset_amplitude, parameters)
     if parameters["n"] > 2 and amplitude < min(float(_at_rest(parameters)), onset):

@@ -7,12 +7,12 @@ import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from exactcreep.laws import Prediction, edges, pivots, prediction
-from exactcreep.laws.predictions import no_end_starts
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
@@ -42,6 +42,7 @@ _FOLLOWED = 20_000  # events over which perturbed copies are followed
 _TIMED = 200  # events timed for solvers that take milliseconds each: certified, mpmath, reference
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
 _MANY_SLIPS = 100  # least slips of an end in a swing; then slips shift the threshold by under 1 %
+_ROUNDING = Fraction(1, 2**40)  # more than float64 rounds cos(alpha), relative
 _NEXT_PIVOT = 0.025  # most change of the descent by one pivot, relative
 _NO_INERTIA = {
     "law": "a theorem tells the velocity without following any slip",
@@ -247,7 +248,7 @@ def _chosen(
         why = "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact"
         return "sliding", why
     if relaxed and chain.n > 1 and not recorded:
-        if no_end_starts(chain.parameters(), experiment.widest):
+        if chain.l0 * Fraction(experiment.widest) < chain.first_start * (1 - _ROUNDING):
             why = "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts"
             return "law", why, 0.0
         staircase = predicted is not None and predicted.staircase is not None
