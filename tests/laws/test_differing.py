@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction as F
+from itertools import product
 from random import Random
 
 import numpy as np
 import pytest
 
-from exactcreep import Chain, GaussianSteps, laws
+from exactcreep import laws
 from exactcreep.laws.number_types import rational
 from tests.laws import differing_chains
 from tests.laws.parameters import CONTEXT
@@ -82,9 +83,10 @@ def test_the_slope_of_chains_whose_springs_expand_by_weights() -> None:
 
 @pytest.mark.parametrize("n", range(2, 9))
 def test_with_equal_sliders_they_are_the_laws_of_equal_sliders(n: int) -> None:
-    """At edges, too: two velocities."""
-    for slope in (F(1, 4), F(23, 100), F(-1, 10), F(3, 10)):
-        known = {"l0": F(10), "tan_alpha": abs(slope), "amplitude": F(9)}
+    """Below and above the threshold, and at edges, too: two velocities."""
+    slopes = (F(1, 4), F(23, 100), F(-1, 10), F(3, 10))
+    for slope, amplitude in product(slopes, (F(9), F(1, 7), F(1, 20))):
+        known = {"l0": F(10), "tan_alpha": abs(slope), "amplitude": amplitude}
         both = laws.law_values(laws.sliding_velocity, known | {"n": n, "mu_d": F(1, 2)})
         known["tan_alpha"] = slope
         found = laws.differing_velocity(mu_d=[F(1, 2)] * n, **known)
@@ -98,10 +100,7 @@ def test_with_equal_sliders_they_are_the_laws_of_equal_sliders(n: int) -> None:
         assert resting.contraction == tuple(n + 2 - i for i in reversed(pivots))
 
 
-def test_random_dilations_meet_the_law_of_equal_sliders_and_the_play() -> None:
-    about = {"l0": 10.0, "tan_alpha": 0.23, "sigma_theta": 0.4}
-    (equal,) = laws.differing_velocity_random(mu_d=[0.5] * 6, **about)
-    assert equal == pytest.approx(laws.sliding_velocity_random(n=6, mu_d=0.5, **about))
+def test_random_dilations_are_followed_by_the_play() -> None:
     friction, slope, ends = [F(1, 2), F(1, 5), F(1, 2), F(1, 3)], F(1, 10), (F(0), F(3, 10))
     places = np.random.default_rng(4).normal(0, 2, 6000)
     x, _ = follow(*forces(friction, slope, ends), places, steps=1)
@@ -122,16 +121,12 @@ def test_pivots_are_decided_exactly_where_the_cosine_is_irrational() -> None:
 
 
 def test_chains_that_friction_does_not_hold_are_refused() -> None:
-    for friction, slope, ends in (
-        ([F(1, 2)] * 3, F(1, 2), (0, 0)),
-        ([F(1, 2)] * 3, F(0), (F(3, 2), 0)),
-        ([], F(0), (0, 0)),
-        ([F(1, 2), F(-1, 10)], F(0), (0, 0)),
-    ):
+    half = F(1, 2)
+    for friction, slope, pull in ([half] * 3, half, 0), ([half] * 3, 0, F(3, 2)), ([], 0, 0):
         with pytest.raises(ValueError, match=r"^(friction|mu_d) must hold"):
-            laws.pivot_sliders(friction, slope, ends)
+            laws.pivot_sliders(friction, slope, (pull, 0))
     with pytest.raises(ValueError, match="2 positive weights"):
-        laws.differing_slope([F(1, 2)] * 3, F(1, 10), [1])
+        laws.differing_slope([half] * 3, F(1, 10), [1])
 
 
 def test_the_deviation_is_that_of_a_hundred_chains_that_stick_and_slip() -> None:
@@ -151,12 +146,6 @@ def test_the_deviation_is_that_of_a_hundred_chains_that_stick_and_slip() -> None
 
 
 def test_beyond_the_chains_that_were_measured_no_deviation_is_stated() -> None:
-    for static, known in (("0.6", False), (["0.4", "0.5", "0.6"], True)):
-        made = Chain(3, 1000, ["0.4", "0.5", "0.6"], static, tan_alpha="0.1")
-        found = laws.prediction(made, GaussianSteps("0.003", 1))
-        assert found is not None
-        assert (found.deviation == 0) is known
-        assert found.law.endswith("exact" if known else "not known here")
     about = {"l0": 1000, "tan_alpha": 0.1, "amplitude": 0.003, "sigma_mu": 0}
     chain = {"mu_d": [0.4, 0.5, 0.6], "mu_s": [0.5, 0.6, 0.7]}
     assert laws.differing_deviation(**chain, **about) > 0

@@ -14,12 +14,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derivations.chain import NotUnique, RationalChain
 from derivations.ledger import entries
-from derivations.notation import CAPTIONS, evaluated, read, symbol
+from derivations.notation import evaluated, read, symbol
 from exactcreep import laws
-from exactcreep.laws import creep_velocity, pivots, sliding_velocity, threshold_amplitude
-from tests.laws.parameters import CONTEXT, SLOPES, F, context, floats, in_context, random_parameters
+from exactcreep.laws import creep_velocity, pivots, threshold_amplitude
+from tests.laws.parameters import CONTEXT, F, context, floats, in_context, random_parameters
 
 BY_NAME = {entry.name: entry for entry in entries()}
 CODE = {entry.name: entry.law for entry in entries() if entry.law}
@@ -117,42 +116,6 @@ def test_a_law_is_its_formula_in_the_ledger(label: str, form: str) -> None:
     assert positive > 1
 
 
-def test_the_sliding_law_is_the_exact_rational_chain() -> None:
-    random, found_cases, resting = Random(31), 0, 0
-    for n in range(2, 13):
-        for tan in SLOPES[:4]:
-            mu_d = tan * F(random.randint(21, 80), 20)
-            cosine = laws.cosine(tan)
-            reach = n * (mu_d - tan) * F(random.randint(10, 90), 60)
-            law = partial(
-                sliding_velocity, n=n, l0=1, mu_d=mu_d, tan_alpha=tan, amplitude=reach * cosine
-            )
-            chain = RationalChain(n, tan, mu_d)
-            try:
-                chain.ramp(reach)
-                for _ in range(4 * n):
-                    chain.ramp(-2 * reach)
-                    chain.ramp(2 * reach)
-            except NotUnique:
-                with pytest.raises(ValueError, match="not unique"):
-                    law()
-                continue
-            before = list(chain.x)
-            chain.ramp(-2 * reach)
-            chain.ramp(2 * reach)
-            for start, end in zip(before, chain.x, strict=True):
-                assert (end - start) * cosine == 2 * law()
-            found_cases, resting = found_cases + 1, resting + (law() == 0)
-    assert found_cases > 40
-    assert 5 < resting < 35
-
-
-@pytest.mark.parametrize(("label", "end"), [("alpha_c_minus", 0), ("alpha_c_plus", 1)])
-def test_the_ends_of_the_plateaus_are_those_of_the_captions(label: str, end: int) -> None:
-    right = read(BY_NAME[label].formula or "").right.subs(CAPTIONS)
-    assert laws.plateau_ends(mu_d=F(1, 2), sigma_mu=F(1, 100))[end] == pytest.approx(float(right))
-
-
 @pytest.mark.parametrize("n", [3, 4, 9])
 def test_a_plateau_lies_between_its_critical_angles_and_shares_windows_with_its_neighbours(
     n: int,
@@ -204,19 +167,11 @@ def test_precision_comes_from_the_operands_alone(digits: int) -> None:
 @pytest.mark.parametrize("name", LAWS)
 def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
     law = getattr(laws, name)
-    sizes = np.array([3.0, 7.0, 30.0])
-    lengths = np.array([[600.0], [800.0]])
+    sizes, lengths = np.array([3.0, 7.0, 30.0]), np.array([[600.0], [800.0]])
     p = {
-        "n": sizes,
-        "i": 2,
-        "l0": lengths,
-        "mu_d": 0.5,
-        "mu_s": 0.6,
-        "r0": 0.0,
-        "tan_alpha": 0.21,
-        "amplitude": 0.004,
-        "sigma_theta": 0.003,
-    }
+        "n": sizes, "i": 2, "l0": lengths, "mu_d": 0.5, "mu_s": 0.6, "r0": 0.0,
+        "tan_alpha": 0.21, "amplitude": 0.004, "sigma_theta": 0.003,
+    }  # fmt: skip
     given = {key: value for key, value in p.items() if key in signature(law).parameters}
     found = np.broadcast_to(np.asarray(law(**given)), (2, 3))
     for (row, column), value in np.ndenumerate(found):
@@ -228,10 +183,8 @@ def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
 @pytest.mark.parametrize(
     ("call", "error", "match"),
     [
-        *((partial(threshold_amplitude, **SEUIL | {"mu_d": value}), TypeError, "mu_d")
-          for value in ("0.5", True, 1j, [None])),
+        (partial(threshold_amplitude, **SEUIL | {"mu_d": "0.5"}), TypeError, "mu_d"),
         (partial(threshold_amplitude, **SEUIL, mu=0.5), TypeError, "argument 'mu'"),
-        (partial(threshold_amplitude, n=3, l0=1, tan_alpha=0.1), TypeError, "'mu_d'"),
         (partial(threshold_amplitude, **SEUIL | {"mu_d": context(20).mpf(1), "l0": [1, 2]}),
          TypeError, "do not mix"),
         (partial(threshold_amplitude, **SEUIL | {"l0": [1, 0]}), ValueError, "l0 must be positive"),

@@ -8,10 +8,7 @@ from random import Random
 from derivations.chain import RationalChain
 from exactcreep import laws
 from exactcreep.laws import staircase_two_sliders
-from exactcreep.laws.number_types import floor_of_surd
 from tests.laws.parameters import SLOPES, F, context
-
-SLIDING = {"l0": 10, "mu_d": F(1), "mu_s": F(1), "tan_alpha": F(3, 4)}
 
 
 def _case(random: Random) -> dict[str, Fraction]:
@@ -59,19 +56,3 @@ def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
     chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
     assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0
     assert staircase_two_sliders(**chain, amplitude=F(below + 1, scale)) > 0
-
-
-def test_without_a_static_excess_two_sliders_slide() -> None:
-    assert staircase_two_sliders(**SLIDING, amplitude=F(1, 10)) == 1 - F(1, 5)
-    assert staircase_two_sliders(**SLIDING, amplitude=F(1, 50)) == 0
-
-
-def test_the_floor_of_a_surd_is_exact_at_whole_numbers_and_on_both_sides_of_zero() -> None:
-    for surd, radicand, rational, floor in (
-        (3, "4/9", 0, 2),
-        (-3, "4/9", 0, -2),
-        (-3, "4/9", "1/2", -2),
-        (1, 2, 0, 1),
-        (-1, 2, 0, -2),
-    ):
-        assert floor_of_surd(F(surd), F(radicand), F(rational)) == floor

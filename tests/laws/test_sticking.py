@@ -68,23 +68,6 @@ def test_chains_run_anew_have_the_velocity_of_the_table(number: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"n": 3}, "n >= 4"),
-        ({"mu_s": 0.5}, "mu_d < mu_s"),
-        ({"tan_alpha": -0.5}, "mu_d < mu_s"),
-        ({"sigma_mu": -0.1}, "sigma_mu"),
-    ],
-)
-def test_chains_that_the_law_does_not_describe_are_refused(
-    change: dict[str, float], said: str
-) -> None:
-    about = {"n": 6, "l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.2, "amplitude": 0.01}
-    with pytest.raises(ValueError, match=said):
-        laws.sticking_velocity(**about | change)
-
-
-@pytest.mark.parametrize(
     ("about", "inside", "outside", "bound"),
     [
         ({"amplitude": 0.03}, {"n": 60}, {"n": 61}, "N is not between"),

@@ -109,13 +109,6 @@ def test_the_edge_of_locked_ends_is_the_programme_over_numbers_of_slips(size: in
         assert found * float(laws.cosine(tan)) == pytest.approx(float(law), abs=1e-9)
 
 
-def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s() -> None:
-    for slope, law in (("0.2", math.inf), ("0.200000001", 0)):
-        known = captions(3, tan_alpha=slope).parameters()
-        del known["sigma_mu"]
-        assert locked_ends_amplitude(**known) == law
-
-
 @pytest.mark.parametrize("sigma_mu", ["0", "0.02"])
 def test_below_the_edge_of_lasting_creep_every_start_comes_to_rest(sigma_mu: str) -> None:
     random = Random(sigma_mu)
