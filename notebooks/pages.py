@@ -8,6 +8,7 @@ import csv
 import enum
 import inspect
 import json
+import math
 import os
 import re
 from dataclasses import fields
@@ -187,6 +188,22 @@ def commands(_):
     text = re.sub(r"(?<=\w)\*\*(?=\w)", r"\\*\\*", text)  # a power
     about, _, rest = text.partition("\n## Table of Contents")
     return f"## The program itself{about}\n" + rest[rest.index("**Commands**"):]
+
+
+def benchmark(n):
+    """Return the times and errors that `tests/benchmarks/run.py` measured with n sliders, or with all."""
+    with (BOOK / "pictures" / "benchmark.csv").open(encoding="utf-8") as file:
+        measured = [row for row in csv.DictReader(file) if n in ("", row["n"])]
+    rows = []
+    for row in measured:
+        wrong, after = f"{row['parted']} of {row['seeds']} seeds", float(row["agreed"])
+        wrong += f", after {after:.0f} events" if after < math.inf else ""
+        name = row["method"].capitalize() if "verlet" in row["method"] else f"`{row['method']}`"
+        took = float(f"{1e3 * float(row['seconds']):.2g}")
+        rows.append((row["n"], name, f"{took:g} ms", wrong, f"{float(row['error']):.1e}"))
+    first = bool(n)  # the column of n says nothing new
+    head = ["N", "method", "time per half-cycle", "wrong event", "largest error before it"]
+    return _table(head[first:], [row[first:] for row in rows])
 
 
 # --- laws and proofs -----------------------------------------------------------------------------
@@ -371,6 +388,7 @@ def _prose(text):
 
 PARTS = {
     "api": api,
+    "benchmark": benchmark,
     "columns": columns,
     "keys": keys,
     "scenes": scenes,

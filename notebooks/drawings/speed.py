@@ -5,7 +5,7 @@ import json
 import matplotlib.pyplot as plt
 from pages import BOOK
 
-measured = json.loads((BOOK / "pictures" / "benchmark.json").read_text())["half_cycles"]
+measured = json.loads((BOOK / "pictures" / "half-cycles.json").read_text())
 figure, axes = plt.subplots(figsize=(7.5, 3.4), layout="constrained")
 for method in measured[0]["seconds"]:
     points = [(row["n"], 1e6 * row["seconds"][method]) for row in measured if method in row["seconds"]]

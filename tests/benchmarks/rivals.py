@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import ClassVar
 
 import numpy as np
@@ -123,6 +123,7 @@ def scipy_flight(rtol):
     return fly
 
 
+@cache
 def heyoka_flight(n, tol):
     """Return a flight by heyoka's adaptive Taylor integrator with terminal events.
 
