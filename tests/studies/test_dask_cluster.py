@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
 from exactcreep.watch.progress import Progress
@@ -73,20 +72,3 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
         grid = sweep(scene, executor=executor, out=out, progress=watch)
         assert not crowd[0].is_alive()
     assert grid.identical(sweep(scene))
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_is_killed_ends_the_sweep_in_a_sentence_and_resume_goes_on(
-    tmp_path: Path,
-) -> None:
-    scene, out = load_scene(written(tmp_path, cycles=400)), tmp_path / "out"
-    with dask(tmp_path, 1) as (executor, scheduler, _):
-
-        def watch(progress: Progress) -> None:
-            if progress.done >= 2:
-                scheduler.kill()
-
-        with pytest.raises(InputError, match=r"'DaskExecutor': was lost .*resume"):
-            sweep(scene, executor=executor, out=out, progress=watch)
-    assert 2 <= len(list((out / "cells").glob("*.cell"))) < 12
-    assert sweep(scene, out=out, resume=True).identical(sweep(scene))

@@ -63,7 +63,6 @@ def test_a_law_that_needs_no_run_is_what_the_run_gives(over: Fraction) -> None:
         ({}, "sliding"),
         ({"physical.contacts": 60}, "exact"),  # the next pivot is worth more
         ({"run.record": ["x"]}, "exact"),
-        ({"drive.temperature_amplitude": "0.2"}, "exact"),  # a few slips in a swing
         ({"physical.tan_alpha": "0.55"}, "exact"),
     ],
 )

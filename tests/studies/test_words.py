@@ -11,11 +11,9 @@ from exactcreep import (
     Evidence,
     GaussianSteps,
     Outcome,
-    State,
     creep,
     fate,
     survival,
-    threshold,
 )
 from tests.paper import captions
 
@@ -60,21 +58,3 @@ def test_creep_downhill_rest_and_locked_chains_say_so(
 ) -> None:
     found = creep(captions(n, tan_alpha=tan_alpha), Cycles(amplitude, cycles))
     assert found.direction == direction
-
-
-def test_on_the_level_a_skewed_start_creeps_along_the_axis() -> None:
-    chain = captions(4, tan_alpha=0)
-    skewed = State.prepared(chain, ["0.1", "-0.05", "0.02"])
-    level = fate(chain, "0.0015", start=skewed, solver="exact")
-    assert level.advance == pytest.approx(-6.362498559751911e-05, rel=1e-9)
-    assert level.direction == "-x"
-
-
-def test_a_relaxation_uphill_from_the_start_is_no_creep_that_begins_uphill() -> None:
-    chain = captions(8)
-    edge = threshold(chain, after=20, bracket=("0.0010751", "0.0010753"), digits=5, solver="exact")
-    sides = (edge.lower, edge.upper)
-    below, above = (creep(chain, Cycles(side, 20)).recorded["x_G"] for side in sides)
-    assert below[-1] < below[-3] - 1e-6
-    assert above[-1] > above[-3] + 1e-6
-    assert edge.direction == "downhill"

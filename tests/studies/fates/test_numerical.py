@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
-from exactcreep.solvers.return_map import nearness
 from exactcreep.studies.fates.fate_result import Fate
 from tests.paper import captions
 
@@ -48,21 +47,6 @@ def test_a_chain_with_hardly_any_friction_advances_as_others_do(
     friction = [Fraction(one) * scale for one in ("0.5", "0.6", "0.25")]
     chain = Chain(2, 1000, *friction[:2], tan_alpha=friction[2])
     assert fate(chain, Fraction("0.0004") * scale, solver=solver).last_advance == 1
-
-
-def test_what_comes_to_its_cycle_from_either_side_has_the_shortest_period() -> None:
-    found = fate(captions(5), "0.000765", solver="exact")
-    assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
-    at_ends = tensions(found, found.settled_after + 30)
-    once = np.abs(at_ends[1:] - at_ends[:-1]).max(axis=1)
-    twice = np.abs(at_ends[2:] - at_ends[:-2]).max(axis=1)
-    forces = np.diff(at_ends, prepend=0.0, append=0.0)
-    steps = np.abs(np.diff(forces, axis=0)).max(axis=1)
-    close = nearness(found.chain)
-    assert steps[found.settled_after - 1 :].max() <= close < steps[found.settled_after - 2]
-    # two cycles before it settles the tensions come back better after two cycles than after one
-    assert twice[found.settled_after - 3] < 0.5 * once[found.settled_after - 3]
-    assert found.velocity == pytest.approx(0.35258442721957, rel=1e-12)
 
 
 @pytest.mark.parametrize(

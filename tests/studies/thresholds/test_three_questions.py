@@ -25,8 +25,6 @@ from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
 
-SEARCHES = ("horizon", "lasting")
-
 
 def of(question: str, chain: Chain, **given: Any) -> Any:
     """Ask one question, shortly."""
@@ -38,11 +36,6 @@ def of(question: str, chain: Chain, **given: Any) -> Any:
     return threshold(chain, **{"solver": "exact", "digits": 6, "points": 60} | after | given)
 
 
-def ends(found: Any) -> tuple[float, float]:
-    """Return the bracket."""
-    return float(found.lower), float(found.upper)
-
-
 @pytest.mark.parametrize(
     ("question", "chain", "named", "right"),
     [
@@ -50,7 +43,6 @@ def ends(found: Any) -> tuple[float, float]:
         ("lasting", captions(6, "0.01"), "intercept", "intercept"),
         ("horizon", captions(3, "0.01"), "intercept", "intercept"),
         ("intercept", captions(6, mu_s="0.5"), "threshold", "lasting"),
-        ("lasting", captions(6, tan_alpha="0"), "survival", "survival"),
         ("intercept", captions(6, tan_alpha="0"), "survival", "survival"),
     ],
 )
@@ -61,13 +53,6 @@ def test_a_question_without_sense_for_a_chain_names_the_right_one(
         of(question, chain)
     assert f"`{named}`" in told.value.allowed
     assert getattr(of(right, chain, max_seconds=0), "criterion", right) == right
-
-
-@pytest.mark.parametrize("question", SEARCHES)
-def test_one_slider_rests(question: str) -> None:
-    alone = of(question, captions(1))
-    assert (alone.lower, alone.upper, alone.outcome_at_lower) == (None, None, Outcome.AT_REST)
-    assert alone.evidence is Evidence.PROVED
 
 
 def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
