@@ -23,7 +23,6 @@ const host = document.activeElement;
 return [active?.getAttribute("role") ?? active?.tagName, host?.innerText ?? "",
         active?.getRootNode().host?.shadowRoot.textContent ?? active?.textContent ?? ""].join(" ");
 """
-POINTS = "return document.querySelectorAll('svg[role=img] [id^=line2d] use').length"
 
 
 @pytest.fixture(scope="module")
@@ -85,27 +84,3 @@ def test_a_refused_value_names_itself_and_the_old_run_says_that_it_is_old(app: P
     assert app.script(DESCRIBED) == before
     app.press(HOME)
     app.until(lambda: "Below is still the run before" not in told())
-
-
-def test_velocities_appear_one_by_one(app: Page) -> None:
-    focus_on(app, "seed")
-    app.press(RIGHT)
-    app.until(lambda: "seed 1" in app.script(DESCRIBED))
-    app.until(lambda: app.script(POINTS) > 15)
-
-
-def test_the_picture_stays_in_view_beside_the_sliders_or_above_them(app: Page) -> None:
-    def places() -> tuple[dict[str, float], dict[str, float]]:
-        box = "return document.querySelector('{}').getBoundingClientRect().toJSON()"
-        return app.script(box.format("iframe")), app.script(box.format(".asked"))
-
-    for size in ((1280, 900), (400, 850)):
-        app.browser.set_window_size(*size)
-        for down in (0, 300):
-            app.script(f"document.getElementById('App').scrollTop = {down}")
-            picture, asked = places()
-            assert picture["top"] >= 0
-            assert picture["bottom"] <= app.script("return innerHeight")
-            beside = picture["left"] >= asked["right"]
-            assert beside if size[0] > size[1] else down or picture["bottom"] <= asked["top"]
-    app.browser.set_window_size(1280, 1150)

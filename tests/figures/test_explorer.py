@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import signal
 import socket
 import sys
@@ -15,7 +14,7 @@ from urllib.request import urlopen
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, creep, fate
+from exactcreep import Cycles, creep
 from exactcreep.figures import avalanche_page, explorer
 from exactcreep.laws import prediction
 from tests.conftest import Command
@@ -24,7 +23,6 @@ from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 START = {slider.name: slider.start for slider in explorer.SLIDERS}
 START |= {"drive": "cycles", "size": explorer.START}
 SIX = START | {"n": 6, "size": 1.2, "length": 10}
-WHOLE = SIX | {"sigma_mu": 0.0}
 
 
 def experiment_of(**changed: Any):
@@ -51,10 +49,6 @@ def test_a_view_is_of_the_whole_run_and_names_the_law_with_its_deviation() -> No
     assert f"({law.law})" in view.law
     assert f"{law.values[0]:.4g}" in view.law
     assert f"{law.deviation:.2g}" in view.law
-    unmeasured = explorer.law_sentence(
-        explorer.view_of(explorer.experiment_of(START | {"n": 3})).run
-    )
-    assert unmeasured.count("not known here") == 1
     assert view.run.event_count <= run.event_count
     assert f"cut after {view.run.half_cycles} of 80 targets" in view.cut
     assert f"max_events = {avalanche_page.MOST_EVENTS} was reached" in view.cut
@@ -74,17 +68,6 @@ def test_the_avalanche_of_the_view_is_the_largest_of_the_run() -> None:
     assert '"motion":null' in resting.page
 
 
-def test_a_fate_is_told_where_there_is_one() -> None:
-    run = explorer.view_of(explorer.experiment_of(WHOLE | {"n": 2, "size": 0.4})).run
-    known = fate(run.chain, "0.0004", solver="exact")
-    said = explorer.fate_sentence(run)
-    assert known.finding in said
-    assert "creeping downhill" in said
-    for changed in ({"sigma_mu": 0.01}, {"drive": "Gaussian"}):
-        said = explorer.fate_sentence(explorer.view_of(explorer.experiment_of(WHOLE | changed)).run)
-        assert said.startswith("Fate: none")
-
-
 @pytest.mark.parametrize("drive", explorer.DRIVES)
 def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(drive: str) -> None:
     experiment = explorer.experiment_of(SIX | {"n": 2, "size": 0.5, "drive": drive})
@@ -96,9 +79,6 @@ def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(dri
     assert own.measured == creep(experiment.chain, experiment.drive).velocity
     first, last = (explorer.velocity_picture(steps[k], experiment) for k in (0, -1))
     assert last.count("<use") > first.count("<use") + len(steps[0]) / 2
-    assert "currentColor" in last
-    assert "#000000" not in last
-    assert not re.search(r'(?:src|href)="(?!#)', last)
 
 
 def test_without_marimo_the_command_says_what_to_install(
@@ -109,9 +89,7 @@ def test_without_marimo_the_command_says_what_to_install(
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-@pytest.mark.parametrize(
-    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
-)
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_the_program_ends_with_its_server(number: int, status: int) -> None:
     pytest.importorskip("marimo")
     with socket.socket() as free:  # not marimo's first: another test's server takes that

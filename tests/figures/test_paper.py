@@ -59,13 +59,6 @@ def tiny(name: str):
     return small, small.data(quick=True, workers=2)
 
 
-def rows_of(name: str, **settings: object) -> tuple[Point, ...]:
-    changed = {name: {f"vary.{key}": value for key, value in settings.items()}}
-    changed[name]["drive.steps"] = 1000
-    picture = dataclasses.replace(PICTURES[name], quick=changed)
-    return picture.tables(picture.data(quick=True))[0].rows
-
-
 @pytest.mark.parametrize(
     ("scene", "said"),
     [
@@ -113,17 +106,6 @@ def test_a_picture_shows_and_keeps_every_number(name: str, tmp_path: Path) -> No
 
 
 # --- what the tables must show -------------------------------------------------------------------
-
-
-def test_two_sliders_follow_the_exact_law_where_the_printed_one_is_off() -> None:
-    slopes = ["0", "0.004", "0.1", "0.4", "0.49"]
-    level, shallow, *rows, steep = rows_of("two-sliders-angle", **{"chain.tan_alpha": slopes})
-    for row in rows:
-        assert abs(row.deviation_exact) < 4
-        assert row.deviation_printed > 20  # it has mu_s where mu_d belongs
-    assert abs(level.measured) < 4 * level.error
-    assert shallow.deviation_exact < -10
-    assert steep.deviation_exact > 10
 
 
 @pytest.mark.parametrize(
