@@ -34,7 +34,7 @@ from exactcreep.figures.style import (
     STYLE,
     PlainNumbers,
     new_figure,
-    setting_text,
+    setting_label,
     styled,
 )
 from exactcreep.figures.sweep import draw_velocities, exact_or_same, points_of_runs
@@ -136,7 +136,7 @@ def shared_text(results: Sequence[Creep]) -> str:
     shared = {key: value for key, value in every[0].items()
               if isinstance(value, (int, Fraction))
               and all(key in other and other[key] == value for other in every)}  # fmt: skip
-    return ", ".join(setting_text(key, value) for key, value in shared.items())
+    return ", ".join(setting_label(key, value) for key, value in shared.items())
 
 
 def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
@@ -236,7 +236,7 @@ class _Members(NamedTuple):
         """Return the members, coloured by the first quantity that varies among them."""
         # a quantity that all members share cannot distinguish them
         telling = [key for key in settings[0] if any(s[key] != settings[0][key] for s in settings)]
-        words = [[setting_text(key, setting[key]) for key in telling] or [""]
+        words = [[setting_label(key, setting[key]) for key in telling] or [""]
                  for setting in settings[: len(results)]]  # fmt: skip
         families = [first for first, *_ in words]
         styles = itertools.cycle(itertools.product(DASHES, INKS))

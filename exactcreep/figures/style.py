@@ -79,7 +79,7 @@ def symbol_of(key: str) -> str:
     return _SYMBOLS.get(name, name)
 
 
-def setting_text(key: str, value: Any) -> str:
+def setting_label(key: str, value: Any) -> str:
     """Return a label for one setting of a member."""
     if isinstance(value, Mapping) and "size" in value:
         return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"

@@ -27,7 +27,7 @@ from exactcreep.figures.style import (
     STYLE,
     VELOCITY,
     new_figure,
-    setting_text,
+    setting_label,
     styled,
     symbol_of,
 )
@@ -389,7 +389,7 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     """Draw the velocity over one quantity, each value of the others in its own colour."""
     families: dict[str, list[Point]] = {}
     for point in points:
-        others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
+        others = [setting_label(key, value) for key, value in point.varied.items() if key != over]
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
     fine, drawn = _between([point.varied[over] for point in points]), dict[str, None]()

@@ -93,7 +93,7 @@ Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 _BLOCK = 16  # contacts of a slider drawn together: as fast as a single draw
 
 
-class Field(Protocol):
+class SupportsThresholds(Protocol):
     """The operations of an arithmetic for thresholds: see `exactcreep.motion.arithmetic`."""
 
     def number(self, value: Any) -> Any: ...
@@ -116,7 +116,8 @@ class Contacts:
         self._mean: list[float] = chain.each("mu_s", nearest_float)
         self._least: list[float] = chain.each("mu_d", _least_from)
         self._drawn: dict[int, tuple[int, list[float]]] = {}  # the last block of each slider
-        self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
+        # cos(alpha) and mu_s cos(alpha)
+        self._scales: dict[SupportsThresholds, tuple[Any, Any]] = {}
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider`."""
@@ -144,7 +145,7 @@ class Contacts:
             return coefficient < self._least[n]
         return _rational(coefficient) < self._mu_d[n]
 
-    def holds(self, n: int, coefficient: Any, arithmetic: Field) -> Any:
+    def holds(self, n: int, coefficient: Any, arithmetic: SupportsThresholds) -> Any:
         """Return the force, unit ``m g``, that such a contact of slider `n` holds at rest.
 
         A ball encloses ``acting(n, coefficient) cos(alpha)``; a float64 is within 1.5 ulp of it.
@@ -161,17 +162,12 @@ class Contacts:
             coefficient = self._mu_d[n]
         return arithmetic.number(coefficient) * cosine
 
-    def thresholds(self, coefficients: NDArray[Any], arithmetic: Field) -> NDArray[Any]:
+    def thresholds(
+        self, coefficients: NDArray[Any], arithmetic: SupportsThresholds
+    ) -> NDArray[Any]:
         """Return the forces that contacts with these coefficients hold at rest; see `holds`."""
-        if type(arithmetic.number(0)) is not float:
-            each = enumerate(coefficients.tolist())
-            return arithmetic.vector([self.holds(n, value, arithmetic) for n, value in each])
-        drawn = coefficients.astype(np.float64)
-        held = np.maximum(drawn, self.chain.floats("mu_d")) * self.chain.cos_alpha
-        if self.chain.sigma_mu == 0:
-            means = np.array(self.chain.each("mu_s", self.chain.times_cosine))
-            held = np.where(drawn == self.chain.floats("mu_s"), means, held)
-        return np.asarray(held)
+        each = enumerate(coefficients.tolist())
+        return arithmetic.vector([self.holds(n, value, arithmetic) for n, value in each])
 
     def _is_constant(self, n: int, coefficient: Any) -> bool:
         return self.chain.sigma_mu == 0 and float(coefficient) == self._mean[n]

@@ -115,7 +115,7 @@ class Checkpoint:
         return refused("checkpoint", self.path, _NO_RUN)
 
     @contextmanager
-    def begun(self, experiments: Sequence[Experiment]) -> Iterator[None]:
+    def writing(self, experiments: Sequence[Experiment]) -> Iterator[None]:
         """Lock the file during a block, and write the experiments into it if it is new."""
         for solver in (experiment.algorithm for experiment in experiments):
             if not solver.on_file:
@@ -151,7 +151,7 @@ class Checkpoint:
     def take(self, index: int, run: ObservedRun) -> None:
         """Note a snapshot of a run that is at rest; write it if the time has come."""
         with self._lock:  # runs are in parallel threads
-            if run.simulation.at_rest and not run.recorder.begun:
+            if run.simulation.at_rest and not run.recorder.partial:
                 self._ready[index] = run.kept(), run.recorder
             if time.monotonic() - self._last >= self._wait:
                 self.write()

@@ -275,7 +275,7 @@ def run_alone(
 
     If `checkpoint` was read from a file, the run continues from there.
     """
-    kept = nullcontext() if checkpoint is None else checkpoint.begun([experiment])
+    kept = nullcontext() if checkpoint is None else checkpoint.writing([experiment])
     with kept, interrupts.deferred() as interrupted:
         own = replace(limits, interrupted=interrupted)
         result = run_experiment(experiment, own, progress, checkpoint)

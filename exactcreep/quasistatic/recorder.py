@@ -22,20 +22,20 @@ _WORTH_A_LOOK = 2**20  # bytes recorded between two checks of the free memory
 class Recorder:
     """Stores the columns that an experiment records.
 
-    `full` says why a run has to end, "" while there is memory. `begun` holds rows since the last
+    `full` says why a run has to end, "" while there is memory. `partial` holds rows since the last
     target, which the next block delivers again.
     """
 
     def __init__(self, experiment: Experiment) -> None:
         self.needs = experiment.record
         self.full = ""
-        self.begun: Columns = {}
+        self.partial: Columns = {}
         self._digits = experiment.digits
         self._nothing = record_arrays(dict.fromkeys(experiment.record, ()), experiment.chain.n)
         self._columns = {name: _Column(values) for name, values in self._nothing.items()}
 
     def take(self, stretch: Stretch) -> None:
-        self.begun = self._written(stretch.begun)
+        self.partial = self._written(stretch.partial)
         self.add(stretch.recorded)
 
     def add(self, rows: Columns) -> None:
@@ -65,7 +65,7 @@ class Recorder:
     def columns(self) -> dict[str, NDArray[Any]]:
         """Return the whole columns, with the rows since the last target."""
         made = self.rows({}, self.counts())
-        for name, rows in self.begun.items():
+        for name, rows in self.partial.items():
             made[name] = np.concatenate([made[name], rows]) if name in made else rows
         types = {name: COLUMNS[name].dtype for name in made.keys() & COLUMNS.keys()}
         return {

@@ -70,7 +70,7 @@ class Stretch:
 
     `completed`: targets reached in this call; `recorded`: ``x_G`` (completed,) and other requested
     columns, at targets and in tables; `stop`, `reason`: why it ended, with a sentence unless every
-    target was reached; `begun`: rows since the last target, which the next stretch delivers again;
+    target was reached; `partial`: rows since the last target, which come again in the next stretch;
     `doubts` (ndarray of int64 or None): undecided comparisons up to each target, if known.
     """
 
@@ -78,13 +78,13 @@ class Stretch:
     recorded: Mapping[str, NDArray[Any]]
     stop: Stop = Stop.DONE
     reason: str = ""
-    begun: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    partial: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     doubts: NDArray[np.int64] | None = None
 
     @property
     def whole(self) -> Mapping[str, NDArray[Any]]:
         """The recorded columns, with the rows since the last target."""
-        return joined([self.recorded, self.begun])
+        return joined([self.recorded, self.partial])
 
 
 class PerturbedCopies(ABC):

@@ -35,15 +35,16 @@ def run_members(
     if total == 1:
         (experiment,) = experiments
         return [run_alone(experiment, progress=progress, limits=limits, checkpoint=checkpoint)]
-    begun: Mapping[int, Any] = {} if checkpoint is None else checkpoint.runs
-    kept = nullcontext() if checkpoint is None else checkpoint.begun(experiments := [*experiments])
+    continued: Mapping[int, Any] = {} if checkpoint is None else checkpoint.runs
+    experiments = experiments if checkpoint is None else [*experiments]
+    kept = nullcontext() if checkpoint is None else checkpoint.writing([*experiments])
     results: dict[int, Creep] = {}
     heard: dict[int, Progress] = {}
     say = reporter(progress)
 
     def members() -> Iterator[tuple[int, tuple[int, Experiment]]]:
         for index, experiment in enumerate(experiments):
-            if index and index not in begun and limits.passed():
+            if index and index not in continued and limits.passed():
                 return
             yield index, (index, experiment)
 
@@ -59,7 +60,7 @@ def run_members(
         def run(member: tuple[int, Experiment], signals: Signals) -> Creep | None:
             index, experiment = member
             own = replace(limits, interrupted=lambda: signals.stop)
-            if index and index not in begun and own.passed():
+            if index and index not in continued and own.passed():
                 return None
 
             def hear(progress: Progress) -> None:

@@ -70,9 +70,9 @@ class Limits:
             events = min(whole_number(max_events, "max_events", least=0), _ANY_NUMBER)
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
-        return cls(events, seconds=seconds, interrupted=waiting).begun()
+        return cls(events, seconds=seconds, interrupted=waiting).started()
 
-    def begun(self) -> Limits:
+    def started(self) -> Limits:
         return replace(self, at=clock() + self.seconds)
 
     def after(self, events: int) -> Limits:

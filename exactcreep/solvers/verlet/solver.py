@@ -351,8 +351,8 @@ class Verlet(Solver):
         steps.release(fixed, arrays)
         if now["phase"] == steps.AT_REST and direction != 0:
             steps.ramp(fixed, arrays, float(direction), math.inf)
-        begun = simulation.state()
-        initial = replace(start.state, tensions=begun.tensions, theta=begun.theta)
+        present = simulation.state()
+        initial = replace(start.state, tensions=present.tensions, theta=present.theta)
         _, logged, ended = simulation.step_on(limits.after(simulation.tally.events))
         return Rearrangement.of(
             simulation,

@@ -434,8 +434,8 @@ def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]
     limits = Limits.of(max_seconds=left)
     if signals is not None:
         limits = replace(limits, interrupted=lambda: signals.stop)
-    begun = (number for number in task.numbers if number == 1 or not limits.passed())
-    return [_record(task.asked, number, limits) for number in begun]
+    numbers = (number for number in task.numbers if number == 1 or not limits.passed())
+    return [_record(task.asked, number, limits) for number in numbers]
 
 
 def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
