@@ -1,4 +1,4 @@
-"""An independent integration of one whole rearrangement, from the model's equations alone.
+"""An independent integration of rearrangements and runs, from the model's equations alone.
 
 The velocities of the moving sliders are power series of forty terms about the beginning of every
 short step, in numbers of fifty digits. Events are sign changes of speeds and margins between
@@ -20,15 +20,16 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import static_coefficient
+from exactcreep.model.state import State
 
 MP = mpmath.MPContext()
 MP.dps = 50
 ORDER, STEP = 40, MP.mpf(1) / 4
 SAMPLES = np.linspace(0, 0.25, 33)[1:]
 POWERS = SAMPLES[:, None] ** np.arange(ORDER + 3)
-TOGETHER = 1e-10
-"""Events closer than this cannot be told apart by floats: the trajectory is refused."""
-MOST_EVENTS, LONGEST = 2000, 10_000
+TOGETHER, TIED = 1e-10, 1e-30
+"""Events closer than this floats cannot tell apart: the trajectory is refused, unless they tie."""
+MOST_EVENTS, MOST_STEPS = 2000, 1000
 
 
 class Undecided(Exception):
@@ -50,6 +51,8 @@ class Trajectory:
 
 def number(value: Any) -> Any:
     """Return a float or a rational to fifty digits."""
+    if isinstance(value, MP.mpf):
+        return value
     exact = Fraction(value)
     return MP.mpf(exact.numerator) / exact.denominator
 
@@ -68,7 +71,10 @@ def differences(row: Sequence[Any]) -> list[Any]:
 class Motion:
     """A chain that is followed from event to event until it rests."""
 
-    def __init__(self, chain: Chain, tensions: Sequence[Any], draws: Any, seed: int) -> None:
+    def __init__(
+        self, chain: Chain, tensions: Sequence[Any], draws: Any, seed: int, own: Any = ()
+    ) -> None:
+        """Begin at rest; `own` are coefficients that the sliders bring, if they are not drawn."""
         self.chain, self.n, self.seed = chain, chain.n, seed
         slope = number(chain.tan_alpha)
         self.cosine = 1 / MP.sqrt(1 + slope**2)
@@ -78,18 +84,24 @@ class Motion:
         self.drag = [number(mu) * self.cosine for mu in chain.each("mu_d")]
         self.draws = np.array(draws, dtype=np.int64)
         self.holds = [self.threshold(n) for n in range(self.n)]
+        for n, brought in enumerate(own):
+            if brought != float(self.drawn(n)):
+                self.holds[n] = max(number(brought) * self.cosine, self.drag[n])
         self.place, self.speed = [MP.mpf(0)] * self.n, [MP.mpf(0)] * self.n
         self.way, self.time = [0] * self.n, MP.mpf(0)
+        self.expansion = [number(share) for share in chain.expansion or [1] * (self.n - 1)]
         self.events: list[tuple[Any, str, list[int], list[int]]] = []
-        if self.beyond():
-            self.start(self.beyond())
+        rooms = [hold - abs(force) for hold, force in zip(self.holds, self.force, strict=True)]
+        if any(abs(room) < TIED for room in rooms):
+            raise Undecided("a slider stands at its threshold")
+        if unstable := [n for n, room in enumerate(rooms) if room < 0]:
+            self.start(unstable)
+
+    def drawn(self, n: int) -> Any:
+        return static_coefficient(self.chain, self.seed, n + 1, int(self.draws[n]) - 1)
 
     def threshold(self, n: int) -> Any:
-        drawn = static_coefficient(self.chain, self.seed, n + 1, int(self.draws[n]) - 1)
-        return max(number(drawn) * self.cosine, self.drag[n])
-
-    def beyond(self) -> list[int]:
-        return [n for n in range(self.n) if abs(self.force[n]) > self.holds[n]]
+        return max(number(self.drawn(n)) * self.cosine, self.drag[n])
 
     def happened(self, kind: str, who: list[int]) -> None:
         self.events.append((self.time, kind, who, [self.way[n] for n in who]))
@@ -99,36 +111,34 @@ class Motion:
             self.way[n] = 1 if self.force[n] > 0 else -1
         self.happened("start", who)
 
-    def stop(self, n: int) -> None:
-        """Let a slider stop, and draw; it may start again at once."""
-        self.happened("stop", [n])
-        self.way[n], self.speed[n] = 0, MP.mpf(0)
-        self.draws[n] += 1
-        self.holds[n] = self.threshold(n)
-        if abs(abs(self.force[n]) - self.holds[n]) < TOGETHER:
-            raise Undecided("a slider stops at its threshold")
-        if abs(self.force[n]) > self.holds[n]:
-            self.start([n])
+    def stop(self, who: list[int]) -> None:
+        """Let sliders stop, and draw."""
+        self.happened("stop", who)
+        for n in who:
+            self.way[n], self.speed[n] = 0, MP.mpf(0)
+            self.draws[n] += 1
+            self.holds[n] = self.threshold(n)
 
-    def ramp(self, direction: int) -> Any:
-        """Change theta until the first slider starts; return by how much ``l0 theta`` changed."""
-        expansion = [number(share) for share in self.chain.expansion or [1] * (self.n - 1)]
-        rates = [-direction * rate for rate in differences(expansion)]
-        away = sorted(
+    def next_starts(self, direction: int) -> tuple[Any, list[int]]:
+        """Return by how much ``l0 theta`` changes until sliders start, and which."""
+        rates = [-direction * rate for rate in differences(self.expansion)]
+        ways = [
             ((self.holds[n] * abs(rate) - rate * self.force[n]) / rate**2, n)
             for n, rate in enumerate(rates)
             if rate
-        )
-        if away[1][0] - away[0][0] < TOGETHER:
-            raise Undecided("two sliders start together")
-        far, first = away[0]
-        self.force = [force + rate * far for force, rate in zip(self.force, rates, strict=True)]
-        self.start([first])
-        if self.holds[first] <= self.drag[first]:  # a slip of length zero
-            self.happened("stop", [first])
-            self.draws[first] += 1
-            self.way[first] = 0
-        return direction * far
+        ]
+        return together(ways)
+
+    def ramp(self, change: Any) -> None:
+        rates = differences(self.expansion)
+        self.force = [f - rate * change for f, rate in zip(self.force, rates, strict=True)]
+
+    def begin(self, who: list[int]) -> None:
+        """Start on a ramp; those that nothing drives slip by nothing."""
+        self.time = MP.mpf(0)
+        self.start(who)
+        if undriven := [n for n in who if self.holds[n] <= self.drag[n]]:
+            self.stop(undriven)
 
     def beside(self, n: int) -> list[int]:
         return [m for m in (n - 1, n + 1) if 0 <= m < self.n]
@@ -147,46 +157,48 @@ class Motion:
                 row.append(pull / ((k + 1) * (k + 2)))
         return rows
 
-    def conditions(self, rows: list[list[Any]], moved: list[list[Any]]) -> dict[int, list[Any]]:
-        """Return what is positive until a slider acts: its speed, or its least margin."""
-        found: dict[int, list[Any]] = {}
+    def conditions(
+        self, rows: list[list[Any]], moved: list[list[Any]]
+    ) -> list[tuple[list[Any], int]]:
+        """Return what is positive until a slider acts, its speed or its margins, and the slider."""
+        found: list[tuple[list[Any], int]] = []
         for n, way in enumerate(self.way):
             if way:
                 series = [way * x for x in rows[n]]
                 while abs(series[0]) < 1e-40:  # it has just started
                     series = series[1:]
-                found[n] = series
+                found.append((series, n))
                 continue
             if not any(self.way[m] for m in self.beside(n)):
                 continue
             grown = [sum(parts) for parts in zip(*(moved[m] for m in self.beside(n)), strict=True)]
             for side in (1, -1):
-                found[side * (n + self.n)] = [
-                    self.holds[n] - side * self.force[n],
-                    *(-side * x for x in grown[1:]),
-                ]
+                room = self.holds[n] - side * self.force[n]
+                if abs(room) < TIED:
+                    raise Undecided("a slider at its threshold has a neighbour that moves")
+                found.append(([room, *(-side * x for x in grown[1:])], n))
         return found
 
     def go_on(self) -> None:
         """Go on to the next event, or by a step in which there is none."""
         rows = self.velocities()
         moved = [[0, *(x / (k + 1) for k, x in enumerate(row))] for row in rows]
-        roots = first_roots(self.conditions(rows, moved))
-        if len(roots) > 1 and roots[1][0] - roots[0][0] < TOGETHER:
-            raise Undecided("two events together")
-        t = roots[0][0] if roots else STEP
+        first, who = together(first_roots(self.conditions(rows, moved)))
+        t = first if who else STEP
         self.time += t
         ways = [value(row, t) for row in moved]
         self.speed = [value(row, t) for row in rows]
         for n in range(self.n):
             self.place[n] += ways[n]
             self.force[n] += sum(ways[m] for m in self.beside(n)) - len(self.beside(n)) * ways[n]
-        if roots:
-            n = abs(roots[0][1]) % self.n
-            if self.way[n]:
-                self.stop(n)
-            else:
-                self.start([n])
+        stops = [n for n in who if self.way[n]]
+        if stops:
+            self.stop(stops)
+        if any(abs(abs(self.force[n]) - self.holds[n]) < TOGETHER for n in stops):
+            raise Undecided("a slider stops at its threshold")
+        starts = [n for n in who if n not in stops or abs(self.force[n]) > self.holds[n]]
+        if starts:
+            self.start(starts)
 
     def rest(self) -> None:
         """Go on until all sliders rest."""
@@ -194,29 +206,45 @@ class Motion:
         while any(self.way):
             self.go_on()
             steps += 1
-            if steps > LONGEST or len(self.events) > MOST_EVENTS:
+            if steps > MOST_STEPS or len(self.events) > MOST_EVENTS:
                 raise Undecided("too long")
 
+    def log(self) -> list[tuple[Any, tuple[str, tuple[int, ...], tuple[int, ...]]]]:
+        """Return the time since its rearrangement began, and the signature, of every event."""
+        return [
+            (time, (kind, tuple(n + 1 for n in who), tuple(ways)))
+            for time, kind, who, ways in self.events
+        ]
 
-def first_roots(functions: dict[int, list[Any]]) -> list[tuple[Any, int]]:
+
+def together(found: list[tuple[Any, int]]) -> tuple[Any, list[int]]:
+    """Return the first of some times, and who acts then; infinity and nobody if there are none."""
+    found = sorted(found)
+    who = [n for time, n in found if time - found[0][0] < TIED]
+    if len(found) > len(who) and found[len(who)][0] - found[0][0] < TOGETHER:
+        raise Undecided("two events together")
+    return (found[0][0], sorted(who)) if found else (MP.inf, [])
+
+
+def first_roots(functions: list[tuple[list[Any], int]]) -> list[tuple[Any, int]]:
     """Return where functions that begin above zero first change their signs within a step."""
-    names = list(functions)
-    table = np.zeros((len(names), ORDER + 3))
-    for row, name in zip(table, names, strict=True):
-        row[: len(functions[name])] = [float(x) for x in functions[name]]
+    table = np.zeros((len(functions), ORDER + 3))
+    for row, (series, _) in zip(table, functions, strict=True):
+        row[: len(series)] = [float(x) for x in series]
     below = POWERS @ table.T < 0
     found = []
     for j in np.flatnonzero(below.any(axis=0)).tolist():
-        series, high = functions[names[j]], MP.mpf(SAMPLES[below[:, j].argmax()])
+        series, n = functions[j]
         rate = [k * x for k, x in enumerate(series)][1:]
+        high = MP.mpf(SAMPLES[below[:, j].argmax()])
         low = high - STEP / len(SAMPLES)
         for _ in range(20):
             middle = (low + high) / 2
             low, high = (middle, high) if value(series, middle) > 0 else (low, middle)
         for _ in range(5):
             high -= value(series, high) / value(rate, high)
-        found.append((high, names[j]))
-    return sorted(found)
+        found.append((high, n))
+    return found
 
 
 def integrate(
@@ -234,23 +262,57 @@ def integrate(
     motion = Motion(chain, tensions, draws, seed)
     if direction and motion.events:
         raise Undecided("the chain is not at rest")
-    ramp = motion.ramp(direction) if direction else 0
+    ramp = 0
+    if direction:
+        far, who = motion.next_starts(direction)
+        ramp = direction * far
+        motion.ramp(ramp)
+        motion.begin(who)
     motion.rest()
     gained = [b - a for a, b in pairwise(motion.place)]
-    expansion = chain.expansion or [1] * (chain.n - 1)
     final = [
-        number(tension) - ramp * number(share) + more
-        for tension, share, more in zip(tensions, expansion, gained, strict=True)
+        number(tension) - ramp * share + more
+        for tension, share, more in zip(tensions, motion.expansion, gained, strict=True)
     ]
     times = [time for time, *_ in motion.events]
     return Trajectory(
         ramp=float(ramp),
         times=[float(time) for time in times],
-        itinerary=[
-            (kind, tuple(n + 1 for n in who), tuple(ways)) for _, kind, who, ways in motion.events
-        ],
+        itinerary=[signature for _, signature in motion.log()],
         displacements=np.array([float(x) for x in motion.place]),
         tensions=np.array([float(x) for x in final]),
         draws=motion.draws,
         exact=[*times, *motion.place],
     )
+
+
+def follow(
+    chain: Chain, state: State, targets: Sequence[Any], seed: int
+) -> tuple[list[tuple[Any, Any]], list[list[float]]]:
+    """Return time and signature of every event on the way to targets, and displacements there.
+
+    Raises
+    ------
+    Undecided
+        As `integrate` does.
+    """
+    motion = Motion(chain, state.tensions, state.draws, seed, state.coefficients)
+    motion.rest()
+    load, places = MP.mpf(0), []
+    for target in targets:
+        goal = number(chain.l0 * Fraction(target))
+        while True:
+            way = 1 if goal > load else -1
+            far, who = motion.next_starts(way)
+            if abs(far - abs(goal - load)) < TOGETHER:
+                raise Undecided("a slider is at its threshold at the target")
+            if far > abs(goal - load):
+                break
+            motion.ramp(way * far)
+            load += way * far
+            motion.begin(who)
+            motion.rest()
+        motion.ramp(goal - load)
+        load = goal
+        places.append([float(x) for x in motion.place])
+    return motion.log(), places
