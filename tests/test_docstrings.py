@@ -32,6 +32,8 @@ ROOF = exactcreep.physical(
 NAMES = {
     "Fraction": Fraction,
     "roof": ROOF,
+    "pair": exactcreep.Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"),
+    "slope": {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25},
     **{name: getattr(exactcreep, name) for name in (*PUBLIC, "disorder", "laws")},
 }
 """What examples take as known; the page of the reference says so."""

@@ -203,6 +203,7 @@ def differing_velocity_random(
     return tuple(apart * mean for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
 
 
+@described
 def differing_slope(
     mu_d: Sequence[Number],
     tan_alpha: Number,
@@ -214,17 +215,6 @@ def differing_slope(
     The slope is the sum of the weights of the springs between p and q, negative if q lies above p.
     It is exact for mu_s -> mu_d. The velocity also has a constant term, which no law gives. Source:
     ``derivations/unlike.py``.
-
-    Parameters
-    ----------
-    mu_d : sequence of number
-        Sliding friction coefficients of sliders 1..N.
-    tan_alpha : number
-        Slope.
-    expansion : sequence of number
-        Weights of springs 1..N - 1: spring n dilates by ``expansion[n - 1] theta``. All positive.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
 
     Returns
     -------

@@ -45,10 +45,16 @@ SHARED = {
     "sigma_theta": "Standard deviation of the random dilations.",
     "r0": "x_2 - x_1 - l0 at theta = 0, unit ``g tau_dyn**2``, conserved modulo 2D.",
     "end_forces": "Forces on slider 1 and on slider N, downhill positive, unit ``m g``.",
+    "coefficients": "Static coefficients of sliders 1..N, two or more.",
+    "expansion": "Weights of springs 1..N - 1, positive, by which the dilation is multiplied.",
+    "parameters": "A chain and its drive, by the names that laws use.",
 }
 """The parameters that laws share, which `described` writes into their docstrings."""
 _Law = TypeVar("_Law", bound=Callable[..., Any])
-_KINDS = {"n": "int", "i": "int", "end_forces": "pair of numbers"}
+_KINDS = {
+    "n": "int", "i": "int", "end_forces": "pair of numbers", "coefficients": "sequence of number",
+    "expansion": "sequence of number", "parameters": "mapping of str to number",
+}  # fmt: skip
 _SECTIONS = ("Parameters", "Returns", "Raises", "Notes", "Examples")
 
 
@@ -62,10 +68,13 @@ def described(function: _Law) -> _Law:
         if drive in taken:
             advance = f"Advance of the centre of mass per {time}, unit ``g tau_dyn**2``."
             shared["Returns"] = f"number\n    {advance}"
-    wrong = ["Unless n and l0 are positive." if "l0" in taken else "Unless n is positive."]
+    if function.__name__.endswith("_amplitude"):
+        shared["Returns"] = "number\n    Amplitude of the dilation."
+    positive = " and ".join(name for name in ("n", "l0") if name in taken)
+    wrong = [f"Unless {positive} {'are' if ' ' in positive else 'is'} positive."]
     if "i" in taken and taken["i"].default is None:
         wrong.append("If i is not given and the slope has not one plateau.")
-    if "n" in taken:
+    if positive:
         shared["Raises"] = "\n    ".join(["ValueError", *wrong])
     head, *own = re.split(r"\n\n(?=[A-Z][a-z]+\n---)", getdoc(function) or "")
     sections = {title: f"{title}\n{'-' * len(title)}\n{text}" for title, text in shared.items()}
@@ -219,8 +228,7 @@ class PivotWindow(NamedTuple):
 
     Slider i - 1 can rest during a dilation for ``lower <= tan_alpha <= upper``. Between
     `lower_alone` and `upper_alone` no other slider can rest; outside, the pivot depends on the
-    chain's history. If ``mu_s - mu_d > mu_d``, another slider can rest at every slope: both are
-    then None.
+    chain's history. Both are None if ``mu_s - mu_d > mu_d``: then another can rest at every slope.
 
     Parameters
     ----------
@@ -229,9 +237,8 @@ class PivotWindow(NamedTuple):
 
     Examples
     --------
-    >>> window = pivot_window(3, 2, Fraction(1, 2), Fraction(3, 5))
-    >>> str(window.lower_alone), str(window.upper_alone)
-    ('1/5', '7/15')
+    >>> pivot_window(3, 2, Fraction(1, 2), Fraction(3, 5)).lower_alone
+    Fraction(1, 5)
     """
 
     lower: Number
@@ -307,9 +314,8 @@ def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
 
     Examples
     --------
-    >>> low, high = plateau_ends(mu_d=0.5, sigma_mu=0.01)
-    >>> round(low, 5), round(high, 5)
-    (0.00707, 0.49293)
+    >>> [round(slope, 5) for slope in plateau_ends(mu_d=0.5, sigma_mu=0.01)]
+    [0.00707, 0.49293]
     """
     width = float(sigma_mu) / math.sqrt(2)
     return width, float(mu_d) - width
@@ -323,8 +329,7 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> plateau_velocity(n=30, **chain, amplitude=0.005)
+    >>> plateau_velocity(n=30, **slope, amplitude=0.005)
     75.0
     """
     return (n + 3 - 2 * i) * l0 * amplitude
@@ -338,8 +343,7 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(plateau_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    >>> round(plateau_velocity_random(n=30, **slope, sigma_theta=0.01), 4)
     84.6284
     """
     return (n + 3 - 2 * i) * l0 * sigma_theta / root_of_pi(l0)
@@ -368,11 +372,6 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
     ``m = mu_d cos(alpha) - sin(alpha)``. Source: Eq. 22 as printed; `onset_amplitude` corrects it.
 
-    Returns
-    -------
-    number
-        Amplitude of the dilation.
-
     Examples
     --------
     >>> threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
@@ -388,11 +387,6 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     ``m = mu_d cos(alpha) - sin(alpha)``, ``D = (mu_s - mu_d) cos(alpha)``. Relaxed chains of three
     to ten sliders begin to creep at 1.1 to 1.4 times this amplitude, two sliders at
     ``(mu_s cos(alpha) - sin(alpha))/l0``. Source: Eq. 22 corrected, ``derivations/thresholds.py``.
-
-    Returns
-    -------
-    number
-        Amplitude of the dilation.
 
     Examples
     --------
@@ -416,8 +410,7 @@ def threshold_width(*, n, l0, mu_d, tan_alpha):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(threshold_width(n=30, **chain), 6)
+    >>> round(threshold_width(n=30, **slope), 6)
     0.004299
     """
     return root_of_pi(l0) * n * margin(mu_d, tan_alpha) / (3 * l0)
@@ -432,8 +425,7 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(creep_velocity(n=30, **chain, amplitude=0.005), 4)
+    >>> round(creep_velocity(n=30, **slope, amplitude=0.005), 4)
     20.4295
     """
     return (n + 3 - 2 * i) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
@@ -443,13 +435,11 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, two terms of the exact law.
 
-    ``m = mu_d cos(alpha) - sin(alpha)``. `sliding_velocity_random` is the exact law. Source: Eq.
-    24.
+    ``m = mu_d cos(alpha) - sin(alpha)``; `sliding_velocity_random` is exact. Source: Eq. 24.
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(creep_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    >>> round(creep_velocity_random(n=30, **slope, sigma_theta=0.01), 4)
     48.2481
     """
     linear = l0 * sigma_theta / root_of_pi(l0)
@@ -463,11 +453,6 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
     ``a = mu_s cos(alpha) - sin(alpha)``. `staircase_two_sliders` is the exact law. Source: Eq. 15,
     which has mu_s for mu_d.
 
-    Raises
-    ------
-    ValueError
-        Unless l0 is positive.
-
     Examples
     --------
     >>> round(two_sliders_velocity(l0=1000, mu_s=0.6, tan_alpha=0.25, amplitude=0.005), 4)
@@ -480,13 +465,8 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
 def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a`` as the paper prints it for two sliders.
 
-    ``a = mu_s cos(alpha) - sin(alpha)``. `sliding_velocity_random` is the exact law. Source: Eq.
-    17, which has mu_s for mu_d.
-
-    Raises
-    ------
-    ValueError
-        Unless l0 is positive.
+    ``a = mu_s cos(alpha) - sin(alpha)``; `sliding_velocity_random` is exact. Source: Eq. 17, which
+    has mu_s for mu_d.
 
     Examples
     --------
@@ -509,8 +489,7 @@ def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(solid_velocity(n=30, **chain, amplitude=0.005), 4)
+    >>> round(solid_velocity(n=30, **slope, amplitude=0.005), 4)
     20.4295
     """
     require(mu_d > 0, "mu_d must be positive")

@@ -108,8 +108,7 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> prediction(chain, Cycles("0.005", 100)).law
+    >>> prediction(pair, Cycles("0.005", 100)).law
     'staircase, exact'
     """
     if not isinstance(drive, Cycles | GaussianSteps):

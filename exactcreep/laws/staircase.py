@@ -33,8 +33,7 @@ def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.25}
-    >>> round(staircase_two_sliders(**chain, amplitude=0.005), 4)
+    >>> round(staircase_two_sliders(**slope, mu_s=0.6, amplitude=0.005), 4)
     4.8507
     """
     friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)

@@ -1,10 +1,8 @@
 """The mean velocity where sliders stick and slip: a measured law, its range and its deviation.
 
-The forces of all sliders add up to ``N s``. So the slope decides how many sliders go downhill and
-how many uphill, up to the sum of their phases ``(|F_n| - mu_d c)/D``, which fluctuates. Near the
-end of a plateau two pivots share the time, and the velocity passes smoothly to the next plateau.
-``notebooks/reference/misprints.md`` says which part is derived and which part is measured, on the
-chains of ``notebooks/pictures/sticking.csv``.
+Near the end of a plateau two pivots share the time, and the velocity passes smoothly to the next
+plateau. ``notebooks/14-where-a-plateau-ends.ipynb`` explains and tests the law, on the chains of
+``notebooks/pictures/sticking.csv``.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from exactcreep.laws.number_types import cosine, elementwise, require
-from exactcreep.laws.paper import law, margin
+from exactcreep.laws.paper import described, law, margin
 from exactcreep.laws.theorems import locked_ends_amplitude
 from exactcreep.laws.velocities import gaussian_integral
 
@@ -89,19 +87,14 @@ def sticking_velocity_random(*, n, l0, mu_d, mu_s, tan_alpha, sigma_theta, sigma
     return _measured(chain | drive)[0]
 
 
+@described
 def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     """Return one standard deviation of chains from `sticking_velocity`, or from the random law.
 
-    It is ``sqrt((0.032 (1 + 9/N**2 + 0.6 q**2) e**(1/3) G)**2 + ((0.03 + 0.001 N) D
-    S)**2)`` was fitted to 461 chains. S is the sum of `sticking_velocity`, and e the sum of
+    ``sqrt((0.032 (1 + 9/N**2 + 0.6 q**2) e**(1/3) G)**2 + ((0.03 + 0.001 N) D S)**2)`` was fitted
+    to 461 chains. S is the sum of `sticking_velocity`, and e the sum of
     ``exp(-z_k**2/(2 s_k**2))``, about 1 at the ends of plateaus and small between them. 194 of the
-    chains did not enter the fit of the law: 72 % of these differ by less, 94 % by less than twice
-    as much.
-
-    Parameters
-    ----------
-    parameters : mapping of str to number
-        A chain and its drive, by the names of `sticking_velocity`.
+    chains did not enter the fit of the law: 72 % differ by less, 94 % by less than twice as much.
 
     Returns
     -------
@@ -146,13 +139,9 @@ def _measured(parameters: Mapping[str, Any]) -> tuple[float, float]:
     return velocity, math.hypot(off_ends, (0.03 + 0.001 * n) * unit * steps)
 
 
+@described
 def sticking_gain(parameters: Mapping[str, Any]) -> float:
     """Return G of `sticking_velocity`, or of `sticking_velocity_random`, not below 0.
-
-    Parameters
-    ----------
-    parameters : mapping of str to number
-        A chain and its drive, by the names of `sticking_velocity`.
 
     Returns
     -------
@@ -173,13 +162,9 @@ def sticking_gain(parameters: Mapping[str, Any]) -> float:
     return max(float(parameters["l0"] * parameters["amplitude"]) - half, 0.0)
 
 
+@described
 def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     """Return why a chain lies outside the range in which `sticking_velocity` was measured.
-
-    Parameters
-    ----------
-    parameters : mapping of str to number
-        A chain and its drive, by the names of `sticking_velocity`.
 
     Returns
     -------

@@ -1,9 +1,8 @@
 """How long creep lasts under disorder until the drawn coefficients stop a chain for ever.
 
-With ``sigma_mu > 0`` every slip draws a new static coefficient. If draws can hold both ends of a
-chain at rest through all cycles, creep is metastable: it lasts through a run, but not for ever. The
-ends turn about forces that they reach by slips of 2 D with ``D = (mu_s - mu_d) c``. An end is held
-if its threshold exceeds ``L = l0 A`` by more than the absolute mean of its force over a cycle.
+If draws can hold both ends of a chain at rest through all cycles, creep is metastable: it lasts
+through a run, but not for ever. An end is held if its threshold exceeds ``L = l0 A`` by more than
+the absolute mean of its force over a cycle.
 """
 
 from __future__ import annotations
@@ -37,12 +36,11 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     The number is infinite where no draw can stop the chain, as without disorder, or where less than
     one cycle in 1e300 stops it.
 
-    Two sliders are two relays. Heating moves slider 2 by ``2 (a_2 - m)`` whenever the tension falls
-    to ``-a_2``, cooling moves slider 1 at ``a_1`` alike; each slip draws a new ``a_i = mu_i c -
-    s``. They stop when the tension turns between ``-a_2`` and ``a_1``. The rate of stopping is its
-    mean probability per half-cycle over many copies, once the start is forgotten; a copy that stops
-    continues as a copy of another. The phase is forgotten in some ``((mu_s - mu_d)/(pi sigma_mu))^2
-    / 2`` half-cycles. Above 100 the time is an estimate.
+    Two sliders are two relays. Heating moves slider 2 by ``2 (a_2 - m)`` when the tension falls to
+    ``-a_2``, cooling moves slider 1 at ``a_1``; each slip draws a new ``a_i = mu_i c - s``. They
+    stop when the tension turns between ``-a_2`` and ``a_1``. The rate of stopping is its mean
+    probability per half-cycle over many copies, once the start is forgotten, after some
+    ``((mu_s - mu_d)/(pi sigma_mu))^2 / 2`` half-cycles. Above 100 the time is an estimate.
 
     For more sliders, the mean forces of the ends are taken as uniform within +-D, and an end as
     held for five half-cycles. The result says that a draw can stop the chain, and no more: for four

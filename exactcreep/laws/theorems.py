@@ -17,11 +17,12 @@ from exactcreep.laws.number_types import (
     rational,
     require,
 )
-from exactcreep.laws.paper import law, law_values
+from exactcreep.laws.paper import described, law, law_values
 from exactcreep.model.chain import Chain
 from exactcreep.model.uniform import END_FORCES, FRICTION, require_uniform
 
 
+@described
 def at_rest_amplitude(
     l0: Number,
     tan_alpha: Number,
@@ -33,22 +34,6 @@ def at_rest_amplitude(
     The amplitude is ``min(w_1, w_N, (w_1 + ... + w_N - |G|)/2)/l0`` with
     ``w_n = coefficients[n - 1] cos(alpha)`` and G the sum of weights and end forces. Source: beyond
     the paper, ``derivations/shakedown.py``.
-
-    Parameters
-    ----------
-    l0 : number
-        Natural length of a spring, unit ``g tau_dyn**2``.
-    tan_alpha : number
-        Slope.
-    coefficients : sequence of number
-        Static coefficients of sliders 1..N, two or more.
-    end_forces : pair of numbers
-        Forces on slider 1 and on slider N, downhill positive, unit ``m g``.
-
-    Returns
-    -------
-    number
-        Amplitude of the dilation.
 
     Raises
     ------
@@ -80,11 +65,6 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
     ``c = cos(alpha)``, ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
-
-    Returns
-    -------
-    number
-        Amplitude of the dilation.
 
     Raises
     ------

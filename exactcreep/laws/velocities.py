@@ -20,8 +20,7 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(sliding_velocity(n=30, **chain, amplitude=0.005), 4)
+    >>> round(sliding_velocity(n=30, **slope, amplitude=0.005), 4)
     20.4295
     """
     return (n + 3 - 2 * i) * positive_part(l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
@@ -43,8 +42,7 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     Examples
     --------
-    >>> chain = {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
-    >>> round(sliding_velocity_random(n=30, **chain, sigma_theta=0.01), 4)
+    >>> round(sliding_velocity_random(n=30, **slope, sigma_theta=0.01), 4)
     52.7969
     """
     require(sigma_theta > 0, "sigma_theta must be positive")
