@@ -8,8 +8,9 @@ import io
 import json
 import time
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import h5py
@@ -129,6 +130,24 @@ def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
     said_of(lambda: Creep.load(path), path)
     assert status(["export", "sent.nc", "--to", "sent.csv"]) == 2
     assert not Path("sent.csv").exists()
+
+
+def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
+    """Yield damaged copies: a bit turned, and a part lost, doubled, or written over."""
+    random = Random(seed)
+    for _ in range(count):
+        at = random.randrange(len(data))
+        end = min(len(data), at + random.choice([1, 8, 512, 4096]))
+        flipped = bytes([data[at] ^ 1 << random.randrange(8)]) + data[at + 1 : end]
+        part = random.choice([flipped, bytes(end - at), b"", 2 * data[at:end]])
+        yield data[:at] + part + random.choice([data[end:], b""])
+
+
+def test_a_result_that_was_damaged_anywhere_is_refused(folder: Path, tmp_path: Path) -> None:
+    good, path = (folder / "run.nc").read_bytes(), tmp_path / "sent.nc"
+    for bad in mutations(good, 60, 1):
+        path.write_bytes(bad)
+        assert bad == good or "checksum" in said_of(lambda: Creep.load(path), path)
 
 
 # --- checkpoints and cells -----------------------------------------------------------------------

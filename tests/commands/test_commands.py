@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import signal
 import sys
@@ -11,8 +10,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from exactcreep.cli import COMMANDS, status
-from exactcreep.commands.answer import say_summary
+from exactcreep.cli import COMMANDS
 from tests.conftest import Command
 from tests.processes import PROGRAM, finished
 
@@ -106,31 +104,6 @@ def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -
 # --- what is said --------------------------------------------------------------------------------
 
 
-def test_a_summary_has_a_line_for_what_is_known_and_cuts_long_lists(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    locked = {"starts": 4, "share": 1.0, "low": 0.5}
-    known = {
-        "mu_s": "5404319552844595/9007199254740992",
-        "cycles_tried": list(range(8)),
-        "fractions": {"locked": locked, "at_rest": {"starts": 0, "share": 0.0}},
-        "edges": {"first": {"low": 1.5, "known": True}, "second": {"low": math.nan}},
-        "shares": [
-            {"amplitude": 0.25, "directions": {}},
-            {"amplitude": 0.5, "directions": {"downhill": 3}},
-        ],
-    }
-    say_summary({"deaths": 0, "marginal": False, "reason": None, **known})
-    assert [words(line) for line in capsys.readouterr().out.splitlines()] == [
-        "mu s 0.6",
-        "cycles tried 0, 1, 2, 3, 4, 5, and 2 more",
-        "fractions locked: starts 4, share 1, low 0.5",
-        "edges first: low 1.5, known yes",
-        "shares amplitude 0.25",
-        "amplitude 0.5, directions downhill 3",
-    ]
-
-
 def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> None:
     scenes = command("scenes", "--json").json["scenes"]
     listed = {scene["name"]: scene["members"] for scene in scenes}
@@ -141,13 +114,6 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     short = ["--set", "drive.cycles=5", "--json"]
     mine = command("run", "mine.toml", *short).json
     assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
-
-
-def test_a_plan_says_once_what_holds_for_many_members(command: Command) -> None:
-    amplitudes = "vary.drive.amplitude={from=0.002,to=0.01,step=0.001}"
-    out = command("plan", *SHORT, "--set", amplitudes).out
-    assert "drive.amplitude = 0.002 … 0.01 (9 members): exact: " in words(out)
-    assert "members" not in command("plan", *SHORT, "--set", "vary.run.seed=[1,2]").out
 
 
 def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
@@ -165,24 +131,17 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("run", "run needs SCENE, e.g. exactcreep run two-sliders-cycles"),
         (f"{QUICK} --plot", "--plot needs a value"),
         (f"{QUICK} --n 2,4", "--set vary.chain.n=[2,4]"),
         (f"{QUICK} --set chain.n=[2,4]", "several values are for vary.chain.n"),
-        ("compare chain-size --dts 0.1,fast", "dt = 'fast'"),
         ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
-        (f"{QUICK} --solver euler", "run.solver = 'euler': must be one of exact"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
-        ("animate two-sliders-cycles --out a.html --frames 9", "frames = '9': needs a GIF"),
-        ("sweep two-sliders-cycles --seeds 2 --plot a.png", "besides the seed"),
         ("run --n=8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
-        (f"{QUICK} --no-json", "run has no option --no-json"),
-        (f"{QUICK} --empty-set", "run has no option --empty-set"),
         ("xyzzy", "No such command 'xyzzy'"),
     ],
 )
@@ -191,11 +150,6 @@ def test_bad_input_is_one_sentence_and_status_2(
 ) -> None:
     assert said in command(*line.split()).sentence
     assert not list(tmp_path.iterdir())
-
-
-def test_debug_shows_the_traceback() -> None:
-    with pytest.raises(ValueError, match="six-slider"):
-        status(["run", "six-slider", "--debug"])
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import errno
-import itertools
 import json
-import os
 import re
 import signal
 from pathlib import Path
@@ -73,24 +70,6 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
         assert "paper, Eq. 23 none: below its threshold" in words(below)
 
 
-@pytest.mark.parametrize(
-    ("count", "said"),
-    [
-        (1, "because no whole cycle was completed after the burn-in of 2"),
-        (5, "standard error not known: 8 half-cycles after the burn-in are too few"),
-    ],
-)
-def test_a_velocity_that_is_not_known_is_null_and_has_a_reason(
-    command: Command, count: int, said: str
-) -> None:
-    told = words(command(*TWO, *cycles(count)).out)
-    known = command(*TWO, *cycles(count, "--json")).json
-    assert said in told
-    assert known["velocity_reason"] in told
-    assert known["velocity_error"] is None
-    assert (known["velocity"] is None) == (count == 1)
-
-
 # --- what is written -----------------------------------------------------------------------------
 
 
@@ -129,24 +108,6 @@ def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Comma
     assert Path("a.ckpt").read_text() == "PK"
     assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
     assert command("resume", "a.ckpt").code == 0
-
-
-def test_a_stale_checkpoint_is_told_by_the_exit_status_beside_the_result(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    calls = itertools.count()
-
-    def full_after_the_first(file: int) -> None:
-        if next(calls) > 1:
-            raise OSError(errno.ENOSPC, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", full_after_the_first)
-        done = command(*TWO, "--json", "--checkpoint", "a.ckpt", "--every", "0")
-    assert done.code == 4
-    assert done.err.count("No space left on device") == 1
-    assert done.json["outcome"] == "creeping"
-    assert command("resume", "a.ckpt", "--json").json["x_G"] == done.json["x_G"]
 
 
 # --- signals and the compiler --------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -11,9 +10,7 @@ from typing import Any
 import pytest
 
 from exactcreep import Evidence, Outcome, State
-from exactcreep.studies.fates.escape import Rate
 from exactcreep.studies.fates.fate_result import Fate
-from exactcreep.studies.fates.survival import StartRecord, Survival
 from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
 from tests.paper import paper_chain
@@ -24,21 +21,6 @@ FATE = Fate(
     cycles=50, settled_after=30, period=1, advance=0.70517,
 )  # fmt: skip
 EDGE = Threshold(CHAIN, "lasting", 100, 6, "certified", "", "0.00045", "0.00046", Evidence.PROVED)
-
-
-def lives(rate: Rate, *outcomes: Outcome, reason: str = "") -> Survival:
-    """Return a survival whose starts came to these outcomes, with a rate of its own."""
-    records = tuple(
-        StartRecord(number, outcome.value, "computed", 100, 10, 10, -1, 0, -1, *[False] * 3)
-        for number, outcome in enumerate(outcomes, 1)
-    )
-    made = Survival(CHAIN, Fraction(1), Fraction(1), 9, 100, 0, 500, records, reason)
-    vars(made)["rate"] = rate
-    return made
-
-
-TOO_FEW = Rate(math.nan, math.nan, math.nan, reason="too few")
-LOCKED = [Outcome.CYCLING] * 3 + [Outcome.AT_REST]
 
 
 @pytest.mark.parametrize(
@@ -53,10 +35,6 @@ LOCKED = [Outcome.CYCLING] * 3 + [Outcome.AT_REST]
         (EDGE, "creep for ever begins between A = 0.00045 and 0.00046 (proved)"),
         (replace(EDGE, criterion="horizon", cycles=3), "an advance in cycle 3 begins between"),
         (replace(EDGE, upper=None, reason="time"), "it is not known where creep for ever"),
-        (lives(Rate(1 / 745, 1 / 1220, 1 / 480), *LOCKED),
-         "creep ends once in 745 cycles (95 %: 480 to 1220); starts: 3 locked, 1 at rest"),
-        (lives(Rate(0.01, 0.0, 0.1)), "creep ends once in 100 cycles (95 %: 10 to any number); "),
-        (lives(TOO_FEW, reason="time"), "it is not known how soon creep ends (too few); no start"),
     ],
 )  # fmt: skip
 def test_an_answer_is_a_sentence_with_its_numbers_or_why_they_are_not_known(

@@ -17,17 +17,15 @@ from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as Targets
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning
 from exactcreep.quasistatic.creep import resume, run_alone
-from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
 from tests.processes import begun, wait_until
-from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
+from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO
 
 ALL = (*RECORDS, "rearrangements", "slip_table")
 LONG = paper_chain(100)
 RUNS: list[dict[str, Any]] = [
     {"chain": SIX, "drive": Cycles("0.005", 20), "seed": 5, "record": ALL},
     {"chain": TWO, "drive": Cycles("0.01", 300), "seed": 1, "record": ("x_G",), "twin": True},
-    {"chain": TWO_SURE, "drive": Cycles("0.001", 700), "record": ("tension",)},
     {"chain": THIRTY, "drive": GaussianSteps("0.004", 6), "seed": 2, "record": ALL},
     {"chain": LONG, "drive": Cycles("0.02", 1), "seed": 2, "record": ALL},
     {"chain": SIX, "drive": Targets(["0.004", "-0.004", 0, "0.004"]), "record": ALL,
@@ -98,7 +96,7 @@ def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) 
             resume(file)
     lengths = range(max(first + 1, len(good) - 400), len(good), 50)
     lost = [good[:length] for length in lengths]  # as a writer leaves it that is killed
-    lost += [good + b"more", good + bytes(4096), good + b"\n\r\n", good + good[first:]]
+    lost += [good + b"more", good + bytes(4096), good + good[first:]]
     for bad in lost:
         file.write_bytes(bad)
         with pytest.warns(CheckpointWarning, match="ends within a record, or is damaged"):
@@ -110,14 +108,6 @@ def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) 
         file.write_bytes(other)
         with pytest.raises(InputError, match=f"{version}; this program reads version {VERSION}"):
             resume(file)
-
-
-def test_a_solver_in_other_numbers_keeps_no_checkpoint(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    for solver in ("reference", "mpmath", "certified"):
-        with pytest.raises(InputError, match=f"exact, sliding, verlet, not of {solver}"):
-            creep(THREE, Cycles("0.0015", 1), solver=solver, checkpoint=file)
-    assert not file.exists()
 
 
 def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
@@ -132,9 +122,6 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
             raise OSError(28, "No space left on device")
         sync(descriptor)
 
-    def at_once(descriptor: int) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(os, "fsync", full)
     with pytest.warns(
         CheckpointWarning, match="resume goes on from what it holds; the run"
@@ -142,13 +129,6 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
         result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0, force=True)
     assert len(seen) == 1
     assert result == whole
-    assert resume(file) == whole
-    fails = iter([False, False, True])  # once: then it is written after all
-    monkeypatch.setattr(os, "fsync", lambda one: at_once(one) if next(fails, False) else sync(one))
-    kept = Checkpoint(file, 0, force=True)
-    with pytest.warns(CheckpointWarning, match="No space left"):
-        assert run_alone(Experiment(SIX, Cycles("0.005", 20)), checkpoint=kept) == whole
-    assert kept.stale == ""
     assert resume(file) == whole
 
 

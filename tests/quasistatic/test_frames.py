@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from exactcreep import Creep, Cycles, InputError, creep
+from exactcreep import Creep, Cycles, creep
 from exactcreep.solvers.tables import LOGS
 from tests.paper import paper_chain
 
@@ -38,17 +38,3 @@ def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> 
         own = still.to_pandas(table)
         assert len(own) == 0
         assert own.dtypes.to_dict() == run.to_pandas(table).dtypes.to_dict()
-
-
-@pytest.mark.parametrize(
-    ("table", "sentence"),
-    [
-        ("events", "was not recorded: the run needs record = ..events"),
-        ("half_cycles", "was not recorded: the run needs record = ..x_G"),
-        ("avalanches", "must be one of half_cycles"),
-    ],
-)
-def test_a_table_that_is_not_there_is_refused(table: str, sentence: str) -> None:
-    bare = creep(CHAIN, Cycles("0.005", 1), record=())
-    with pytest.raises(InputError, match=sentence):
-        bare.to_pandas(table)

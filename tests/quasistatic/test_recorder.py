@@ -9,7 +9,6 @@ import pytest
 
 from exactcreep import Cycles, Outcome, creep, resume
 from exactcreep.quasistatic import recorder as recorders
-from exactcreep.watch import limits
 from tests.paper import paper_chain
 
 CHAIN = paper_chain(3)
@@ -32,19 +31,3 @@ def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(
         assert np.array_equal(values, plain.recorded[name][: len(values)])
     assert len(part.recorded["rearrangement_theta"]) == part.rearrangements
     assert resume(file) == plain
-
-
-def test_the_free_memory_is_that_of_a_container_if_that_is_smaller(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr(limits, "_CONTAINERS", ())
-    free = limits.free_memory()
-    assert free > 2**20
-    folder = (f"{tmp_path}/", "memory.max", "memory.current", "file")
-    monkeypatch.setattr(limits, "_CONTAINERS", (folder,))
-    (tmp_path / "memory.current").write_text("5000\n")
-    (tmp_path / "memory.stat").write_text("anon 2000\nfile 3000\n")
-    for most, left in (("max", None), ("9000", 7000), ("1000", 0), (str(2**60), None)):
-        (tmp_path / "memory.max").write_text(f"{most}\n")
-        known = limits.free_memory()
-        assert known == left if left is not None else known > 2**20

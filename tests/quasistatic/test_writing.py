@@ -9,7 +9,7 @@ import pytest
 
 from exactcreep import InputError
 from exactcreep.quasistatic import writing
-from exactcreep.quasistatic.writing import Occupied, check_output, locked, write_file
+from exactcreep.quasistatic.writing import Occupied, check_output, write_file
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
@@ -97,18 +97,3 @@ def test_a_part_of_a_killed_writer_is_removed_and_that_of_a_living_one_stays(
         write_file(tmp_path / "a", OLD, "out")
         assert left(tmp_path) == [".a.part", "a"]
     assert (tmp_path / "a").read_bytes() == OLD
-
-
-def test_a_lock_within_one_process_names_it_and_ends_with_its_block(tmp_path: Path) -> None:
-    with locked(tmp_path / "a", "out"):
-        with (
-            pytest.raises(InputError, match=f"process {os.getpid()} on"),
-            locked(tmp_path / "a", "out"),
-        ):
-            pass
-        with locked(tmp_path / "b", "out"):
-            pass
-    with pytest.raises(KeyboardInterrupt), locked(tmp_path / "a", "out"):
-        raise KeyboardInterrupt
-    with locked(tmp_path / "a", "out"):
-        pass
