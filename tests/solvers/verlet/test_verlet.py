@@ -10,7 +10,7 @@ import pytest
 
 from exactcreep import Cycles, Outcome, State, creep, laws, rearrange
 from exactcreep.solvers.rearrangement import Rearrangement
-from tests.data.make_whole_rearrangements import load
+from tests.data.whole_rearrangements import load
 from tests.paper import captions, lone_slip, paper_chain
 
 LADDER = [0.02 / 2**k for k in range(6)]
