@@ -56,9 +56,7 @@ class Chain(Shown):
     Every parameter is dimensionless and stored as a rational: an int, a `Fraction` or a decimal
     string exactly as written (``"0.6"`` is 3/5), a float as its exact binary value. A list of equal
     numbers becomes one number. `unlike` says in which respects sliders differ; a function that
-    cannot handle this raises `InputError`.
-
-    Source: Eqs. 5-10 and 11.
+    cannot handle this raises `InputError`. Source: Eqs. 5-10 and 11.
 
     Parameters
     ----------
@@ -319,8 +317,7 @@ class Chain(Shown):
         Returns
         -------
         int
-            The sign of the driving force along `way`, ``N sin(alpha)`` plus the end forces, minus
-            the sum of ``mu_d cos(alpha)``: positive if the sliding chain accelerates.
+            Positive if the sliding chain accelerates along `way`.
         """
         beyond = self.n * (way * self.tan_alpha - self.mean_mu_d)
         return sign_of_surd(beyond, way * sum(self.end_forces), 1 + self.tan_alpha**2)
@@ -368,12 +365,6 @@ class Chain(Shown):
         -------
         Chain
             With the opposite `tan_alpha` and end forces, and its lists reversed.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> chain.mirrored().tan_alpha
-        Fraction(-1, 4)
         """
         turned: dict[str, Any] = {name: value[::-1] for name, value in vars(self).items()
                   if name in _ALONG and isinstance(value, tuple)}  # fmt: skip
@@ -426,10 +417,7 @@ class Chain(Shown):
 
 
 def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:
-    """Return the change of forces on sliders (from 0) per ``l0 theta``, where it is not zero.
-
-    Spring k expands by ``l0 expansion[k] theta``.
-    """
+    """Return `Chain.rates` for springs with these expansions."""
     around = (Fraction(0), *expansion, Fraction(0))
     changes = (left - right for left, right in pairwise(around))
     return {slider: change for slider, change in enumerate(changes) if change}

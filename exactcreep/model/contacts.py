@@ -57,8 +57,7 @@ class Event(Shown):
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
+    >>> start, stop = rearrange(pair, State.relaxed(pair), direction=+1).events
     >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
     ('stop', (2,), (1,), 3.141593)
     """

@@ -22,15 +22,12 @@ class Enclosure(NamedTuple):
 
     Parameters
     ----------
-    middle : Fraction
-        The middle.
-    radius : Fraction
-        Not negative.
+    middle, radius : Fraction
+        The radius is not negative.
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> creep(chain, Cycles("0.001", 3), solver="certified").velocity_enclosure.text(20)
+    >>> creep(pair, Cycles("0.001", 3), solver="certified").velocity_enclosure.text(20)
     '0.77611400011626551526'
     """
 

@@ -4,10 +4,6 @@ The k-th static coefficient of slider n and the q-th random dilation are words o
 generator Philox 4x64-10 (Salmon et al. 2011; NumPy's words), turned into a normal deviate by the
 inverse distribution function. All solvers, precisions and machines draw the same disorder, in any
 order, since only +, -, *, / and the square root are used.
-
->>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
->>> static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
-array([0.6039, 0.5999, 0.6094])
 """
 
 from __future__ import annotations

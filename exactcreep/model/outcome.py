@@ -11,21 +11,18 @@ class Evidence(Enum):
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence.value
+    >>> creep(pair, Cycles("0.001", 3), solver="certified").evidence.value
     'proved'
     """
 
     PROVED = "proved"
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
-    """Floating-point arithmetic. Every comparison was decided by more than its rounding bound, and
-    the rounding errors of tensions stay below 1e-12: for a rearrangement by an estimate, for a run
-    as far as perturbed copies show for some thousand events (throughout with ``twin=True``)."""
+    """Floating-point arithmetic decided every comparison by more than its rounding bound. By an
+    estimate (in a run: by perturbed copies) the errors of tensions stay below 1e-12."""
     UNDECIDED = "undecided"
     """A comparison was within its rounding bound and settled by the model's rules, or rounding
-    errors may exceed the solver's promise. The trajectory of a run is undecided from a half-cycle
-    on; mean velocities are averages with their own standard error."""
+    errors may be larger. The trajectory is then not known from there on; averages still hold."""
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:
@@ -42,8 +39,7 @@ class Outcome(Enum):
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> creep(chain, Cycles("0.0001", 3)).outcome.value
+    >>> creep(pair, Cycles("0.0001", 3)).outcome.value
     'at_rest'
     """
 

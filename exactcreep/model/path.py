@@ -93,12 +93,10 @@ class Path(Listed):
     def of(cls, drive: Drive, seed: int = 0) -> Path:
         """Return the targets of a drive of somebody's own class, which files cannot make again.
 
-        `InputError` if there are more than a million, or it has a clock of its own.
-
         Parameters
         ----------
         drive : Drive
-            Any, also one of somebody's own class.
+            Any drive.
         seed : int, optional
             Of random dilations.
 

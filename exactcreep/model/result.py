@@ -67,21 +67,9 @@ class Result(Shown):
 
     @property
     def plot(self) -> Any:
-        """Its pictures, as in xarray and pandas: ``plot()`` draws the result.
+        """The pictures of the result: ``plot()`` draws it, ``plot.avalanches()`` of a run as well.
 
-        A run has ``plot(ax=None)`` (x_G over time) and ``plot.avalanches("size")`` (the
-        distribution of a measure of its avalanches), which return axes. A rearrangement draws
-        velocities and energies on two axes. A fate, survival, threshold or intercept returns the
-        figure of its command's ``--plot``.
-
-        Returns
-        -------
-        callable
-
-        Raises
-        ------
-        AttributeError
-            If such a result has no picture.
+        Runs and rearrangements return axes, other results the figure of their command's ``--plot``.
         """
         # by name, because this module must not import the drawing modules
         return import_module("exactcreep.figures.pictures").plots_of(self)

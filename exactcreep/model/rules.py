@@ -1,12 +1,9 @@
 """The rules of the model at starts, stops and ties, written once for every kind of number.
 
 A slider at rest stays while ``|F| <= mu_s c``; a moving slider feels ``mu_d c`` against its motion.
-Forces change continuously. So a start, a stop or the end of a ramp is a comparison, and a rule says
-what follows from it, including equality.
-
-Other modules say how a chain begins (`Chain.first_start`), that a coefficient below mu_d acts as
-mu_d (`model.contacts`), which coefficient a contact has (`model.keyed_disorder`), when the whole
-chain runs away (`motion.runaway`), and which chains slide without slips (`Chain.slides`).
+A start, a stop or the end of a ramp is a comparison, and a rule says what follows from it. Other
+modules say how a chain begins (`Chain.first_start`), which coefficient acts (`model.contacts`),
+when the chain runs away (`motion.runaway`), and which chains have no slips (`Chain.slides`).
 
 The rules use ``sign(x, slack)``, which returns -1, 0 or +1, and whether this is in doubt: `x` may
 be off by `slack`, and a number that may be zero counts as zero. For floats the rules are compiled

@@ -28,9 +28,7 @@ _MOST_DRAWS = 2**62
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Shown):
-    """A chain at rest at the dilation `theta`.
-
-    Two states are equal if all their numbers are the same, whatever their type.
+    """A chain at rest at the dilation `theta`; states with the same numbers are equal.
 
     Attributes
     ----------
@@ -201,12 +199,6 @@ class State(Shown):
         ------
         InputError
             If there are not n - 1 tensions, or one of them is not a number.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").tensions
-        array([Fraction(1, 10), Fraction(-1, 10)], dtype=object)
         """
         seed = keyed_disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)
@@ -244,12 +236,6 @@ class State(Shown):
         ------
         InputError
             If a number is out of range.
-
-        Examples
-        --------
-        >>> chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-        >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
-        array([0.000273, 0.000239])
         """
         largest = nearest_float(number_from_zero(size, "size"))
         start_seed = keyed_disorder.valid_seed(start_seed)

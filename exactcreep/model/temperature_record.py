@@ -45,11 +45,8 @@ class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
     There is a target for each row. The chain goes from T0 to the first row at the time of that row.
-    A velocity is a displacement per unit of `times`: per second for dates.
-
-    Missing readings, rows out of order, gaps and outliers are refused; ``exactcreep record FILE
-    --mend OUT`` writes a mended copy. A `RecordWarning` warns if the unit of the temperatures seems
-    to be wrong, or a day's minimum is above its maximum.
+    A velocity is a displacement per unit of `times`: per second for dates. A `RecordWarning` warns
+    of doubtful units. ``exactcreep record FILE --mend OUT`` writes a copy without faults.
 
     Parameters
     ----------
@@ -228,12 +225,6 @@ class TemperatureRecord(Listed):
         ------
         InputError
             As for a file; if shapes do not fit, or there are no times.
-
-        Examples
-        --------
-        >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=[0, 12, 24])
-        >>> record.theta[2]
-        Fraction(29, 400000)
         """
         index = getattr(temperatures, "index", None) if times is None else times
         if index is None or callable(index):
@@ -274,14 +265,6 @@ class TemperatureRecord(Listed):
         ------
         InputError
             If there are none, or they do not fit together.
-
-        Examples
-        --------
-        >>> roof = [TemperatureRecord.of(each, kappa="29e-6", T0=10, times=[0, 12])
-        ...         for each in ([30, 12], [20, 11])]
-        >>> TemperatureRecord.along(roof).temperatures
-        array([[30., 20.],
-               [12., 11.]])
         """
         if not records:
             raise InputError("records", [], "must hold a record for each spring")
