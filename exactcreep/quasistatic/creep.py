@@ -1,8 +1,7 @@
 """Drive a chain from target to target of the temperature: `creep`, and `resume` from a checkpoint.
 
-Between two targets theta ramps. The `Simulation.follow` of a solver does a block of targets. A
-block ends at a target that an observer of the run needs, or after a tenth of a second, to show
-progress, notice Ctrl-C, check limits and write checkpoints. The blocks do not change the result.
+A solver follows the drive in blocks of targets. A block ends at a target that an observer of the
+run needs, or after a tenth of a second. The blocks do not change the result.
 """
 
 from __future__ import annotations
@@ -67,8 +66,7 @@ class Interrupted(KeyboardInterrupt):
 
     Examples
     --------
-    >>> run = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
-    >>> Interrupted([run]).partial.half_cycles
+    >>> Interrupted([creep(pair, Cycles("0.001", 50))]).partial.half_cycles
     100
     """
 
@@ -250,10 +248,9 @@ def resume(
 
     Examples
     --------
-    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
-    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
-    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
-    ('limit', True)
+    >>> part = creep(pair, Cycles("0.001", 50), checkpoint="run.ckpt", max_events=100)
+    >>> part.half_cycles, resume("run.ckpt").half_cycles
+    (6, 100)
     """
     saved = Checkpoint.read(path, every)
     if len(saved.experiments) != 1:

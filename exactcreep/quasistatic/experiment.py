@@ -73,9 +73,6 @@ class Experiment:
     >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
     >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
     (2, 20, 'exact')
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> Experiment(chain, Cycles("0.001", 5), seed=7).description()["seed"]
-    7
     """
 
     chain: Chain

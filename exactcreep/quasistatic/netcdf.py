@@ -1,12 +1,8 @@
 """NetCDF files of datasets, sealed with a digest.
 
 HDF5 crashes its process when a disk is full, and may search a damaged file for ever. So HDF5 works
-in memory, and a file ends with its own SHA-256, after the end that HDF5 knows. A file without a
-valid digest is refused.
-
-A file and its digest may come from a stranger. An array is read only if its bytes lie in the file
-itself: no link, external storage, other file or filter. The data read from a file are at most
-about as large as the file.
+in memory, and a file ends with its own SHA-256, after the end that HDF5 knows. Of a stranger's file
+an array is read only if its bytes lie in the file itself: no link, external storage or filter.
 """
 
 from __future__ import annotations

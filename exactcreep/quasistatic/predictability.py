@@ -1,16 +1,13 @@
 """How far the trajectory of a run can be predicted, from slightly perturbed copies of the run.
 
-With disorder, nearby chains separate, and after some half-cycles rounding decides what happens. The
-statistics are still right, but the trajectory is one of many. Perturbed copies with the same
-disorder are rounded once more at every target, and followed until the first one differs. This is
-mostly soon, so that copies cost little.
+With disorder, nearby chains separate, and after some half-cycles rounding decides what happens. Two
+perturbed copies with the same disorder are rounded once more at every target, and followed until
+one differs. This is mostly soon, so that copies cost little.
 
 The number of copies and the margin were measured against certified tensions of 300 runs of 3 to 12
-sliders with disorder. Errors and distances of copies grow alike, from first roundings of random
-size. With one copy the error of the run was m times the distance in some 3.5 / m % of the runs, at
-worst 24 times. With two copies it was beyond 1e-12 once and beyond 1e-9 once; with four times their
-distance never: at most 0.22 and 0.28 of the tolerances. The median run that becomes undecided is
-decided for 6 half-cycles, and trusted for 16. (tests/solvers/test_evidence.py has other runs.)
+sliders with disorder. With the distance of two copies as its estimate, an error exceeded 1e-12 once
+and 1e-9 once; with four times the distance never (at most 0.22 and 0.28 of the tolerances). The
+median run that becomes undecided is decided for 6 half-cycles, and trusted for 16.
 """
 
 from __future__ import annotations
