@@ -111,28 +111,6 @@ def test_every_module_that_a_page_names_is_there() -> None:
     assert absent == []
 
 
-@pytest.mark.parametrize("code", ["print()", "1 / 0"])
-def test_a_page_whose_example_fails_or_is_silent_is_not_built(
-    code: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.syspath_prepend(str(BOOK))
-    with pytest.raises((AssertionError, ZeroDivisionError)):
-        import_module("shown").shown(f"\n```python\n{code}\n```\n\n<<printed>>\n", "page")
-
-
-def test_formulas_in_a_sentence_are_set_and_words_stay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(BOOK))
-    set_in_type = import_module("formulas").with_formulas
-    for text, expected in {
-        "a factor (D + m)/m, 1.4 here": r"a factor $\frac{D + m}{m}$, 1.4 here",
-        "so s - T(i - 1) =": r"so $\sin\alpha - T{\left(i - 1 \right)}$ =",
-        "targets +A, -A, and theta_q": r"targets $+A$, $-A$, and $\theta_q$",
-        "7.6e-24 of I(h), `mu_s` (see above)": "7.6e-24 of I(h), `mu_s` (see above)",
-        "a length of 0.03 m, $x_G$ - and so on": "a length of 0.03 m, $x_G$ - and so on",
-    }.items():
-        assert set_in_type(text) == expected
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""

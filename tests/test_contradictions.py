@@ -32,7 +32,6 @@ from exactcreep import (
     creep,
     fate,
     laws,
-    survival,
     threshold,
 )
 from exactcreep.laws.theorems import edges
@@ -225,15 +224,3 @@ def advance_in(chain: Chain, amplitude: Fraction, cycle: int) -> float:
     run = creep(chain, Cycles(amplitude, cycle), solver=solver, record=["x_G"])
     begin, *_, end = [0.0, *run.recorded["x_G"]][-3:]
     return float(end - begin) * (-1 if chain.tan_alpha < 0 else 1)
-
-
-def test_no_start_creeps_on_where_no_creep_lasts() -> None:
-    random = Random(5)
-    for _ in range(10):
-        chain = drawn(random).chain
-        if chain.n == 1 or chain.slides:
-            continue
-        amplitude = edges(chain)["no_lasting_creep"] * 0.99
-        if amplitude > 0:
-            many = survival(chain, amplitude, starts=4, cycles=400)
-            assert many.arrested.all(), (chain, many)

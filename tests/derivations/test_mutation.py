@@ -42,12 +42,3 @@ def test_no_mutant_of_a_formula_passes_its_check(
     for what, mutant in accepted:
         as_good = mutation.equivalent(text, mutant) or (entry.name, mutant) in AS_GOOD
         assert as_good, f"{what}: {mutant}"
-
-
-def test_mutants_change_signs_coefficients_indices_relations_and_numbers() -> None:
-    made = [what for formula in FORMULAS for what, _ in mutation.mutants(formula.values[2])]
-    assert len(made) >= 700
-    assert {what.split(" at ")[0] for what in made} == {
-        "sign", "sign of the right-hand side", "sign of the whole", "coefficient", "index n",
-        "index i", "index j", "index N", "relation", "number",
-    }  # fmt: skip
