@@ -1,8 +1,7 @@
 """The rate at which chaotic creep ends, once an early phase of arrests is over.
 
 In transient chaos (Lai and Tél) the starts that survive an early phase are arrested at a constant
-rate. Lifetimes are whole cycles, geometrically distributed in each phase. The likelihood of the two
-phases gives the late rate and its interval, for any share and rate of the early phase.
+rate. The likelihood of two phases gives the late rate and its interval.
 """
 
 from __future__ import annotations
@@ -108,44 +107,17 @@ class _Profile(NamedTuple):
 def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     """Return the rate at which starts are arrested once an early phase is over.
 
-    Parameters
-    ----------
-    lifetimes : array_like of int, shape (arrested,)
-        Cycles; 0 for a start that never advanced.
-    censored : array_like of int, shape (others,)
-        Cycles that the other starts were observed to move.
+    `lifetimes`: whole cycles of the arrested starts; `censored`: whole cycles that the others were
+    observed to move. Without any arrest the interval begins at 0.
 
-    Returns
-    -------
-    Rate
-        Per cycle. Without any arrest its interval begins at 0.
-
-    Raises
-    ------
-    InputError
-        If a number of cycles is negative or not whole.
-
-    Notes
-    -----
     Each start belongs to one of two phases; the early phase has the higher rate of arrests.
     Lifetimes are geometric, or longer than observed. The interval is a profile likelihood over the
     early phase. An early phase that contains the share s of all starts has the prior 1 - s;
-    otherwise a few survivors could always be a late phase. The interval is wide if early and late
-    arrests cannot be separated. There is no rate if the early phase reaches beyond the horizon, or
-    if a late phase without arrests is within 0.8 standard deviations or within the interval. The
-    lower end is corrected for this condition, as for a normal estimate.
+    otherwise a few survivors could always be a late phase. There is no rate if the early phase
+    reaches beyond the horizon, or if a late phase without arrests is within 0.8 standard deviations
+    or within the interval. The lower end is corrected for this condition, as for a normal estimate.
 
-    Guarantee: none. In tests/studies/fates/test_escape.py (mixtures of two phases, 400 samples
-    each) the interval held the late rate in 90 to 99 % of the samples with a rate. For horizons up
-    to two late mean lives and early lives of a tenth to a half of one, 6 to 51 % of the samples had
-    a rate, and the interval held the late rate in 67 to 88 % of these.
-
-    Examples
-    --------
-    >>> late = [math.ceil(-1000 * math.log(1 - (k + 0.5) / 70)) for k in range(70)]
-    >>> found = escape_rate([1] * 30 + late)
-    >>> found.low < 1 / 1000 < found.high, found.before >= 30
-    (True, True)
+    Guarantee: none; `notebooks/explanation/fates.md` has the coverage on mixtures of two phases.
     """
     ends, others = _whole("lifetimes", lifetimes), _whole("censored", censored)
     lives = _Lives.of(ends, others)

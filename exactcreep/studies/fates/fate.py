@@ -3,12 +3,10 @@
 The fate depends so finely on the start that float64 may find another fate than the equations have;
 the evidence of a result says whether it is proved or computed in float64.
 
-*Locked in the limit.* A slider next to an end may start just before that end stops, y above its
-threshold. If mu_s/(mu_s - mu_d) is a whole number it is y - y^2/(6 D) above it half a cycle later,
-with D = (mu_s - mu_d) c. So y is marginal to first order, and falls like 6 D over the number of
-half-cycles; the forces change by 1.5 D/k^2 in cycle k. Such an approach is recognized, not proved:
-every cycle has the same slips, at least one slider rests, and the changes fall at least like 1/k^2
-and sum to less than any resting slider needs to slip.
+*Locked in the limit* (`notebooks/explanation/fates.md`): the forces approach a locked cycle, and
+change by 1.5 D/k^2 in cycle k. This is recognized, not proved: every cycle has the same slips, at
+least one slider rests, and the changes fall at least like 1/k^2 and sum to less than any resting
+slider needs to slip.
 """
 
 from __future__ import annotations
@@ -89,8 +87,7 @@ def fate(
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> [fate(chain, a, solver="exact").outcome.value for a in ("0.0001", "0.0003", "0.0004")]
+    >>> [fate(pair, a, solver="exact").outcome.value for a in ("0.0001", "0.0003", "0.0004")]
     ['at_rest', 'at_rest', 'creeping']
     """
     drive = Cycles(amplitude, cycles)

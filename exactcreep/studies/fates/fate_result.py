@@ -60,8 +60,8 @@ class Fate(Result):
 
     Examples
     --------
-    >>> fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001").outcome.value
-    'creeping'
+    >>> fate(pair, "0.001").finding
+    'creeping downhill, settled after 1 cycle (proved)'
     """
 
     chain: Chain

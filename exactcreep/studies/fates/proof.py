@@ -177,10 +177,7 @@ class _Proof:
         return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _approach(self) -> Fate | None:
-        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose.
-
-        See `exactcreep.studies.fates.fate`.
-        """
+        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose."""
         last = before = len(self.halves) // 2
         while before > 0 and self._cycle(before) == self._cycle(last):
             before -= 1
@@ -393,10 +390,7 @@ class _Proof:
 
 
 def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
-    """Return the events of a run, with midpoints of enclosed times.
-
-    These times are printed, or start a Newton iteration; neither needs a bound.
-    """
+    """Return the events of a run, with midpoints of enclosed times, which need no bound."""
     times = recorded["event_time"]
     if times.dtype == object:
         recorded = {**recorded, "event_time": np.frompyfunc(exact_value, 1, 1)(times)}

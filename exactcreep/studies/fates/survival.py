@@ -1,9 +1,8 @@
 """Measure how long creep lasts: many starts of one chain, and when each of them is arrested.
 
-Chaotic creep cannot be proved to last, but its duration can be measured. Nearly identical starts
-creep for very different times: some are arrested (locked or at rest) within a few cycles, the
-others at a constant rate, as in transient chaos (Lai and Tél). The lifetime of a start is the last
-cycle in which x_G advanced. A start that is not arrested at the horizon is censored.
+Nearly identical starts creep for very different times: some are arrested (locked or at rest) within
+a few cycles, the others at a constant rate, as in transient chaos (Lai and Tél). The lifetime of a
+start is the last cycle in which x_G advanced. A start not arrested at the horizon is censored.
 """
 
 from __future__ import annotations
@@ -53,11 +52,7 @@ _WORDS = {
 
 
 class Share(NamedTuple):
-    """A number of starts, its fraction of all starts, and an interval of the probability.
-
-    Guarantee: the interval (Clopper and Pearson) covers the probability for independent starts in
-    at least 95 % of such studies.
-    """
+    """A number of starts, its fraction of all, and an interval of 95 % (Clopper and Pearson)."""
 
     starts: int
     share: float
@@ -165,14 +160,9 @@ class Survival(Result):
 
     @cached_property
     def rate(self) -> Rate:
-        """Arrests per cycle after the early phase, a `Rate` with an interval of 95 %.
+        """Arrests per cycle after the early phase, a `Rate` with an interval; or its `reason`.
 
-        Its numbers are nan, and its `reason` says why, if the lifetimes give no rate.
-
-        Notes
-        -----
-        Guarantee: none; see `exactcreep.studies.fates.escape.escape_rate` for tests of the
-        interval. Source: transient chaos, Lai and Tél, Transient Chaos (2011).
+        Source: Lai and Tél, Transient Chaos (2011).
         """
         return escape_rate(self.lifetimes, self.censored)
 
@@ -180,12 +170,7 @@ class Survival(Result):
     def curve(self) -> Curve:
         """The fraction of starts that survive each number of cycles, by Kaplan and Meier.
 
-        A `Curve` of arrays of shape (steps,), with a step at each lifetime and each censoring.
-
-        Notes
-        -----
-        Guarantee: its interval of 95 % (log-log) holds for many independent starts; nan where
-        none or all of them are moving.
+        Its interval of 95 % (log-log) holds for many starts; nan where none or all are moving.
         """
         times = scipy.stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
         moving = scipy.stats.ecdf(times).sf
@@ -376,8 +361,7 @@ def survival(
     Raises
     ------
     InputError
-        If an argument is out of range, or the chain has no slips (mu_s = mu_d), or more than
-        10 000 sliders.
+        If an argument is out of range, or the chain cannot be followed.
 
     Notes
     -----

@@ -143,8 +143,7 @@ def intercept(
 ) -> Intercept:
     """Return the amplitude at which the straight part of v(A) meets zero.
 
-    This is the threshold in the paper's figures and in Eq. 22. It is the only threshold of a chain
-    with disorder. It also makes sense for long chains without disorder.
+    This is the threshold in the paper's figures and in Eq. 22, also for chains with disorder.
 
     Parameters
     ----------
@@ -176,16 +175,13 @@ def intercept(
     Raises
     ------
     InputError
-        If an argument is out of range, the question makes no sense for the chain, Eq. 22 is not
-        positive, the fit is outside the range of the model, or `cycles` are too few for standard
-        errors.
+        If an argument or the fit is out of range, the question makes no sense for the chain, or
+        `cycles` are too few for standard errors.
 
     Notes
     -----
     Guarantee: none; the line is a weighted least-squares fit of velocities measured in float64.
-    `error` is statistical, and `systematic` is the change with the range of the fit. `evidence` is
-    `UNDECIDED` if chi2 has a probability below 1 %. Source: Eqs. 20 and 22, and the figures of
-    v(A).
+    `evidence` is `UNDECIDED` if chi2 has a probability below 1 %. Source: Eqs. 20 and 22.
 
     Examples
     --------

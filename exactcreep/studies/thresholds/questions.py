@@ -1,9 +1,8 @@
 """Does a chain creep at one amplitude: in the last of a number of cycles, or for ever?
 
 *In the last cycle* x_G has to advance by more than 1e-6 in the direction in which weight and end
-forces drive the chain. The answer is exact, but the chain may lock a little later. An advance
-uphill does not count: a chain that locks also moves up, by less and less. *For ever* is computed in
-float64, and by the certified solver where float64 is unreliable.
+forces drive the chain. The chain may lock later. *For ever* is computed in float64, and by the
+certified solver where float64 is unreliable.
 """
 
 from __future__ import annotations
@@ -50,14 +49,11 @@ class GivenUp(RuntimeError):
 
     Examples
     --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
     >>> try:
-    ...     edge = threshold(chain, digits=3, bracket=("0.0001", "0.0002"))
+    ...     print(threshold(pair, digits=3).lower)
     ... except GivenUp as limit:
     ...     print(f"undecided: {limit}")
-    ... else:
-    ...     print(f"{edge.lower} to {edge.upper}")
-    0.00016923 to 0.00016924
+    0.00033954
     """
 
 

@@ -1,13 +1,11 @@
 """Search for the amplitude at which creep begins: scan, bisection, two deciding runs.
 
-A scan in float64 finds an interval in which the answer to a question changes, and bisection narrows
-it as far as float64 allows. The first event that differs across the edge gives its amplitude. Then
-two runs of the chosen solver, at decimals that enclose this amplitude, show that the answers
-differ. Only these two runs have to be trusted.
+A scan in float64 finds an interval in which the answer changes, and bisection narrows it. The first
+event that differs across the edge gives its amplitude. Then two runs of the chosen solver, at
+decimals that enclose this amplitude, show that the answers differ. Only these two are trusted.
 
-*The deciding event.* Every rearrangement begins at an end of the chain, and the forces add up to
-N s: along one itinerary neither theta_c nor later events depend on the amplitude. The amplitude
-decides only whether theta reaches the next theta_c before it turns. So two runs part where the
+*The deciding event.* Along one itinerary neither theta_c nor later events depend on the amplitude;
+it decides only whether theta reaches the next theta_c before it turns. So two runs part where the
 amplitude equals that theta_c, which one run along the itinerary computes.
 """
 
@@ -97,10 +95,7 @@ class Unfinished(OutOfTime):
 
 
 def first_edge(question: Question, span: Span, digits: int) -> Edge:
-    """Return the edge in the bracket of a span, or the first edge of its scans, to `digits` digits.
-
-    Raises `Unfinished` if the time ends first.
-    """
+    """Return the edge in a bracket, or the first of the scans, or raise `Unfinished`."""
     reached: list[Edge] = []
     try:
         for edge in _approached(question, _first_bracket(question, span, digits), digits):
@@ -111,10 +106,7 @@ def first_edge(question: Question, span: Span, digits: int) -> Edge:
 
 
 def all_edges(question: Question, span: Span, digits: int) -> tuple[Edge, ...]:
-    """Return every edge of a span's scans: the first to `digits` digits, others in float64.
-
-    Raises `Unfinished` if the time ends first.
-    """
+    """Return every edge of the scans, the first to all digits, or raise `Unfinished`."""
     scanned: list[Scanned] = []
     reached: list[Edge] = []
     try:

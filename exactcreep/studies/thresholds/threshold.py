@@ -106,18 +106,12 @@ class Threshold(BesideLaws):
 
     @property
     def law_seuil(self) -> str | None:
-        """N m/(2 l0) of Eq. 22 as a decimal, with ``m = (mu_d - |tan_alpha|) cos(alpha)``.
-
-        If friction or end forces differ, it is h/l0 of `differing_intercept`.
-        """
+        """N m/(2 l0) of Eq. 22 as a decimal; h/l0 of `differing_intercept` if sliders differ."""
         return laws_beside(self.chain, self.digits)["law_seuil"]
 
     @property
     def law_corrected(self) -> str | None:
-        """(N m + D)/(2 l0) as a decimal: Eq. 22 with the excess ``D = (mu_s - mu_d) cos(alpha)``.
-
-        Source: ``derivations/thresholds.py``.
-        """
+        """(N m + D)/(2 l0) as a decimal: Eq. 22 corrected, see `laws.onset_amplitude`."""
         return laws_beside(self.chain, self.digits)["law_corrected"]
 
     @property
@@ -235,18 +229,16 @@ def threshold(
     -----
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan:
-    nothing is claimed between its points. With ``mu_s = mu_d`` the sliding limit decides, in
-    rationals and cos(alpha): creep for ever begins at N m/(2 l0), with ``m = mu_d cos(alpha) -
-    abs(sin(alpha))``, and odd chains never creep where ``N abs(tan_alpha) < mu_d``. Creep for ever
-    may go downhill, or uphill as for four sliders near ``tan_alpha = 0``.
+    nothing is claimed between its points. With ``mu_s = mu_d`` the sliding limit decides exactly:
+    creep for ever begins at N m/(2 l0); odd chains with ``N abs(tan_alpha) < mu_d`` never creep.
 
     Examples
     --------
     Two relaxed sliders creep above (mu_s c - s)/l0:
 
     >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
-    >>> found.lower, found.criterion, found.evidence.value
-    ('0.00016923076923076', 'lasting', 'proved')
+    >>> found.lower, found.evidence.value
+    ('0.00016923076923076', 'proved')
     """
     lasting = after is None
     if after is not None:
