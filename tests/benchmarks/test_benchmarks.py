@@ -13,14 +13,9 @@ import os
 import statistics
 import time
 import tracemalloc
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
-from numba import njit
 
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
@@ -77,36 +72,6 @@ def test_an_event_costs_the_same_in_a_chain_a_thousand_times_longer() -> None:
     """At A = 0.005 only the outer twenty sliders at either end ever move, in both chains."""
     short, long = (Running(n) for n in (100, 100_000))
     assert statistics.median(long.run(40) / short.run(40) for _ in range(9)) <= 1.5
-
-
-@njit(nogil=True)
-def spin(turns):
-    x = 1
-    for _ in range(turns):
-        x = (x * 1664525 + 1013904223) & 0xFFFFFFFF
-    return x
-
-
-def wall(jobs: Sequence[Callable[[], Any]]) -> float:
-    """Return how long it takes to run all jobs, each in a thread of its own."""
-    begin = time.perf_counter()
-    with ThreadPoolExecutor(len(jobs)) as threads:
-        wait([threads.submit(job) for job in jobs])
-    return time.perf_counter() - begin
-
-
-@pytest.mark.benchmark
-def test_two_threads_are_worth_as_much_as_to_a_loop_that_only_counts() -> None:
-    spin(10)
-    exact = [partial(Running(30, seed).run, 400) for seed in (1, 2)]
-    spinning = [partial(spin, 10**8)] * 2
-
-    def speed_up(pair: Sequence[Callable[[], Any]]) -> float:
-        """Return the time of two jobs one after the other over that of both at once."""
-        return sum(wall([job]) for job in pair) / wall(pair)
-
-    ratios = [speed_up(exact) / speed_up(spinning) for _ in range(15)]
-    assert statistics.median(ratios) >= 0.9
 
 
 @pytest.mark.benchmark

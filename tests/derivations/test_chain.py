@@ -64,20 +64,3 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
             for start in (values[0] - level / 2 + F(k, 2) for k in range(int(2 * level) + 1))
         )
         assert least == best
-
-
-def test_where_two_sliders_can_be_the_pivot_the_limit_is_not_unique() -> None:
-    """At tan(alpha) = mu_d/2: every N = 4k, by 2 in N + 3 - 2i."""
-    for size in range(2, 21):
-        reach, moved = F(size, 2), set()
-        for tie in ("downhill", "uphill"):
-            chain = RationalChain(size, F(1, 4), F(1, 2), tie=tie)
-            for target in (reach, -reach, reach):
-                chain.to(target)
-            start = list(chain.x)
-            chain.to(-reach)
-            chain.to(reach)
-            moved |= {b - a for a, b in zip(start, chain.x, strict=True)}
-        least, once = size + 3 - 2 * (size // 4 + 2), 2 * reach - F(size, 4)
-        both = [least] if size % 4 else [least, least + 2]
-        assert moved == {once * steps for steps in both}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import signal
 import socket
-import sys
 from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
@@ -17,7 +16,6 @@ import pytest
 from exactcreep import Cycles, creep
 from exactcreep.figures import avalanche_page, explorer
 from exactcreep.laws import prediction
-from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 
 START = {slider.name: slider.start for slider in explorer.SLIDERS}
@@ -79,13 +77,6 @@ def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(dri
     assert own.measured == creep(experiment.chain, experiment.drive).velocity
     first, last = (explorer.velocity_picture(steps[k], experiment) for k in (0, -1))
     assert last.count("<use") > first.count("<use") + len(steps[0]) / 2
-
-
-def test_without_marimo_the_command_says_what_to_install(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "marimo", None)
-    assert "pip install '.[explore]'" in command("explore").sentence
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")

@@ -11,7 +11,6 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from exactcreep import (
-    Chain,
     Creep,
     Cycles,
     GaussianSteps,
@@ -23,7 +22,6 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
-from exactcreep.figures.sweep import LIMIT, STICKING
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data, line
@@ -91,22 +89,6 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     assert np.ptp(y[x == run.half_cycles]) == pytest.approx(wide)
     sliding = drawn([creep(paper_chain(10), Cycles("0.01", 8), solver="sliding")])[1]
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
-
-
-def test_many_members_are_drawn_as_velocities_over_what_varies_beside_the_laws() -> None:
-    amplitudes = [f"0.0{k:02}" for k in range(1, 13)]
-    runs = [creep(SIX, Cycles(a, 12), seed=s) for a in amplitudes for s in (1, 2)]
-    settings = [{"drive.amplitude": str(float(run.drive.amplitude)), "run.seed": run.seed}
-                for run in runs]  # fmt: skip
-    (axes,) = drawn(runs, settings=settings)
-    (points,) = axes.containers
-    x, y = points.lines[0].get_data(orig=False)
-    assert_allclose(x, [float(a) for a in amplitudes])
-    pairs = np.array([run.velocity for run in runs]).reshape(-1, 2)
-    assert_allclose(y, pairs.mean(axis=1))
-    assert {LIMIT, STICKING} <= {text.get_text() for text in axes.get_legend().get_texts()}
-    seeds = drawn(runs[:1] * 12, settings=[{"run.seed": k} for k in range(12)])
-    assert len(seeds) == 2  # lines over time: a seed is no quantity
 
 
 # --- a solid -------------------------------------------------------------------------------------
@@ -192,22 +174,6 @@ def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) 
     assert_array_equal(inset.lines[0].get_xydata().T, [np.arange(1, 41), full["x_G"]])
     mesh = space.collections[0]
     assert_array_equal(np.asarray(mesh.get_array()).reshape(6, 10), seen.slips.T)
-
-
-def test_a_portrait_of_a_chain_that_differs_keeps_within_the_friction_of_each_slider() -> None:
-    friction = ["0.5", "0.2", "0.6", "0.4"]
-    chain = Chain(4, 10, friction, "0.7", tan_alpha="0.1", end_forces=("0.3", 0))
-    seen = portrait(creep(chain, Cycles("0.3", 9), solver="sliding"))
-    assert seen.half_cycle == 18  # the last
-    low, high = tension_bounds(chain, "mu_d")
-    tension = seen.state.tensions
-    assert seen.limits == pytest.approx([float(mu) * chain.cos_alpha for mu in friction])
-    assert tension == pytest.approx(high)  # the last ramp of cycles is a contraction
-    assert (low < high).all()
-    assert seen.forces.sum() == pytest.approx(4 * chain.sin_alpha + 0.3)
-    drawn = [line.get_ydata() for each in draw_portrait(seen).axes for line in each.lines]
-    for expected in (tension, seen.forces, low, high):
-        assert any(np.array_equal(y, expected) for y in drawn)
 
 
 def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:

@@ -18,19 +18,6 @@ def left(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_a_file_is_made_with_the_permissions_that_the_mask_leaves(tmp_path: Path) -> None:
-    for mask, mode in ((0o022, 0o644), (0o077, 0o600)):
-        before = os.umask(mask)
-        try:
-            write_file(tmp_path / "a", OLD, "out")
-            write_file(tmp_path / "a", memoryview(NEW), "out")
-        finally:
-            os.umask(before)
-        assert (tmp_path / "a").stat().st_mode & 0o777 == mode
-        assert (tmp_path / "a").read_bytes() == NEW
-        assert left(tmp_path) == ["a"]
-
-
 @pytest.mark.parametrize("step", ["open", "fsync", "replace"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 def test_an_interrupted_writer_leaves_the_old_file_alone(

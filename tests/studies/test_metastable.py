@@ -42,11 +42,3 @@ def test_the_mean_life_of_two_sliders_is_that_of_many_starts(chain: Chain, ampli
     assert life.computed
     assert found.fractions["at_rest"].starts == 150
     assert found.rate.low < 1 / life.cycles < found.rate.high
-
-
-def test_draws_that_hardly_change_the_phase_leave_an_estimate() -> None:
-    chain, amplitude = Chain(2, 1000, "0.2", "0.3", "0.001", tan_alpha="0.1"), "0.0001991"
-    life = stopping_time(chain, amplitude)
-    found = survival(chain, amplitude, starts=100, size="0.1", cycles=40_000)
-    assert not life.computed
-    assert found.rate.low / 3 < 1 / life.cycles < found.rate.high * 3

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, creep, quiescent
+from exactcreep import Chain, Creep, Cycles, creep, quiescent
 
 SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
@@ -63,31 +62,3 @@ def test_the_first_advance_is_counted_from_where_the_chain_began() -> None:
     assert abs(float(first.x_G)) > 20
     later = under(5, 1, "0.0009", start=first.state, burn_in=0)
     assert (quiescent(later, jump=0).table.advance.abs() < 5).all()
-
-
-def other() -> Creep:
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    return creep(chain, Cycles("0.001", 9), record=("x_G",))
-
-
-@pytest.mark.parametrize(
-    ("ask", "said"),
-    [
-        (lambda run: quiescent(creep(SIX, Cycles("0.0008", 10), record=())), "x_G not recorded"),
-        (lambda run: quiescent(creep(SIX, GaussianSteps("0.001", 10), record=("x_G",))), "Cycles"),
-        (lambda run: quiescent([]), "at least one"),
-        (lambda run: quiescent(run, jump=-1), "jump"),
-        (lambda run: quiescent([run, other()]), "must be given"),
-        (lambda run: quiescent(under(10, 1, burn_in=20)), "whole cycle"),
-    ],
-)
-def test_what_has_no_cycles_or_no_displacement_is_refused(
-    ask: Callable[[Creep], object], said: str, run: Creep
-) -> None:
-    with pytest.raises(InputError, match=said):
-        ask(run)
-
-
-def test_chains_that_differ_are_pooled_at_a_jump_that_is_given(run: Creep) -> None:
-    both = quiescent([run, other()], jump="0.01")
-    assert both.cycles == quiescent(run).cycles + quiescent(other()).cycles

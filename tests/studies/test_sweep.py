@@ -21,7 +21,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_equal
 
-from exactcreep import Cycles, PhysicsWarning, creep
+from exactcreep import Cycles, creep
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
@@ -123,13 +123,6 @@ def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own(tmp_path: Path) -> 
     assert sweep(pairs[::-1], out=tmp_path, resume=True).velocity.values.tolist() == alone[::-1]
     with pytest.raises(InputError, match=r"scene\[1\] = 3: must be an Experiment, or a pair"):
         sweep([pairs[0], 3])
-
-
-def test_cells_that_leave_the_physical_range_are_counted_in_one_warning() -> None:
-    wide = SCENE.with_settings({"chain.sigma_mu": "0.3", "drive.amplitude": "0.01"})
-    with pytest.warns(PhysicsWarning, match="drawn below mu_d.* in 6 of 6 cells") as told:
-        sweep(wide)
-    assert len(told) == 1
 
 
 # --- saved, stopped and resumed ---------------------------------------------------------------
@@ -252,14 +245,3 @@ def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
         partial = xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf")
         assert int(partial["finished"].sum()) == cells
     assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
-
-
-def test_events_two_pools_and_impossible_cells_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="too many for a sweep"):
-        sweep(SCENE.with_settings({"run.record": ["events"]}), out=tmp_path / "refused")
-    assert not (tmp_path / "refused").exists()
-    with ThreadPoolExecutor(1) as threads, pytest.raises(InputError, match="belongs to the"):
-        sweep(SCENE, executor=threads, workers=2)
-    odd = {"chain.sigma_mu": 0, "vary.chain.mu_s": ["0.6", "0.5"], "vary.run.seed": [1]}
-    with pytest.raises(InputError, match=r"mu_s .*sliding.*in the cell .*chain.mu_s = 0.5"):
-        sweep(SCENE.with_settings(odd))

@@ -83,15 +83,6 @@ def test_two_arithmetics_agree_on_an_edge_that_balls_prove(
         assert found.outcome_evidence is Evidence.PROVED
 
 
-def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(three: Threshold) -> None:
-    windows, seuil = three.windows, Fraction(str(three.law_seuil))
-    assert [edge.begins for edge in windows] == [True, False, True]
-    # read off a scan in steps of 1e-4 of Eq. 22
-    assert [round(float(edge.middle / seuil), 4) for edge in windows] == [1.2586, 1.2825, 1.3115]
-    assert bounds(windows[0]) == bounds(three)
-    assert bounds(after(captions(3), bracket=("0.0004570", "0.0004584"))) == bounds(three)
-
-
 def test_the_deciding_event_is_a_start_on_one_side_only_and_that_of_the_mirror_image(
     three: Threshold,
 ) -> None:

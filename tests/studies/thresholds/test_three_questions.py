@@ -2,7 +2,6 @@
 
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,48 +10,17 @@ from exactcreep import (
     Chain,
     Cycles,
     Evidence,
-    InputError,
     Outcome,
     State,
     creep,
     fate,
     intercept,
     laws,
-    survival,
     threshold,
 )
 from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
-
-
-def of(question: str, chain: Chain, **given: Any) -> Any:
-    """Ask one question, shortly."""
-    if question == "survival":
-        return survival(chain, "0.001", starts=8, cycles=40, **given)
-    if question == "intercept":
-        return intercept(chain, **{"cycles": 100, "points": 8} | given)
-    after = {"after": 20} if question == "horizon" else {}
-    return threshold(chain, **{"solver": "exact", "digits": 6, "points": 60} | after | given)
-
-
-@pytest.mark.parametrize(
-    ("question", "chain", "named", "right"),
-    [
-        ("lasting", captions(6), "survival", "survival"),
-        ("lasting", captions(6, "0.01"), "intercept", "intercept"),
-        ("horizon", captions(3, "0.01"), "intercept", "intercept"),
-        ("intercept", captions(6, mu_s="0.5"), "threshold", "lasting"),
-        ("intercept", captions(6, tan_alpha="0"), "survival", "survival"),
-    ],
-)
-def test_a_question_without_sense_for_a_chain_names_the_right_one(
-    question: str, chain: Chain, named: str, right: str
-) -> None:
-    with pytest.raises(InputError) as told:
-        of(question, chain)
-    assert f"`{named}`" in told.value.allowed
-    assert getattr(of(right, chain, max_seconds=0), "criterion", right) == right
 
 
 def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
@@ -104,7 +72,9 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
     assert found.law_slope == 15000
     assert found.evidence is Evidence.COMPUTED
     assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
-    between = of("intercept", captions(4, "0.01"))  # of two plateaus no law has a slope
+    between = intercept(
+        captions(4, "0.01"), cycles=100, points=8
+    )  # of two plateaus no law has a slope
     assert math.isnan(between.law_slope)
     assert between.summary()["law_slope"] is None
 
