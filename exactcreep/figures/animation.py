@@ -55,8 +55,7 @@ def largest_avalanche(
 ) -> int:
     """Return the number of the rearrangement with most events in the first half-cycles.
 
-    If a limit comes first, only the rearrangements up to the limit are compared. Raises
-    `InputError` if there is no rearrangement.
+    Rearrangements after a limit do not count. Raises `InputError` if there is none.
     """
     total = min(half_cycles, experiment.drive.half_cycles)
     seen = advance(_simulation(experiment), experiment.drive, total, limits)
@@ -68,10 +67,9 @@ def largest_avalanche(
 
 
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
-    """Return rearrangement `number` of a run, with its motion in closed form.
+    """Return rearrangement `number` of a run in closed form; its itinerary is checked.
 
-    Raises `InputError` if the run has no such rearrangement, or if a limit comes first. Guarantee:
-    it has the same itinerary as in the run (checked).
+    Raises `InputError` if the run has no such rearrangement, or if a limit comes first.
     """
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
@@ -169,11 +167,7 @@ def draw_avalanche(
     found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120, force: bool = True,
     progress: Hearer = None,
 ) -> None:  # fmt: skip
-    """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
-
-    The frames are equally spaced in time, and the last frame stays longer. Raises `InputError` if
-    the file cannot be written, or if it exists and `force` is false.
-    """
+    """Write the avalanche as an animated GIF; `InputError` if the file cannot be written."""
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
     fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))

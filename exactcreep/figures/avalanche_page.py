@@ -1,7 +1,6 @@
 """Write an HTML page that shows a run and animates one of its avalanches.
 
-The page is a single file and needs no network. ``exactcreep animate --out FILE.html`` writes it;
-the explorer (`exactcreep.figures.explorer`) embeds it.
+The page is a single file and needs no network. ``exactcreep animate`` and the explorer use it.
 """
 
 from __future__ import annotations
@@ -86,8 +85,7 @@ def run_data(run: Creep) -> dict[str, Any]:
 def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
     """Return the motion of a rearrangement, ready for JSON.
 
-    Displacements and velocities are computed from the closed form `Rearrangement.sol` at some
-    hundred instants and at the events; the page interpolates between them with cubics.
+    It has some hundred instants and the events; the page interpolates between them with cubics.
     """
     motion, chain = avalanche.rearrangement, avalanche.experiment.chain
     events = np.array([float(event.time) for event in motion.events])
@@ -128,9 +126,8 @@ def _packed(values: ArrayLike) -> dict[str, str]:
 def page(run: Creep, avalanche: RunAvalanche | None = None, *, framed: bool = False) -> str:
     """Return the page as an HTML text.
 
-    `run` comes from `run_to_draw`; `avalanche` is one of its rearrangements, and without it the
-    page shows only the run. A `framed` page stands inside another page: it has no title, and it
-    plays when it opens, unless the reader's system asks for reduced motion.
+    `run` comes from `run_to_draw`; `avalanche` is one of its rearrangements. A `framed` page stands
+    inside another page: it has no title, and plays when it opens unless motion is to be reduced.
     """
     data: Mapping[str, Any] = {
         "run": run_data(run),

@@ -76,12 +76,6 @@ def experiment_of(values: Mapping[str, Any]) -> Experiment:
     `values`: by the names of `SLIDERS`, with ``drive``, one of `DRIVES`, and its ``size`` (the
     amplitude of cycles, or the standard deviation of Gaussian dilations) in thousandths. Raises
     `InputError` with the name of the field if a value is out of range.
-
-    Examples
-    --------
-    >>> values = {slider.name: slider.start for slider in SLIDERS}
-    >>> experiment_of(values | {"drive": "cycles", "size": 2.0}).drive
-    Cycles(amplitude='0.002', cycles=40)
     """
     decimals = {name: repr(value) for name, value in values.items()}  # decimals, as displayed
     numbers = {name: decimals[name] for name in ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")}
@@ -113,10 +107,7 @@ def preset_size(values: Mapping[str, Any], name: str) -> float:
 
 
 def threshold_of(experiment: Experiment) -> float:
-    """Return the amplitude of Eq. 22, or the standard deviation by Eq. 24, at which creep begins.
-
-    It is nan for a chain that may run away.
-    """
+    """Return the amplitude of Eq. 22, or the deviation by Eq. 24; nan if the chain may run away."""
     chain = experiment.chain
     if chain.may_run_away:
         return math.nan
@@ -229,10 +220,7 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
 
 @styled
 def velocity_picture(points: list[Point], experiment: Experiment) -> str:
-    """Return the picture of `velocity_points` as SVG text in the colour of its page.
-
-    A vertical line marks the experiment.
-    """
+    """Return the picture of `velocity_points`, with the experiment marked, as SVG text."""
     (name,) = points[0].varied
     figure = new_figure(4.8, 3.4)
     axes = figure.subplots()

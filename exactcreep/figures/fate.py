@@ -21,10 +21,7 @@ _WORDS = {Outcome.AT_REST: "at rest", Outcome.CYCLING: "locked", Outcome.CREEPIN
 
 @styled
 def draw_fate(found: Fate) -> Figure:
-    """Draw x_G and the tensions at the ends of cycles, and mark where they have settled.
-
-    The trajectory is computed again with the solver that found the fate.
-    """
+    """Draw x_G and the tensions at the ends of cycles, and mark where they have settled."""
     settled, shown = found.settled_after, max(found.cycles, 1)
     if settled is not None and found.period is not None:
         shown = settled + max(2 * found.period, settled // 5, 5)

@@ -131,10 +131,8 @@ def to_csv(tables: Sequence[Table]) -> str:
     """Return tables as one CSV: a column for each quantity that varies, numbers in full.
 
     An unknown number is nan. The cell of a quantity that a series does not vary is empty. A law
-    has two columns because its plateau may have two values. The measured value, its standard error
-    and the laws have the same unit; deviations are in standard errors. `sticking_law_deviation` is
-    the root mean square distance of measured chains from the law of sliders that stick and slip;
-    the deviation from this law is in units of that distance and the standard error combined.
+    has two columns because its plateau may have two values. Deviations are in standard errors, from
+    the law of sliders that stick and slip in units of its own deviation and the error combined.
     """
     varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
     text = io.StringIO()
@@ -250,10 +248,7 @@ def _law_name(label: str) -> str:
 
 
 def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) -> Any:
-    """Return a law at the values of one parameter, or the mean where a plateau is not unique.
-
-    The value is nan where the law is negative, because it does not hold there.
-    """
+    """Return a law (or the mean of its two values) at values of one parameter; nan if negative."""
     known = np.array([mean_law(law, given | {over: value}) for value in values])
     return np.where(known < 0, np.nan, known)
 

@@ -16,10 +16,7 @@ _LINES = 6  # most cycles whose displacement is drawn
 
 @styled
 def draw_walk(walk: Walk, title: str = "") -> Figure:
-    """Draw the forces of the last cycle and the displacements of some cycles along the pipe.
-
-    Dashed lines are the bounds set by friction; dots are the virtual anchors.
-    """
+    """Draw the forces of the last cycle, their bounds, and the displacements of some cycles."""
     pipe = walk.pipeline
     figure = new_figure(6.6, 5.4, title)
     forces, moved = figure.subplots(2, 1, sharex=True)

@@ -15,11 +15,7 @@ _MOST_NAMED = 6
 
 @styled
 def draw_record(readings: Readings, title: str = "") -> Figure:
-    """Draw every reading; a long record is drawn as mean, minimum and maximum of each stretch.
-
-    Gaps are shaded. Missing readings and outliers are marked at the edge of the picture, with the
-    text in the record.
-    """
+    """Draw every reading, or mean, minimum and maximum of each stretch, and mark the faults."""
     faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
     wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
     found = readings.values

@@ -1,7 +1,4 @@
-"""Pictures of runs: x_G and theta over time, a solid's descent, and a run around one half-cycle.
-
-`Creep.plot` is a `Plots`; `Rearrangement.plot` is `plot_rearrangement`.
-"""
+"""Pictures of runs: x_G and theta over time, a solid's descent, and a run around one half-cycle."""
 
 from __future__ import annotations
 
@@ -86,11 +83,9 @@ def draw_run(
 ) -> Figure:
     """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
 
-    A single run that recorded the positions also shows every slider, as in the paper's Fig. 2, and
-    the law that holds. Several runs show x_G of each, one line per run, coloured by the first
-    quantity that varies. More than `MOST_LINES` runs are drawn as mean velocities with errors
-    beside the laws if a number with at least three values varies among them.
-
+    A single run also shows every slider if it recorded positions, and the law. Several runs are
+    coloured by the first quantity that varies. More than `MOST_LINES` runs are drawn as mean
+    velocities beside the laws if a number with at least three values varies among them.
     `settings`: what varies among the runs, by the keys of a scene; one mapping for each result.
     """
     shared = shared_text(results)
@@ -151,10 +146,9 @@ def _moved(run: Creep) -> bool:
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], *, named: bool = True) -> str:
-    """Draw the displacement at the velocity of the law that holds, in a band of its deviation.
+    """Draw the displacement by the law from the burn-in on, and return the law's name, or "".
 
-    The line starts after the burn-in, like the measured velocity. Returns the law's name, or "" if
-    there is no law. The sliding limit is never drawn: it does not hold for sliders that stick.
+    The sliding limit is never drawn: it does not hold for sliders that stick.
     """
     law = prediction(run.chain, run.drive, run.experiment.start)
     if law is None or not law.values or run.solver == Sliding.name:
@@ -305,10 +299,9 @@ def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any],
 
 @styled
 def draw_descent(descent: Descent, title: str = "") -> Figure:
-    """Draw the temperatures over time, and the descent of the solid, for some years year by year.
+    """Draw the temperatures and the descent of the solid over time, for some years year by year.
 
-    A second panel compares the sliding limit on the solid's contacts, the sliding limit on many
-    contacts, and the measured descent. Bars show the effect of 10 % more or less friction.
+    A second panel compares the solid's contacts, many contacts, and the measured descent.
     """
     drive, moved = descent.result.drive, descent.millimetres
     dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
@@ -410,9 +403,8 @@ class Portrait:
 def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
     """Return a run around the end of a half-cycle (0: the start; default: the last).
 
-    Values that the run did not record are computed again, bit for bit. The space-time diagram
-    shows at most `window` half-cycles. Raises `InputError` if the run has no such half-cycle, or
-    if the repeated run differs from the recorded one.
+    Values that the run did not record are computed again, bit for bit. Raises `InputError` if the
+    run has no such half-cycle, or if the repeated run differs from the recorded one.
     """
     total, experiment, drive = result.half_cycles, result.experiment, result.drive
     asked = total if half_cycle is None else half_cycle
@@ -507,10 +499,7 @@ def _draw_whole(inset: Axes, seen: Portrait) -> None:
 
 
 def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
-    """Draw how often each slider slips within each half-cycle, in at most seven classes.
-
-    The classes start at the smallest number of slips, so that the numbers spread over all of them.
-    """
+    """Draw how often each slider slips within each half-cycle, in at most seven classes."""
     most = int(seen.slips.max(initial=0))
     edges = np.arange(most + 2)
     if most >= len(_SHADES):
@@ -586,12 +575,7 @@ def draw_forces(
 
 
 class Plots:
-    """The pictures of one run; call it for x_G over time.
-
-    Parameters
-    ----------
-    result : Creep
-    """
+    """The pictures of one run; call it for x_G over time."""
 
     def __init__(self, result: Creep) -> None:
         self._result = result
@@ -650,12 +634,12 @@ class Plots:
         Returns
         -------
         Axes
+            With the densities and their standard errors.
 
         Raises
         ------
         InputError
-            If the measure is unknown or always zero, if the run did not record its rearrangements,
-            or if it has none after the burn-in.
+            If the measure is unknown or always zero, or the run recorded no rearrangements.
         """
         name = measure.removeprefix("rearrangement_")
         if name not in MEASURES:

@@ -60,10 +60,9 @@ def new_figure(width: float, height: float, title: str = "", dpi: int | None = N
 
 
 def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> None:
-    """Write a figure as PNG, PDF or SVG, chosen by the ending of the file name.
+    """Write a figure as PNG, PDF or SVG by the ending of its name, or raise `InputError`.
 
-    The file appears only when it is complete. Raises `InputError` for another ending, if the file
-    cannot be written, or if it exists and `force` is false.
+    The file appears only when it is complete.
     """
     target = Path(path)
     check_picture(target)

@@ -122,8 +122,7 @@ class Point:
 def deviation(measured: float, error: float, law: Sequence[float]) -> float:
     """Return how many standard errors `measured` lies above the law, or outside its two values.
 
-    It is 0 between the two values of a plateau that is not unique, nan without a law or an error,
-    and +-inf if the values differ although the error is at the level of rounding.
+    It is 0 between two values, nan without a law or an error, and +-inf without a scatter.
     """
     if not law or math.isnan(measured) or math.isnan(error):
         return math.nan
@@ -248,11 +247,10 @@ def draw_velocities(points: Sequence[Point], title: str = "", under: str = "") -
 def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the velocities of a sweep with their errors beside the laws; return the axes.
 
-    The quantity with most values is along the axis, and each point is the mean over its seeds.
-    Other quantities make families, each in its own colour. A broken line is the law of the sliding
-    limit; a full line in a band is the fitted law of sliders that stick and slip, with its
-    deviation. If exactly two quantities vary, with at least five values each, the picture is a
-    map: colours show the velocity and contours the laws; cells without a velocity are white.
+    The quantity with most values is along the axis; each point is the mean over its seeds. Others
+    make families in their own colour. A broken line is the law of the sliding limit, a full line in
+    a band the law of sliders that stick and slip. If exactly two quantities vary, with at least
+    five values each, a map shows the velocity in colour, and the laws as contours.
 
     Parameters
     ----------
@@ -319,10 +317,7 @@ def _draw(axes: Axes, points: Sequence[Point]) -> None:
 
 
 def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None:
-    """Draw the velocity in colour over two quantities, and contours of the laws.
-
-    Colours follow the square root of the velocity, so that slow creep differs visibly from rest.
-    """
+    """Draw the velocity in colour, by its square root to show slow creep, and laws as contours."""
     x, y = (sorted({point.varied[key] for point in points}) for key in (across, up))
     measured = {(point.varied[across], point.varied[up]): point.measured for point in points}
     values = np.array([[measured[a, b] for a in x] for b in y])

@@ -39,10 +39,7 @@ _OPEN = 1.05
 
 @styled
 def draw_threshold(found: Threshold | Intercept) -> Figure:
-    """Draw windows, or velocities, over the amplitude, with the laws.
-
-    The picture of a threshold also shows the displacements below and above it.
-    """
+    """Draw windows (and displacements on both sides), or velocities, over the amplitude."""
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"
     sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None

@@ -1,8 +1,7 @@
 """Distributions of avalanches (rearrangements): of size, duration, energy, or any column.
 
-The avalanches come from the table `rearrangements` of a run, after its burn-in. Avalanches in the
-same half-cycle are not independent, so standard errors come from blocks of whole cycles (or whole
-targets).
+Avalanches in the same half-cycle are not independent, so standard errors come from blocks of whole
+cycles or targets.
 """
 
 from __future__ import annotations
@@ -72,9 +71,8 @@ class Avalanches(NamedTuple):
 class Distribution(NamedTuple):
     """A density with its standard error, by bins.
 
-    Bins are equally wide on the measure's scale, ``log`` or ``linear``. `middle` is the middle of a
-    bin on this scale, for whole numbers the middle of those in the bin, and `width` then counts
-    them. On a logarithmic scale, values of zero are left out; `zeros` is their number.
+    Bins are equally wide on the measure's scale. `middle` is the middle of a bin on this scale, or
+    of the whole numbers in it, which `width` then counts; `zeros` are left out of a log scale.
     """
 
     middle: Floats

@@ -51,9 +51,8 @@ def rate_of(count: int, among: float) -> Interval:
 def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
     """Return the order in dt of Verlet's position errors, with or without located events.
 
-    The order of two neighbouring steps is ``log(error ratio) / log(dt ratio)``, at rests that both
-    reached before a wrong event. The result is its mean over pairs of steps, weighted by the square
-    of ``log(dt ratio)``, then over seeds, with Student's interval of 95 % (nan for one seed).
+    ``log(error ratio) / log(dt ratio)`` of neighbouring steps, at rests before a wrong event,
+    averaged over pairs with the weight ``log(dt ratio)**2``, then over seeds, with an interval.
     """
     family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
     family = family.isel(method=np.argsort(-family.dt.values))

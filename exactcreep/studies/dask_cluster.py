@@ -44,8 +44,7 @@ def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """Yield an executor that computes on the workers of a dask scheduler.
 
     `address` is the scheduler's address, ``tcp://10.0.0.1:8786``, or the path of its
-    ``--scheduler-file``; `timeout` is in seconds. If a worker dies, another worker computes its
-    cell, at most ``distributed.scheduler.allowed-failures`` times (a setting of dask).
+    ``--scheduler-file``; `timeout` is in seconds. If a worker dies, another computes its cell.
     """
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:

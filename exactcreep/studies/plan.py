@@ -85,7 +85,7 @@ class Plan(Result):
 
     Examples
     --------
-    >>> plan(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)).solver
+    >>> plan(pair, Cycles("0.001", 50)).solver
     'law'
     """
 
@@ -267,11 +267,7 @@ def _chosen(
 
 
 def _continuous(experiment: Experiment) -> bool:
-    """Return whether slips are many, and the next pivot changes the descent by little.
-
-    In a swing of theta each end makes `_MANY_SLIPS` slips after it has overcome friction; one pivot
-    more changes the descent by at most `_NEXT_PIVOT`.
-    """
+    """Return whether slips are many, and the next pivot changes the descent by little."""
     chain, drive = experiment.chain, experiment.drive
     slope = abs(chain.tan_alpha)
     if not 0 < slope < chain.mu_d:
@@ -346,10 +342,7 @@ class _Pilot(NamedTuple):
 def _pilots(
     drive: Drive, run: Callable[[Drive], _Pilot], enough: Callable[[_Pilot], bool]
 ) -> list[_Pilot]:
-    """Return at least two pilots, each twice as long as the one before, until a pilot is enough.
-
-    The pilots of a chain at rest are longer, because it may move again.
-    """
+    """Return at least two pilots, each twice as long as the last, until a pilot is enough."""
     pilots: list[_Pilot] = []
     half_cycles, ended = _FIRST, False
     while not ended:

@@ -1,8 +1,6 @@
 """Run tasks on threads of this process or on an executor, each with its own future.
 
-If a task fails, its name is known and the results of the others are saved. joblib cannot do this:
-its generator of results ends at the first failure, and with dask (1.6) it waits for ever for a
-task whose worker died.
+If a task fails, its name is known and the results of the others are saved (joblib cannot do this).
 """
 
 from __future__ import annotations
@@ -48,12 +46,10 @@ class Pool:
     ) -> Iterator[tuple[int, Future[Any]] | None]:
         """Yield the key and the future of each task as it finishes, and None while none does.
 
-        It computes ``function(task)``, for threads with the signals. A task is taken when there
-        is room for it. It yields at least four times a second. When several tasks finish together,
-        the failed ones are yielded last, so that the other results are saved first. After a signal
-        no further task starts; tasks in threads return soon, others are abandoned.
-
-        Raises `InputError` if the executor accepts no more tasks, after the finished results.
+        It computes ``function(task)``, for threads with the signals, and yields at least four times
+        a second. When several tasks finish together, the failed ones are yielded last. After a
+        signal no further task starts; tasks in threads return soon, others are abandoned. Raises
+        `InputError` if the executor accepts no more tasks, after the finished results.
         """
         running: dict[Future[Any], int] = {}
         remaining = iter(tasks)

@@ -1,7 +1,6 @@
 """Rests of creep: the cycles in which the centre of mass stands still, and waiting times of jumps.
 
-Near its threshold a chain creeps in jumps between long rests (Fig. 8 of the paper). A cycle is
-quiescent if x_G changes during the cycle by no more than the size of a jump.
+A cycle is quiescent if x_G changes during the cycle by less than a jump (Fig. 8 of the paper).
 """
 
 from __future__ import annotations

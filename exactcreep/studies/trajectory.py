@@ -1,7 +1,4 @@
-"""Follow an experiment with a method, and find how far two trajectories agree.
-
-An event that a trajectory did not reach because it was cut short does not count as a difference.
-"""
+"""Follow an experiment with a method, and find how far two trajectories agree."""
 
 from __future__ import annotations
 
@@ -156,9 +153,8 @@ class Agreement:
 def agree(own: Trajectory, known: Trajectory) -> Agreement:
     """Return which events of two trajectories agree, and the distances of their rests.
 
-    Events agree if their places, kinds, sliders and directions agree. A trajectory lacks an event
-    if it reached the event's target, or ended by itself before it. An event after the point where a
-    trajectory was cut short is not lacking.
+    Events agree if their places, kinds, sliders and directions agree. An event after the point
+    where a trajectory was cut short is not lacking.
     """
     agreed, mine, other = first_difference(own.events, known.events)
     for event, silent, telling in ((mine, known, own), (other, own, known)):
