@@ -20,24 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Chain,
-    Creep,
-    Cycles,
-    Evidence,
-    InputError,
-    Outcome,
-    State,
-    Threshold,
-    creep,
-    fate,
-    laws,
-    threshold,
-)
+import exactcreep as ec
 from exactcreep.laws.theorems import edges
+from tests.paper import captions
 
 F = Fraction
-STILL = Outcome.AT_REST, Outcome.CYCLING
+STILL = ec.Outcome.AT_REST, ec.Outcome.CYCLING
 SURE = 5.0
 """Standard errors, or deviations of a measured law, beyond which nothing is met by chance."""
 SLACK = 1e-9  # of velocities, unit g tau_dyn^2 per half-cycle; theirs are some .1
@@ -60,9 +48,9 @@ class Claim(NamedTuple):
 class Case:
     """A chain, the amplitude of its cycles, and its start; None: relaxed."""
 
-    chain: Chain
+    chain: ec.Chain
     amplitude: Fraction
-    start: State | None = None
+    start: ec.State | None = None
 
 
 def drawn(random: Random) -> Case:
@@ -72,18 +60,18 @@ def drawn(random: Random) -> Case:
     sigma = random.choice([F(0), F(0), (mu_s - mu_d) / random.choice([5, 10])])
     steep = [F(0), mu_d / (2 * n), mu_d * random.randint(1, 99) / 100, mu_d * 97 / 100]
     tan = random.choice([1, 1, 1, -1]) * random.choice(steep)
-    chain = Chain(n, random.choice([1000, 1, F(1, 1000)]), mu_d, mu_s, sigma, tan_alpha=tan)
+    chain = ec.Chain(n, random.choice([1000, 1, F(1, 1000)]), mu_d, mu_s, sigma, tan_alpha=tan)
     scale = n * (mu_d - abs(tan)) / 2 + random.choice([0, 1]) * (mu_s - mu_d)
     amplitude = F(float(scale) * random.uniform(0.4, 3)).limit_denominator(10**6) / chain.l0
     return Case(chain, amplitude, random.choice([None, None, of_its_own(chain, random)]))
 
 
-def of_its_own(chain: Chain, random: Random) -> State | None:
+def of_its_own(chain: ec.Chain, random: Random) -> ec.State | None:
     """Return a start with tensions and coefficients of its own; None for one slider."""
     if chain.n == 1:
         return None
     tensions = [chain.mu_s * random.randint(-9, 9) / 20 for _ in range(chain.n - 1)]
-    start = State.prepared(chain, tensions)
+    start = ec.State.prepared(chain, tensions)
     if chain.slides or random.random() < 0.5:
         return start
     own = [float(chain.mu_s) + random.randint(0, 9) / 100 for _ in range(chain.n)]
@@ -97,16 +85,16 @@ def claims_of(case: Case, *, enclosed: bool) -> Iterator[Claim]:
     yield from of_law(case)
     solver = "sliding" if chain.slides else "exact"
     for cycles in (60, 120):
-        yield from of_run(creep(chain, Cycles(amplitude, cycles), solver=solver, start=start))
+        yield from of_run(ec.creep(chain, ec.Cycles(amplitude, cycles), solver=solver, start=start))
     if chain.slides:
         return
     if clean := chain.sigma_mu == 0:
-        yield from of_fate(fate(chain, amplitude, start=start, solver="exact", cycles=1000))
+        yield from of_fate(ec.fate(chain, amplitude, start=start, solver="exact", cycles=1000))
     if enclosed and chain.n <= 5:
-        drive = Cycles(amplitude, 10)
-        yield from of_run(creep(chain, drive, solver="certified", start=start))
+        drive = ec.Cycles(amplitude, 10)
+        yield from of_run(ec.creep(chain, drive, solver="certified", start=start))
         if clean:
-            yield from of_fate(fate(chain, amplitude, start=start, cycles=30))
+            yield from of_fate(ec.fate(chain, amplitude, start=start, cycles=30))
 
 
 def of_theorems(case: Case) -> Iterator[Claim]:
@@ -118,19 +106,19 @@ def of_theorems(case: Case) -> Iterator[Claim]:
 
 
 def of_law(case: Case) -> Iterator[Claim]:
-    law = laws.prediction(case.chain, Cycles(case.amplitude, 10), case.start)
+    law = ec.laws.prediction(case.chain, ec.Cycles(case.amplitude, 10), case.start)
     if law is not None and not math.isnan(law.deviation):
         off = SURE * law.deviation
         low, high = min(law.values) - off, max(law.values) + off
         yield Claim(law.law, low, high, law.deviation == 0)
 
 
-def of_run(run: Creep) -> Iterator[Claim]:
+def of_run(run: ec.Creep) -> Iterator[Claim]:
     who = f"{run.solver}, {run.half_cycles} half-cycles: {run.outcome.value}"
-    proved = run.outcome_evidence is Evidence.PROVED
-    if run.outcome is Outcome.RUNAWAY:
+    proved = run.outcome_evidence is ec.Evidence.PROVED
+    if run.outcome is ec.Outcome.RUNAWAY:
         yield Claim(who, math.inf, math.inf, proved)
-    elif run.outcome_evidence is Evidence.UNDECIDED or run.outcome is Outcome.LIMIT:
+    elif run.outcome_evidence is ec.Evidence.UNDECIDED or run.outcome is ec.Outcome.LIMIT:
         return
     elif proved and run.outcome in STILL:
         yield Claim(who, 0, 0, True)
@@ -142,10 +130,10 @@ def of_run(run: Creep) -> Iterator[Claim]:
 
 
 def of_fate(found: Any) -> Iterator[Claim]:
-    who, proved = f"fate by {found.solver}", found.evidence is Evidence.PROVED
-    if found.evidence is Evidence.UNDECIDED or found.outcome is Outcome.LIMIT:
+    who, proved = f"fate by {found.solver}", found.evidence is ec.Evidence.PROVED
+    if found.evidence is ec.Evidence.UNDECIDED or found.outcome is ec.Outcome.LIMIT:
         return
-    if found.outcome is Outcome.RUNAWAY:
+    if found.outcome is ec.Outcome.RUNAWAY:
         yield Claim(who, math.inf, math.inf, proved)
     else:
         yield Claim(who, found.velocity, found.velocity, proved)
@@ -157,13 +145,13 @@ def assert_none_contradict(case: Case, claims: list[Claim]) -> None:
     assert not found, "\n".join([repr(case), *(f"  {a}\n  {b}" for a, b in found)])
 
 
-def of_threshold(edge: Threshold, *, creeps: bool) -> Claim:
+def of_threshold(edge: ec.Threshold, *, creeps: bool) -> Claim:
     if not creeps:
-        return Claim("threshold, lower", 0, 0, edge.evidence is Evidence.PROVED)
+        return Claim("threshold, lower", 0, 0, edge.evidence is ec.Evidence.PROVED)
     down = edge.direction in ("+x", "downhill") and edge.chain.tan_alpha >= 0
     down |= edge.direction == "uphill" and edge.chain.tan_alpha < 0
     away = (SLACK, math.inf) if down else (-math.inf, -SLACK)  # from 0, however slowly
-    return Claim("threshold, upper", *away, edge.evidence is Evidence.PROVED)
+    return Claim("threshold, upper", *away, edge.evidence is ec.Evidence.PROVED)
 
 
 FAST, REST = range(4), range(4, 10)
@@ -192,7 +180,7 @@ def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
     assert any(claim.proved and claim.low == claim.high == 0 for claim in claims)
 
 
-def edges_drawn(seed: int, count: int) -> Iterator[tuple[Chain, int | None, Threshold]]:
+def edges_drawn(seed: int, count: int) -> Iterator[tuple[ec.Chain, int | None, ec.Threshold]]:
     """Return thresholds of random chains without disorder; half of them slide without slips."""
     random = Random(seed)
     for after in itertools.islice(itertools.cycle((None, 1, 2, 3)), count):
@@ -200,8 +188,8 @@ def edges_drawn(seed: int, count: int) -> Iterator[tuple[Chain, int | None, Thre
         if random.random() < 0.5:
             chain = replace(chain, mu_s=chain.mu_d)
         solver = "certified" if chain.n <= 2 else "exact"
-        with contextlib.suppress(InputError):  # nothing creeps in the scan
-            yield chain, after, threshold(chain, after=after, digits=6, points=60, solver=solver)
+        with contextlib.suppress(ec.InputError):  # nothing creeps in the scan
+            yield chain, after, ec.threshold(chain, after=after, digits=6, points=60, solver=solver)
 
 
 @pytest.mark.parametrize("part", range(3))
@@ -218,9 +206,54 @@ def test_at_a_threshold_runs_fates_and_laws_say_the_same(part: int) -> None:
             assert_none_contradict(case, [of_threshold(edge, creeps=bool(creeps)), *claims])
 
 
-def advance_in(chain: Chain, amplitude: Fraction, cycle: int) -> float:
+def advance_in(chain: ec.Chain, amplitude: Fraction, cycle: int) -> float:
     """Return how far x_G goes down the incline in a cycle from the relaxed chain."""
     solver = "sliding" if chain.slides else "exact"
-    run = creep(chain, Cycles(amplitude, cycle), solver=solver, record=["x_G"])
+    run = ec.creep(chain, ec.Cycles(amplitude, cycle), solver=solver, record=["x_G"])
     begin, *_, end = [0.0, *run.recorded["x_G"]][-3:]
     return float(end - begin) * (-1 if chain.tan_alpha < 0 else 1)
+
+
+SHALLOW = captions(4, mu_s="0.612", tan_alpha="0.0058")
+UPHILL = "0.002701"
+"""An amplitude at which the shallow chain creeps against its slope."""
+
+
+def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
+    result = ec.creep(captions(30), ec.Cycles(Fraction("0.00338337"), 1500), record=())
+    assert abs(result.velocity) < 2 * result.velocity_error
+    assert (result.outcome, result.outcome_evidence) == (ec.Outcome.CYCLING, ec.Evidence.UNDECIDED)
+    bound = float(result.reason.rpartition(" ")[2])
+    assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
+    level = ec.creep(captions(6, "0.01", tan_alpha="0"), ec.GaussianSteps("0.01", 400), seed=3)
+    assert (level.outcome, level.outcome_evidence) == (ec.Outcome.CYCLING, ec.Evidence.UNDECIDED)
+
+
+def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:
+    run, image = (
+        ec.creep(chain, ec.Cycles(UPHILL, 200)) for chain in (SHALLOW, SHALLOW.mirrored())
+    )
+    assert run.direction == image.direction == ec.fate(SHALLOW, UPHILL).direction == "uphill"
+    assert image.velocity == -run.velocity > 0
+    lives = ec.survival(SHALLOW, UPHILL, starts=12, cycles=300)
+    ways = [record.direction for record in lives.records if record.outcome == "creeping"]
+    assert len(ways) == lives.creeping.starts
+    assert ways.count("uphill") == lives.directions["uphill"].starts > 0
+
+
+@pytest.mark.parametrize(
+    ("n", "tan_alpha", "amplitude", "cycles", "direction"),
+    [
+        (3, "0.25", "0.001", 50, "downhill"),
+        (3, "0.25", "0.001", 1, "downhill"),  # too short for a velocity
+        (3, "0.25", "0.0001", 50, "none"),
+        (5, "0.25", "0.0008", 200, "none"),  # locked
+        (3, "-0.7", "0.001", 3, "downhill"),  # a runaway
+        (4, "0", "0.004", 50, "none"),  # slips for ever in avalanches, as its mirror image does
+    ],
+)
+def test_creep_downhill_rest_and_locked_chains_say_so(
+    n: int, tan_alpha: str, amplitude: str, cycles: int, direction: str
+) -> None:
+    found = ec.creep(captions(n, tan_alpha=tan_alpha), ec.Cycles(amplitude, cycles))
+    assert found.direction == direction

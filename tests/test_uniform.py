@@ -8,28 +8,7 @@ from typing import Any
 import pytest
 
 import exactcreep
-from exactcreep import (
-    Chain,
-    Cycles,
-    Experiment,
-    InputError,
-    Path,
-    Scene,
-    Solid,
-    State,
-    compare,
-    creep,
-    disorder,
-    fate,
-    intercept,
-    laws,
-    physical,
-    plan,
-    rearrange,
-    survival,
-    sweep,
-    threshold,
-)
+import exactcreep as ec
 from exactcreep.solvers.registry import SOLVERS
 
 ALIKE: dict[str, Any] = {
@@ -41,44 +20,44 @@ UNLIKE: dict[str, dict[str, Any]] = {
     "end_forces": {"end_forces": ("0.1", 0)},
     "expansion": {"expansion": [1, "0.5"]},
 }
-CYCLES = Cycles("0.002", 2)
-VECTORS = Path([["0.002", 0], ["0.002", "0.001"], [0, 0]])
+CYCLES = ec.Cycles("0.002", 2)
+VECTORS = ec.Path([["0.002", 0], ["0.002", "0.001"], [0, 0]])
 
 
-def _solid(chain: Chain) -> Solid:
+def _solid(chain: ec.Chain) -> ec.Solid:
     lead = {"length": 8, "section": 1, "mu_d": "0.5", "mu_s": "0.6", "material": "lead"}
-    return dataclasses.replace(physical(tan_alpha="0.25", **lead), chain=chain)
+    return dataclasses.replace(ec.physical(tan_alpha="0.25", **lead), chain=chain)
 
 
-def _drawn(chain: Chain) -> Chain:
-    return Chain(**chain.parameters() | {"sigma_mu": "0.05"})
+def _drawn(chain: ec.Chain) -> ec.Chain:
+    return ec.Chain(**chain.parameters() | {"sigma_mu": "0.05"})
 
 
-Call = Callable[[Chain, Any, State | None], Any]
+Call = Callable[[ec.Chain, Any, ec.State | None], Any]
 OF_DRIVES: dict[str, Call] = {
-    **{f"creep {name}": lambda chain, drive, start, name=name: creep(
+    **{f"creep {name}": lambda chain, drive, start, name=name: ec.creep(
         chain, drive, start=start, solver=name) for name in SOLVERS},
-    "plan": lambda chain, drive, start: plan(chain, drive, start=start),
-    "sweep": lambda chain, drive, start: sweep([Experiment(chain, drive)]),
-    "compare": lambda chain, drive, start: compare(Experiment(chain, drive), events=5),
-    "prediction": lambda chain, drive, start: laws.prediction(chain, drive),
+    "plan": lambda chain, drive, start: ec.plan(chain, drive, start=start),
+    "sweep": lambda chain, drive, start: ec.sweep([ec.Experiment(chain, drive)]),
+    "compare": lambda chain, drive, start: ec.compare(ec.Experiment(chain, drive), events=5),
+    "prediction": lambda chain, drive, start: ec.laws.prediction(chain, drive),
 }  # fmt: skip
 OF_STATES: dict[str, Call] = {
-    **{f"rearrange {name}": lambda chain, drive, start, name=name: rearrange(
-        chain, start or State.relaxed(chain), direction=1, solver=name)
+    **{f"rearrange {name}": lambda chain, drive, start, name=name: ec.rearrange(
+        chain, start or ec.State.relaxed(chain), direction=1, solver=name)
        for name in SOLVERS if name != "sliding"},  # which has none
-    "fate": lambda chain, drive, start: fate(chain, "0.002", start=start, cycles=20),
+    "fate": lambda chain, drive, start: ec.fate(chain, "0.002", start=start, cycles=20),
 }  # fmt: skip
 CALLS: dict[str, Call] = OF_DRIVES | OF_STATES | {
-    "survival": lambda chain, *_: survival(chain, "0.002", starts=2, cycles=10),
-    "intercept": lambda chain, *_: intercept(_drawn(chain), cycles=400, points=8),
-    "threshold": lambda chain, *_: threshold(chain, after=2, digits=4, points=50),
+    "survival": lambda chain, *_: ec.survival(chain, "0.002", starts=2, cycles=10),
+    "intercept": lambda chain, *_: ec.intercept(_drawn(chain), cycles=400, points=8),
+    "threshold": lambda chain, *_: ec.threshold(chain, after=2, digits=4, points=50),
     "Solid": lambda chain, *_: _solid(chain),
-    "prediction_of": lambda chain, *_: laws.prediction_of(
+    "prediction_of": lambda chain, *_: ec.laws.prediction_of(
         chain.parameters() | {"amplitude": 0.002}),
-    "edges": lambda chain, *_: laws.edges(chain),
-    "law_values": lambda chain, *_: laws.law_values(
-        laws.threshold_amplitude, chain.parameters()),
+    "edges": lambda chain, *_: ec.laws.edges(chain),
+    "law_values": lambda chain, *_: ec.laws.law_values(
+        ec.laws.threshold_amplitude, chain.parameters()),
 }  # fmt: skip
 VECTOR, START = "a dilation of each spring", "a start after such dilations"
 FIELDS = {VECTOR: {"drive.theta"}, START: {"start.theta", "state.theta"}}
@@ -104,15 +83,15 @@ CASES = [
 def test_what_differs_from_slider_to_slider_is_understood_or_refused(call: str, kind: str) -> None:
     slides = kind in FIELDS and "sliding" in call
     differs = {"mu_s": "0.5" if slides else "0.6"} | UNLIKE.get(kind, {})
-    chain, drive, start = Chain(**ALIKE | differs), CYCLES, None
+    chain, drive, start = ec.Chain(**ALIKE | differs), CYCLES, None
     if kind == VECTOR:
         drive = VECTORS
     if kind == START:
-        start = creep(chain, Path(VECTORS.theta[:1])).state
+        start = ec.creep(chain, ec.Path(VECTORS.theta[:1])).state
     if (chain.unlike or {kind}) <= TAKEN.get(call, set()):
         CALLS[call](chain, drive, start)
         return
-    with pytest.raises(InputError) as refused:
+    with pytest.raises(ec.InputError) as refused:
         CALLS[call](chain, drive, start)
     field = refused.value.field
     assert field in FIELDS[kind] if kind in FIELDS else field.rpartition(".")[2] in UNLIKE[kind]
@@ -127,23 +106,23 @@ def test_every_public_function_of_a_chain_is_asked() -> None:
 @pytest.mark.parametrize("kind", UNLIKE)
 def test_a_uniform_chain_written_as_lists_is_the_same_chain(kind: str) -> None:
     listed = {"mu_d": ["0.5"] * 3, "mu_s": ["0.6"] * 3, "end_forces": (0, 0), "expansion": [1, 1]}
-    same = Chain(**ALIKE | {name: listed[name] for name in UNLIKE[kind]})
-    assert same == Chain(**ALIKE)
-    assert same.parameters() == Chain(**ALIKE).parameters()
+    same = ec.Chain(**ALIKE | {name: listed[name] for name in UNLIKE[kind]})
+    assert same == ec.Chain(**ALIKE)
+    assert same.parameters() == ec.Chain(**ALIKE).parameters()
     assert not same.unlike
 
 
 @pytest.mark.parametrize("kind", UNLIKE)
 def test_an_unlike_chain_is_made_again_from_its_parameters_and_mirrored(kind: str) -> None:
-    chain = Chain(**ALIKE | UNLIKE[kind])
-    assert Chain(**chain.parameters()) == chain
-    assert hash(Chain(**chain.parameters())) == hash(chain)
+    chain = ec.Chain(**ALIKE | UNLIKE[kind])
+    assert ec.Chain(**chain.parameters()) == chain
+    assert hash(ec.Chain(**chain.parameters())) == hash(chain)
     assert chain.mirrored().mirrored() == chain != chain.mirrored()
     drive = {"kind": "cycles", "amplitude": "0.002", "cycles": 1}
-    scene = Scene.from_mapping({"chain": chain.parameters(), "drive": drive})
+    scene = ec.Scene.from_mapping({"chain": chain.parameters(), "drive": drive})
     assert scene.experiment().chain == chain
-    forces = State.relaxed(chain).forces(chain)
-    assert (-State.relaxed(chain.mirrored()).forces(chain.mirrored())[::-1] == forces).all()
+    forces = ec.State.relaxed(chain).forces(chain)
+    assert (-ec.State.relaxed(chain.mirrored()).forces(chain.mirrored())[::-1] == forces).all()
 
 
 @pytest.mark.parametrize(
@@ -155,17 +134,17 @@ def test_an_unlike_chain_is_made_again_from_its_parameters_and_mirrored(kind: st
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_list_names_its_entry(given: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as refused:
-        Chain(**ALIKE | given)
+    with pytest.raises(ec.InputError) as refused:
+        ec.Chain(**ALIKE | given)
     assert refused.value.field == field
 
 
 def test_coefficients_are_drawn_about_the_mean_of_their_slider() -> None:
     means = ["0.6", "0.7", "0.65"]
-    unlike = Chain(**ALIKE | {"mu_s": means, "sigma_mu": "0.01"})
-    alike = Chain(**ALIKE | {"sigma_mu": "0.01"})
+    unlike = ec.Chain(**ALIKE | {"mu_s": means, "sigma_mu": "0.01"})
+    alike = ec.Chain(**ALIKE | {"sigma_mu": "0.01"})
     for n, mean in enumerate(means, 1):
-        drawn, other = (disorder.static_coefficient(chain, 4, n, 5) for chain in (unlike, alike))
+        drawn, other = (ec.disorder.static_coefficient(chain, 4, n, 5) for chain in (unlike, alike))
         assert drawn - other == pytest.approx(float(mean) - 0.6, abs=1e-15)
-        assert State.relaxed(unlike, seed=4).coefficients[n - 1] == pytest.approx(
-            disorder.static_coefficient(unlike, 4, n, 0), abs=1e-15)  # fmt: skip
+        assert ec.State.relaxed(unlike, seed=4).coefficients[n - 1] == pytest.approx(
+            ec.disorder.static_coefficient(unlike, 4, n, 0), abs=1e-15)  # fmt: skip

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import re
 import signal
 import sys
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
+import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 from matplotlib.figure import Figure
 
+from exactcreep import Cycles, Evidence, Outcome, State, creep
 from exactcreep.cli import COMMANDS
+from exactcreep.solvers.tables import LOGS
+from exactcreep.studies.fates.fate_result import Fate
+from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
+from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
@@ -228,3 +240,81 @@ def test_no_option_is_switched_off_but_one_and_the_version_is_printed(command: C
         negative |= {*re.findall(r"--(?:no|empty)-[a-z-]+", command(name, "--help").out)}
     assert negative == {"--no-locate"}
     assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", command("--version").out)
+
+
+CHAIN = paper_chain(3)
+FATE = Fate(
+    CHAIN, Fraction(1, 1000), State.relaxed(CHAIN), "exact", Outcome.CREEPING, Evidence.PROVED,
+    cycles=50, settled_after=30, period=1, advance=0.70517,
+)  # fmt: skip
+EDGE = Threshold(CHAIN, "lasting", 100, 6, "certified", "", "0.00045", "0.00046", Evidence.PROVED)
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (FATE, "creeping downhill, settled after 30 cycles (proved)"),
+        (replace(FATE, advance=-0.1, settled_after=1), "creeping uphill, settled after 1 cycle ("),
+        (replace(FATE, outcome=Outcome.RUNAWAY, settled_after=None, reason="steep"),
+         "runaway downhill (proved): steep"),
+        (replace(FATE, outcome=Outcome.LIMIT, settled_after=None, reason="time"),
+         "limit, not settled in 50 cycles (proved): time"),
+        (EDGE, "creep for ever begins between A = 0.00045 and 0.00046 (proved)"),
+        (replace(EDGE, criterion="horizon", cycles=3), "an advance in cycle 3 begins between"),
+        (replace(EDGE, upper=None, reason="time"), "it is not known where creep for ever"),
+    ],
+)  # fmt: skip
+def test_an_answer_is_a_sentence_with_its_numbers_or_why_they_are_not_known(
+    answer: Any, said: str
+) -> None:
+    assert answer.sentence.startswith(said)
+
+
+def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Command) -> None:
+    line = "sweep six-sliders-cycles --set drive.cycles=80 --seeds 4 --out cells"
+    rows = command(*line.split(), "--set", "vary.drive.amplitude=[0.00001,0.01]").out.splitlines()
+    assert rows[1].split() == ["amplitude", "velocity", "outcome"]
+    assert re.fullmatch(r" 1e-05 +0.* +4 (at_rest|cycling)", rows[2])
+    assert re.fullmatch(r" 0\.01 +2\d\.\d+ ± 0\.\d+ +4 creeping downhill", rows[3])
+    assert rows[4].startswith("2 points, 4 seeds each: means and their standard errors: 4 ")
+
+
+TABLES = ("half_cycles", *LOGS)
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("amplitude", ["0.005", "0.00001"])
+def test_a_table_comes_back_from_its_files_whole(
+    command: Command, table: str, amplitude: str
+) -> None:
+    run = creep(paper_chain(4), Cycles(amplitude, 4), seed=3, record=("x_G", "x", *LOGS))
+    run.save("run.nc")
+    own = run.to_pandas(table)
+    assert (len(own) > 0) == (amplitude == "0.005" or table == "half_cycles")
+    for ending in ("parquet", "csv"):
+        told = command("export", "run.nc", "--table", table, "--to", f"table.{ending}")
+        assert told.err == f"written: table.{ending} ({len(own)} rows)\n"
+    back = pd.read_parquet("table.parquet")
+    types = own.assign(kind=own["kind"].astype("object")) if "kind" in own else own
+    back = back.astype(types.dtypes.to_dict())  # a category without members is lost
+    pd.testing.assert_frame_equal(back, types, check_exact=True, check_index_type=False)
+    held = pq.read_schema("table.parquet")  # as programs see it that know nothing of pandas
+    assert json.loads(held.metadata[b"PANDAS_ATTRS"]) == own.attrs
+    assert set(held.names) == {own.index.name, *own}
+    with open("table.csv", newline="") as file:
+        header, *rows = csv.reader(file)
+    units = {name: f" [{unit}]" * (unit != "1") for name, unit in own.attrs["units"].items()}
+    assert header == [own.index.name, *(name + unit for name, unit in units.items())]
+    assert rows == own.reset_index().astype(str).to_numpy().tolist()
+
+
+def test_an_export_that_cannot_be_is_refused(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    creep(paper_chain(2), Cycles("0.005", 1)).save("run.nc")
+    told = command("export", "run.nc", "--to", "it.csv", "--table", "events")
+    assert 'needs record = ["events"]' in told.sentence
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    told = command("export", "run.nc", "--to", "it.parquet")
+    assert 'needs pyarrow: pip install ".[export]"' in told.sentence
+    assert command("export", "run.nc", "--to", "it.csv").code == 0

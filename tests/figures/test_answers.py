@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from datetime import date, timedelta
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from exactcreep import Chain, Cycles, State, creep, fate, intercept, laws, threshold
 from exactcreep.figures.fate import draw_fate, draw_survival
+from exactcreep.figures.record import draw_record
 from exactcreep.figures.threshold import draw_threshold
+from exactcreep.model.record_format import guessed
+from exactcreep.model.temperature_record import TemperatureRecord
 from tests.pictures import assert_shows_data, line
 from tests.studies.fates.test_survival import made
 
@@ -87,3 +93,26 @@ def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> 
     bare = intercept(rough, max_seconds="1e-9")
     low, high = draw_threshold(bare).axes[0].get_xlim()
     assert 0 < low < bare.law_seuil < high < 2 * bare.law_seuil
+
+
+@pytest.mark.parametrize("days", [5, 300, 5000])
+def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
+    days: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "station.csv"
+    readings = 10 + 8 * np.cos(np.arange(days)) - 9 * (np.arange(days) == days // 3)
+    rows = (f"{date(2000, 1, 1) + timedelta(k)},{t:.1f}" for k, t in enumerate(readings.tolist()))
+    path.write_text("\n".join(["date,temperature", *rows]))
+    record = TemperatureRecord.readings(path, **guessed(path).options)
+    figure = assert_shows_data(draw_record(record, "station.csv"), framed=True)
+    (axes,) = figure.axes
+    (line,) = axes.lines
+    drawn = np.asarray(line.get_ydata())
+    if days <= 300:
+        assert np.array_equal(drawn, record.temperatures)
+    else:
+        (band,) = axes.collections
+        assert drawn.mean() == pytest.approx(record.temperatures.mean(), abs=0.05)
+        heights = band.get_paths()[0].vertices[:, 1]
+        assert heights.min() == record.temperatures.min()
+        assert heights.max() == record.temperatures.max()

@@ -10,24 +10,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from exactcreep import (
-    Creep,
-    Cycles,
-    GaussianSteps,
-    InputError,
-    State,
-    TemperatureRecord,
-    creep,
-    physical,
-    rearrange,
-)
+import exactcreep as ec
 from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data, line
 
 CHAIN, SIX, VARIED = paper_chain(2), paper_chain(6), paper_chain(6, "0.02")
-DRIVE = Cycles("0.004", 20)
+DRIVE = ec.Cycles("0.004", 20)
 
 
 @pytest.fixture(autouse=True)
@@ -36,13 +26,13 @@ def _closed() -> Iterator[None]:
     plt.close("all")
 
 
-def drawn(runs: list[Creep], **about: object):
+def drawn(runs: list[ec.Creep], **about: object):
     return assert_shows_data(draw_run(runs, **about), framed=True).axes
 
 
 def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_chain() -> None:
-    start = State(np.array([0.1]), np.array([1.0, 3.0]), np.full(2, 0.6), np.ones(2, int), 0.0)
-    run = creep(CHAIN, GaussianSteps("0.002", 300), seed=1, start=start, record=("x_G", "x"))
+    start = ec.State(np.array([0.1]), np.array([1.0, 3.0]), np.full(2, 0.6), np.ones(2, int), 0.0)
+    run = ec.creep(CHAIN, ec.GaussianSteps("0.002", 300), seed=1, start=start, record=("x_G", "x"))
     theta = run.drive.targets(1, run.half_cycles, run.seed)
     top, bottom = drawn([run])
     x = run.recorded["x"]
@@ -52,13 +42,13 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
     ):  # fmt: skip
         assert_array_equal(axes.lines[place].get_xdata(), np.arange(301))
         assert_array_equal(axes.lines[place].get_ydata(), np.append(begin, values))
-    (band,) = drawn([creep(CHAIN, Cycles("0.002", 201))])[0].collections  # of many cycles
+    (band,) = drawn([ec.creep(CHAIN, ec.Cycles("0.002", 201))])[0].collections  # of many cycles
     assert_array_equal(np.ptp(band.get_paths()[0].vertices, axis=0), (402, 0.004))
 
 
 def test_members_are_drawn_beside_the_law_of_their_group_and_named_by_what_varies() -> None:
     cases = [(a, s) for a in (1, 2) for s in (1, 2)]
-    runs = [creep(VARIED, Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
+    runs = [ec.creep(VARIED, ec.Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
     settings = [{"chain.n": 6, "drive.amplitude": a, "run.seed": s} for a, s in cases]
     _, axes = drawn(runs, settings=settings)
     named = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -71,7 +61,7 @@ def test_members_are_drawn_beside_the_law_of_their_group_and_named_by_what_varie
         assert_law(run, *law.get_data())
 
 
-def assert_law(run: Creep, x: np.ndarray, y: np.ndarray) -> None:
+def assert_law(run: ec.Creep, x: np.ndarray, y: np.ndarray) -> None:
     """Assert that a line rises as the law says, from where x_G is after the burn-in."""
     assert x.tolist() == [run.burn_in, run.half_cycles]
     assert y[0] == run.recorded["x_G"][run.burn_in - 1]
@@ -79,7 +69,7 @@ def assert_law(run: Creep, x: np.ndarray, y: np.ndarray) -> None:
 
 
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
-    run = creep(paper_chain(10), Cycles("0.01", 8))
+    run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
     _, bottom = drawn([run])
     law = prediction(run.chain, run.drive)
     assert_law(run, *line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)"))
@@ -87,7 +77,7 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     x, y = band.get_paths()[0].vertices.T
     wide = 2 * law.deviation * (run.half_cycles - run.burn_in)
     assert np.ptp(y[x == run.half_cycles]) == pytest.approx(wide)
-    sliding = drawn([creep(paper_chain(10), Cycles("0.01", 8), solver="sliding")])[1]
+    sliding = drawn([ec.creep(paper_chain(10), ec.Cycles("0.01", 8), solver="sliding")])[1]
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
 
 
@@ -98,15 +88,15 @@ ROOF = {"length": 3, "youngs_modulus": "16e9", "density": 11340, "section": "0.0
         "tan_alpha": "0.3"}  # fmt: skip
 
 
-def recorded(days: int) -> TemperatureRecord:
+def recorded(days: int) -> ec.TemperatureRecord:
     dates = np.datetime64("2020-07-01") + np.arange(days)
     degrees = [10.0 + 25 * (k % 2) + k % 7 for k in range(days)]
-    return TemperatureRecord.of(degrees, "29e-6", 10, times=dates, unit="C")
+    return ec.TemperatureRecord.of(degrees, "29e-6", 10, times=dates, unit="C")
 
 
 def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
-    roof, record = physical(**ROOF), recorded(30)
-    run = creep(roof.chain, record)
+    roof, record = ec.physical(**ROOF), recorded(30)
+    run = ec.creep(roof.chain, record)
     axes = run.plot(solid=roof)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
     assert_shows_data(axes.figure, framed=True)
@@ -121,7 +111,7 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
     years: int,
 ) -> None:
     measured = 2.5
-    roof = physical(**ROOF, measured=measured)
+    roof = ec.physical(**ROOF, measured=measured)
     descent = roof.creep(recorded(365 * years + 3), solver="sliding")
     top, bottom, side = assert_shows_data(draw_descent(descent)).axes
     assert_allclose(top.lines[0].get_ydata(), descent.temperatures)
@@ -144,12 +134,12 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
 
 @pytest.fixture(scope="module")
 def run():
-    return creep(SIX, DRIVE, seed=3, record=("x_G",))
+    return ec.creep(SIX, DRIVE, seed=3, record=("x_G",))
 
 
 @pytest.mark.parametrize("half_cycle", [0, 7, 40])
-def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) -> None:
-    full = creep(SIX, DRIVE, seed=3, record=("x_G", "x", "tension", "slips")).recorded
+def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: int) -> None:
+    full = ec.creep(SIX, DRIVE, seed=3, record=("x_G", "x", "tension", "slips")).recorded
     seen = portrait(run, half_cycle, window=10)
     there = slice(seen.first - 1, seen.first - 1 + 10)
     assert seen.first - 1 <= half_cycle <= seen.first + 9
@@ -176,18 +166,18 @@ def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) 
     assert_array_equal(np.asarray(mesh.get_array()).reshape(6, 10), seen.slips.T)
 
 
-def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
+def test_what_the_run_does_not_have_or_repeat_is_refused(run: ec.Creep) -> None:
     changed = run.recorded["x_G"].copy()
     changed[11] = np.nextafter(changed[11], 1e9)
     other = dataclasses.replace(run, recorded={"x_G": changed})
-    with pytest.raises(InputError, match="at half-cycle 12 when the run was saved"):
+    with pytest.raises(ec.InputError, match="at half-cycle 12 when the run was saved"):
         portrait(other, 20)
-    with pytest.raises(InputError, match=r"half_cycle = 41.*at most 40"):
+    with pytest.raises(ec.InputError, match=r"half_cycle = 41.*at most 40"):
         portrait(run, 41)
 
 
 def test_a_rearrangement_is_drawn_by_its_velocities_and_by_energies_that_balance() -> None:
-    motion = rearrange(SIX, State.prepared(SIX, [2, 0, 0, 1, 0]), direction=0)
+    motion = ec.rearrange(SIX, ec.State.prepared(SIX, [2, 0, 0, 1, 0]), direction=0)
     above, below = motion.plot()
     assert_shows_data(above.figure, framed=True)
     mesh = above.collections[0]

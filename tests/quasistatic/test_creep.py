@@ -10,16 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from exactcreep import (
-    Creep,
-    Cycles,
-    Evidence,
-    InputError,
-    Outcome,
-    State,
-    creep,
-)
-from exactcreep import Path as ThetaPath
+import exactcreep as ec
+from exactcreep import Cycles, Outcome, State, creep
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from tests.paper import paper_chain
@@ -81,7 +73,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
         start = with_coefficients(creep(TWO_SURE, cycle, start=start).state, 0.55, 0.55)
     first = creep(TWO_SURE, cycle, start=start, solver=solver)
     assert first.state.tensions.astype(float).tolist() == start.tensions.tolist()
-    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
+    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, ec.Evidence.UNDECIDED)
     later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
     assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
 
@@ -89,7 +81,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
 LARGEST = 2**64 - 1
 SAVED: dict[str, dict[str, Any]] = {
     "verlet": {
-        "chain": SIX, "drive": ThetaPath(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
+        "chain": SIX, "drive": ec.Path(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
         "start": State.prepared(SIX, [Fraction(1, 3), 0, "0.1", 0, 0], theta="0.001", seed=LARGEST),
         "record": RECORDS, "solver": "verlet", "dt": "1/20",
     },
@@ -106,7 +98,7 @@ def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
     given = SAVED[run]
     result = creep(**given)
     result.save(tmp_path / "a.nc")
-    loaded = Creep.load(tmp_path / "a.nc")
+    loaded = ec.Creep.load(tmp_path / "a.nc")
     assert loaded == result
     assert loaded != replace(result, slip_count=1)
     assert loaded.dataset.identical(result.dataset)
@@ -123,15 +115,15 @@ def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
 def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> None:
     results, target = [creep(TWO, SHORT, seed=seed) for seed in range(3)], tmp_path / "a.nc"
     results[1].save(target)
-    with pytest.raises(InputError):
-        Creep.load(tmp_path)
-    with pytest.raises(InputError, match="exists"):
+    with pytest.raises(ec.InputError):
+        ec.Creep.load(tmp_path)
+    with pytest.raises(ec.InputError, match="exists"):
         results[0].save(target)
-    assert Creep.load(target) == results[1]
+    assert ec.Creep.load(target) == results[1]
     save_members(results, target, force=True)
     assert load_members(target) == results
-    with pytest.raises(InputError, match="holds 3 members"):
-        Creep.load(target)
+    with pytest.raises(ec.InputError, match="holds 3 members"):
+        ec.Creep.load(target)
 
 
 @pytest.mark.parametrize(
@@ -140,11 +132,11 @@ def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> No
         ({"max_events": 1.5}, "max_events"),
         ({"burn_in": 11}, r"burn_in = 11: .* at most 10"),
         ({"accuracy": 1}, "accuracy"),
-        ({"drive": ThetaPath(["0.001", 0]), "accuracy": "0.1"}, "Cycles or GaussianSteps"),
+        ({"drive": ec.Path(["0.001", 0]), "accuracy": "0.1"}, "Cycles or GaussianSteps"),
     ],
 )
 def test_what_cannot_be_run_is_refused_by_name(given: dict, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(ec.InputError, match=sentence):
         creep(**{"chain": TWO, "drive": SHORT} | given)
 
 

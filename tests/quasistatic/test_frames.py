@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from exactcreep import Creep, Cycles, creep
+from exactcreep import Creep, Cycles, Outcome, creep, resume
+from exactcreep.quasistatic import recorder as recorders
 from exactcreep.solvers.tables import LOGS
 from tests.paper import paper_chain
 
@@ -38,3 +42,24 @@ def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> 
         own = still.to_pandas(table)
         assert len(own) == 0
         assert own.dtypes.to_dict() == run.to_pandas(table).dtypes.to_dict()
+
+
+RECORDED = ("x", "rearrangements")
+
+
+def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    drive, file = Cycles("0.01", 400), tmp_path / "run.ckpt"
+    plain = creep(CHAIN, drive, record=RECORDED)
+    with monkeypatch.context() as full:
+        full.setattr(recorders, "_WORTH_A_LOOK", 1000)
+        full.setattr(recorders, "free_memory", lambda: 0)
+        part = creep(CHAIN, drive, record=RECORDED, checkpoint=file)
+    assert part.outcome is Outcome.LIMIT
+    assert part.reason == "what this process has recorded takes half of the free memory"
+    assert 0 < part.half_cycles < plain.half_cycles
+    for name, values in part.recorded.items():
+        assert np.array_equal(values, plain.recorded[name][: len(values)])
+    assert len(part.recorded["rearrangement_theta"]) == part.rearrangements
+    assert resume(file) == plain

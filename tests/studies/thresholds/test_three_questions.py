@@ -6,18 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Chain,
-    Cycles,
-    Evidence,
-    Outcome,
-    State,
-    creep,
-    fate,
-    intercept,
-    laws,
-    threshold,
-)
+import exactcreep as ec
 from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
@@ -25,15 +14,15 @@ from tests.paper import captions
 
 def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
     chain = captions(3)
-    found = threshold(chain, low="0.00045", high="0.00049", points=20,
+    found = ec.threshold(chain, low="0.00045", high="0.00049", points=20,
                       windows=True, digits=20)  # fmt: skip
     assert [edge.begins for edge in found.windows] == [True, False, True]
-    assert found.windows[0].evidence is Evidence.PROVED
+    assert found.windows[0].evidence is ec.Evidence.PROVED
     assert (found.windows[0].lower, found.windows[0].upper) == (found.lower, found.upper)
     for edge in found.windows:
-        solver = "certified" if edge.evidence is Evidence.PROVED else "exact"
-        sides = [fate(chain, side, solver=solver).outcome for side in (edge.lower, edge.upper)]
-        assert [side is Outcome.CREEPING for side in sides] == [not edge.begins, edge.begins]
+        solver = "certified" if edge.evidence is ec.Evidence.PROVED else "exact"
+        sides = [ec.fate(chain, side, solver=solver).outcome for side in (edge.lower, edge.upper)]
+        assert [side is ec.Outcome.CREEPING for side in sides] == [not edge.begins, edge.begins]
     assert [one["creep"] for one in found.summary()["windows"]] == ["begins", "ends", "begins"]
 
 
@@ -42,10 +31,10 @@ def test_where_starts_a_hair_apart_part_the_certified_fate_counts_or_it_is_calle
     n: int, amplitude: Fraction
 ) -> None:
     chain = captions(n)
-    question = Lasting(chain, 10_000, State.relaxed(chain))
+    question = Lasting(chain, 10_000, ec.State.relaxed(chain))
     floats = question.float_fate(amplitude).outcome
-    assert question.creeps(amplitude) == (n == 6 and floats is not Outcome.CYCLING)
-    assert n == 6 or floats is Outcome.CREEPING  # and the certified one is not
+    assert question.creeps(amplitude) == (n == 6 and floats is not ec.Outcome.CYCLING)
+    assert n == 6 or floats is ec.Outcome.CREEPING  # and the certified one is not
     assert question.certified == ({amplitude: False} if n == 4 else {})
     assert list(question.sensitive) == ([amplitude] if n == 6 else [])
 
@@ -65,14 +54,14 @@ def test_the_error_of_an_intercept_is_its_scatter_over_measurements() -> None:
 
 
 def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_laws() -> None:
-    found = intercept(captions(30, "0.01"), cycles=100)
+    found = ec.intercept(captions(30, "0.01"), cycles=100)
     off = abs(found.intercept - found.law_seuil)
     assert off < min(3 * math.hypot(found.error, found.systematic), 0.02 * found.law_seuil)
     assert found.slope == pytest.approx(found.law_slope, rel=0.02)
     assert found.law_slope == 15000
-    assert found.evidence is Evidence.COMPUTED
+    assert found.evidence is ec.Evidence.COMPUTED
     assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
-    between = intercept(
+    between = ec.intercept(
         captions(4, "0.01"), cycles=100, points=8
     )  # of two plateaus no law has a slope
     assert math.isnan(between.law_slope)
@@ -80,14 +69,14 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
 
 
 def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None:
-    stairs = intercept(captions(2), cycles=60)
+    stairs = ec.intercept(captions(2), cycles=60)
     assert "steps" in stairs.reason
     assert stairs.systematic == math.inf  # the upper half lies on one step
     assert stairs.summary()["systematic"] is None
-    bent = intercept(captions(6, "0.01"), fit=("0.5", "3"), cycles=150)
+    bent = ec.intercept(captions(6, "0.01"), fit=("0.5", "3"), cycles=150)
     assert "chi2" in bent.reason
     assert bent.chi2_probability < 0.01
-    assert {stairs.evidence, bent.evidence} == {Evidence.UNDECIDED}
+    assert {stairs.evidence, bent.evidence} == {ec.Evidence.UNDECIDED}
 
 
 @pytest.mark.parametrize(
@@ -97,11 +86,11 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
 def test_two_pulled_sliders_creep_where_the_forces_drive_them(
     tangent: str, pulls: tuple[str, str], way: str
 ) -> None:
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha=tangent, end_forces=pulls)
-    found = threshold(chain, digits=8)
-    assert found.evidence is Evidence.PROVED
+    chain = ec.Chain(2, 1000, "0.5", "0.6", tan_alpha=tangent, end_forces=pulls)
+    found = ec.threshold(chain, digits=8)
+    assert found.evidence is ec.Evidence.PROVED
     assert found.direction == way
     for amplitude, creeps in ((found.lower, False), (found.upper, True)):
-        run = creep(chain, Cycles(amplitude, 200), solver="reference")
-        assert (run.outcome is Outcome.CREEPING) is creeps
-    assert laws.edges(chain)["no_lasting_creep"] <= float(found.lower) * (1 + 1e-12)
+        run = ec.creep(chain, ec.Cycles(amplitude, 200), solver="reference")
+        assert (run.outcome is ec.Outcome.CREEPING) is creeps
+    assert ec.laws.edges(chain)["no_lasting_creep"] <= float(found.lower) * (1 + 1e-12)
