@@ -15,9 +15,8 @@ The system is a `Chain`, a `State` and a `Drive` (`Cycles`, `GaussianSteps`, `Pa
 - `laws` are the formulas of the paper, `disorder` the random numbers.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
-report `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with the partial result, an
-undecidable threshold `GivenUp`. A run outside the model's physical range warns with
-`PhysicsWarning`, a record with a doubtful unit with `RecordWarning`.
+report `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted`, an undecidable threshold
+`GivenUp`. Doubtful input warns with `PhysicsWarning` or `RecordWarning`.
 """
 
 import lazy_loader

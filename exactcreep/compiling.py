@@ -55,11 +55,7 @@ def _digest(folder: Path) -> str:
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Stores compiled code, or warns once if it cannot.
-
-    Compiled code contains constants and functions of other modules, which numba does not compare.
-    So it is invalid when a module of its folder, or any other compiled module, changes.
-    """
+    """Stores compiled code until a compiled module, or one in its folder, changes."""
 
     _full = False
 

@@ -45,9 +45,9 @@ _MOST = 20_000  # most cells; a pull that needs more, so small beside friction, 
 class Pipeline(Shown):
     """A pipeline on a seabed, and its units as a chain.
 
-    The pipe is cut into equal cells with a slider at each middle; the two end cells take up the
-    remainder. The cells are chosen such that a slider stands at each *virtual anchor*, the place
-    that rests while the pipe is heated, or cooled. Then the chain walks like the continuum.
+    The pipe is cut into equal cells with a slider at each middle, except for the end cells. There
+    is a slider at each *virtual anchor*, the place that rests while the pipe is heated, or cooled,
+    so that the chain walks like the continuum.
 
     Attributes
     ----------
@@ -159,8 +159,8 @@ class Pipeline(Shown):
         """Return the walk per cycle of the continuum, mm, positive downhill.
 
         It is ``(x_c - x_h)/EA max(0, EA kappa dT - F + |G|)`` with the `anchors` x_h and x_c, the
-        total friction F, and the sum G of the weight along the bed and the end forces. On an even
-        bed with friction f per metre ``x_c - x_h = G/f``.
+        total friction F, and the sum G of the weight along the bed and the end forces. Source:
+        ``derivations/unlike.py``; on an even bed it has the form of the engineers' formulas.
 
         Parameters
         ----------
@@ -171,11 +171,6 @@ class Pipeline(Shown):
         -------
         float
             In mm.
-
-        Notes
-        -----
-        Source: ``derivations/unlike.py``. For a slope, and for a tension at one end, it has the
-        form of the formulas that pipeline engineers use.
         """
         hot, cold = self.anchors
         rise = nearest_float(self.kappa * exact_number(heating, "heating"))
@@ -211,14 +206,6 @@ class Pipeline(Shown):
         ------
         InputError
             If a number is out of range, or the solver does not take the chain.
-
-        Examples
-        --------
-        >>> pipe = pipeline(length=2000, axial_stiffness="4e9", submerged_weight=500,
-        ...                 friction="0.5", tan_alpha="0.035", kappa="1.17e-5")
-        >>> walk = pipe.walk(60, cycles=3)
-        >>> [f"{mm:.1f}" for mm in walk.millimetres]
-        ['87.2', '82.0', '82.0']
         """
         count, given = whole_number(cycles, "cycles", least=1), np.zeros(0, dtype=object)
         with suppress(ValueError):  # rows of unequal length
@@ -398,6 +385,8 @@ def pipeline(
 ) -> Pipeline:
     """Return a pipeline on a seabed with its chain (``pipeline(...).chain``).
 
+    With cells of length a, forces have the unit W a, lengths ``W a^2/EA``, and ``l0 = EA/(W a)``.
+
     Parameters
     ----------
     length : number
@@ -434,11 +423,6 @@ def pipeline(
     ------
     InputError
         If a number is out of range, or friction does not hold the pipe.
-
-    Notes
-    -----
-    Forces have the unit of a cell's submerged weight W a, lengths ``W a^2/EA``; then ``l0 = EA/(W
-    a)``, and theta is kappa times the heating.
 
     Examples
     --------

@@ -1,7 +1,4 @@
-"""Scenes: a chain, a drive and a run in one TOML file; `[vary]` lists what its members vary.
-
-Numbers are read as exact decimals. An unknown name is refused, with a similar known name.
-"""
+"""Scenes: a chain, a drive and a run in one TOML file; `[vary]` lists what its members vary."""
 
 from __future__ import annotations
 
@@ -44,10 +41,7 @@ _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
 def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
-    """Return the keys of a table for the parameters of a function, and whether each is required.
-
-    Parameters whose default is None are only for saved drives, not for users.
-    """
+    """Return the keys for the parameters of functions, and whether each is required."""
     taken = [each for make in made for each in signature(make).parameters.values()]
     return {each.name: each.default is each.empty for each in taken if each.default is not None}
 
@@ -278,14 +272,7 @@ class Scene(Shown):
         Returns
         -------
         iterator of Member
-            With `settings` and `experiment`; it raises `InputError` with the key of a value out of
-            range.
-
-        Examples
-        --------
-        >>> scene = load_scene("two-sliders-cycles").with_settings({"vary.chain.n": [2, 3]})
-        >>> [member.experiment.chain.n for member in scene.members()]
-        [2, 3]
+            With `settings` and `experiment`; it raises `InputError` for a value out of range.
         """
         return map(self._member, self._settings())
 

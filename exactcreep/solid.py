@@ -73,7 +73,7 @@ class Solid(Shown):
     Attributes
     ----------
     length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
-        As in `physical`; `kappa` is the expansion of the solid minus the expansion of the ground.
+        As in `physical`.
     friction : tuple of Fraction
         Least, middle and largest factor on all friction; an interval of `mu_d` has its middle as
         unit.
@@ -144,11 +144,6 @@ class Solid(Shown):
         ------
         InputError
             If it is not a number.
-
-        Examples
-        --------
-        >>> roof.dilation(10)
-        Fraction(29, 100000)
         """
         return self.kappa * exact_number(temperature_change, "temperature_change")
 
@@ -337,12 +332,6 @@ class Solid(Shown):
         ------
         InputError
             If an argument is out of range, or a seed would have no effect.
-
-        Examples
-        --------
-        >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-        >>> f"{descent.total:.2f} mm"
-        '5.76 mm'
         """  # fmt: skip
         self.time_unit_of(temperatures, time_unit)  # raises before the run
         for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
@@ -498,10 +487,9 @@ class Descent:
 
     @property
     def _weather(self) -> float:
-        """Standard deviation of the descent between years, mm, due to the weather.
+        """Standard deviation of the descent between years, mm; nan if the record is too short.
 
-        It comes from the years of a record of at least five years, else from differences between
-        successive blocks of ten days, which exclude the seasons. nan if there are too few.
+        With less than five years it comes from differences between successive blocks of ten days.
         """
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:

@@ -70,10 +70,7 @@ def _plain(value: Any) -> Any:
 def of_members(
     scene: str, settings: Sequence[Mapping[str, Any]], summaries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return the output of ``--json`` for a scene: its summary, or all members and their settings.
-
-    The last members may have no summary.
-    """
+    """Return the output of ``--json`` for a scene: its summary, or all members and settings."""
     if len(settings) == 1 and not settings[0] and summaries:
         return {"scene": scene, **summaries[0]}
     pairs = zip(settings, summaries, strict=False)
@@ -247,7 +244,6 @@ def grouped(
     """Return groups of members with equal results (by ``==``) and neighbouring settings.
 
     A group consists of the values of every key, a range as ``first … last``, and its members.
-    `settings` holds one mapping for each member.
     """
     rows = [
         ([[value] for value in setting.values()], [number])
@@ -336,8 +332,7 @@ class Printed:
     def check(self, **others: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same.
 
-        This is checked before the computation, so that no result is lost. `others` are the files of
-        further options.
+        This is checked before the computation. `others` are the files of further options.
         """
         from exactcreep.quasistatic.writing import check_output, check_picture
 
@@ -352,10 +347,7 @@ class Printed:
             check_picture(self.plot)
 
     def deliver(self, answer: Answer) -> None:
-        """Save, draw and print an answer, and exit with its status.
-
-        If the disk is full, the answer is still printed.
-        """
+        """Save, draw and print an answer (even if the disk is full), and exit with its status."""
 
         def draw(path: Path, *, force: bool) -> None:
             from exactcreep.figures import style

@@ -1,8 +1,4 @@
-"""Commands that ask a question about a chain, or about the members of a scene.
-
-A command about a chain is made from a public function: its options are the parameters of the
-function, and its help is the docstring.
-"""
+"""Commands that ask a question; about a chain, they are made from public functions."""
 
 from __future__ import annotations
 
@@ -64,8 +60,8 @@ _START = "Tension of every spring at the start; default the relaxed chain."
 class Question(NamedTuple):
     """A public function that is a command.
 
-    `summary` is the first sentence of its docstring, for a list of commands that does not import
-    the function; `group` has the options of its output; `examples` are command lines.
+    `summary` is the first sentence of its docstring, which a list of commands does not import;
+    `group` has the options of its output; `examples` are command lines.
     """
 
     summary: str

@@ -129,11 +129,7 @@ def _far(progress: Progress) -> str:
 
 
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
-    """Make a computation show a bar unless its argument `progress` is False or a callable.
-
-    By default the bar appears after a second, on terminals and in notebooks; True: elsewhere, too.
-    The caller's `numpy.errstate` does not affect the computation.
-    """
+    """Make a computation show its progress as `Hearer` says, whatever `numpy.errstate` holds."""
     usual = {"divide": "warn", "over": "warn", "under": "ignore", "invalid": "warn"}
     own = inspect.signature(computation).parameters
 

@@ -37,10 +37,7 @@ def _defer(number: int, frame: Any) -> None:
 
 
 def listen() -> None:
-    """From now on remember every Ctrl-C of this process, and treat SIGTERM like Ctrl-C.
-
-    Ctrl-C stays ignored if it was, as for a background job of a shell.
-    """
+    """Remember every Ctrl-C of this process (unless ignored so far), and treat SIGTERM alike."""
     signal.signal(signal.SIGTERM, _hear)
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _hear)
@@ -69,11 +66,7 @@ def status() -> int | None:
 
 @contextmanager
 def deferred() -> Iterator[Callable[[], bool]]:
-    """Let a signal wait for the end of a block, so that a simulation is never left half changed.
-
-    Yields a function that returns whether a signal came since the outermost block began. A second
-    signal interrupts at once.
-    """
+    """Let a first signal wait for the end of a block; yield a function that tells if it came."""
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return

@@ -50,9 +50,8 @@ class Stop(Enum):
 class Limits:
     """The events and the time that a computation may use.
 
-    `events` are start and stop events, `used` of them before the call. The computation has to end
-    at the time `at` and to return a partial result at `pause`, on `preparation.clock`, which stands
-    still while the compiler works; `seconds` is the whole time allowed.
+    `events` are start and stop events, `used` of them before the call. On `preparation.clock` the
+    computation has to end at `at` and to return a partial result at `pause`; `seconds`: in all.
     """
 
     events: int | None = None

@@ -1,7 +1,4 @@
-"""The clock of all limits and times, which stands still while solvers are compiled or loaded.
-
-Preparation happens once in a process, or once on a machine, and counts in no limit or estimate.
-"""
+"""The clock of all limits and times, which stands still while solvers are compiled or loaded."""
 
 from __future__ import annotations
 
