@@ -42,7 +42,6 @@ _KEPT = _find_place()
 
 @lru_cache
 def _compiled_modules() -> dict[Path, bytes]:
-    """Return the sources of the modules of this package that contain compiled functions."""
     sources = {path: path.read_bytes() for path in Path(__file__).parent.rglob("*.py")}
     return {path: source for path, source in sources.items() if b"compiling import" in source}
 

@@ -389,7 +389,6 @@ def sweep(
 
 
 def _print_grid(grid: xr.Dataset) -> None:
-    """Print the mean velocity and the outcomes at every point, over all seeds."""
     from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
     from exactcreep.model.outcome import Outcome, with_direction
@@ -497,7 +496,6 @@ def reproduce(
 
 
 def _print_table(table: Table) -> None:
-    """Print a table: measured, laws, deviations in standard errors."""
     from exactcreep.figures.sweep import STICKING_MAP
 
     say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")

@@ -271,7 +271,6 @@ def _number_or_range(name: str, value: Any) -> str:
 def _print(
     results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], moved: Descent | Walk | None
 ) -> None:
-    """Print the results, with the paper's prediction beside the measured value."""
     first = results[0]
     known = [pair for pair in first.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in known)

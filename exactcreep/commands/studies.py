@@ -168,7 +168,6 @@ def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
 
 
 def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
-    """Return the signature of the command of a public function."""
     said, options = described(public), list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
@@ -353,7 +352,6 @@ def plan(
 
 
 def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bool) -> None:
-    """Print plans of members with their settings, in full, or in one line each."""
     if in_full:
         for setting, plan in plans:
             if setting:

@@ -214,7 +214,6 @@ def draw_avalanche(
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> Move:
-    """Draw sliders and springs on an incline with the true slope."""
     n, slope = len(shown.moved), math.atan(tan_alpha)
     along, up = np.array([math.cos(slope), -math.sin(slope)]), [math.sin(slope), math.cos(slope)]
     places = np.arange(1, n + 1, dtype=float)
@@ -254,7 +253,6 @@ def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> 
 
 
 def _draw_forces(axes: Axes, shown: Moments, friction: Floats) -> Move:
-    """Draw the force on each slider between its limits."""
     forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
     bars, marks = draw_forces(axes, forces, held, friction)
 

@@ -279,7 +279,6 @@ def _mark_outside(axes: Axes) -> None:
 def _note(
     axes: Axes, text: str, place: tuple[float, float], apart: tuple[float, float], **style: Any
 ) -> None:
-    """Write a text at an offset, in points, from a place."""
     about = {"textcoords": "offset points", "ha": "left" if apart[0] > 0 else "right", **style}
     axes.annotate(text, place, xytext=apart, **about)
 

@@ -438,7 +438,6 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
 
 
 def _check_repeats(result: Creep, done: int, again: Floats) -> None:
-    """Raise `InputError` if the repeated run does not reach the recorded x_G."""
     recorded = floats(result.recorded.get("x_G", np.empty(0)))[done : done + again.size]
     for k in np.flatnonzero(again[: recorded.size] != recorded)[:1].tolist():
         was = f"was {float(recorded[k])!r} at half-cycle {done + k + 1} when the run was saved"

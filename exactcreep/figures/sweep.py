@@ -198,7 +198,6 @@ def _shown(value: Any) -> Any:
 
 
 def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the mean velocity of a point and its standard error."""
     velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
     controlled = CONTROL in here and velocity.size > 1
     if controlled:
@@ -292,7 +291,6 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def _values(points: Sequence[Point]) -> dict[str, list[Any]]:
-    """Return the values of each quantity that varies among the points."""
     return {key: list(dict.fromkeys(point.varied[key] for point in points))
             for key in points[0].varied}  # fmt: skip
 

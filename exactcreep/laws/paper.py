@@ -86,7 +86,6 @@ def described(function: _Law) -> _Law:
 
 
 def _entry(parameter: Parameter) -> str:
-    """Return the entry of a parameter in a docstring."""
     name, said = parameter.name, SHARED[parameter.name]
     kind = _KINDS.get(name, "number")
     if name not in _KINDS and str(parameter.annotation).startswith("Sequence"):

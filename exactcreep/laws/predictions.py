@@ -259,7 +259,6 @@ def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
 
 
 def _pivots_by_window(parameters: Mapping[str, Number]) -> range:
-    """Return the indices of the plateaus whose `pivot_window` contains the slope."""
     n, slope, mu_d, mu_s = (parameters[name] for name in ("n", "tan_alpha", "mu_d", "mu_s"))
     first, last = (n + 2 - (n * slope + off) / mu_d for off in (mu_s - mu_d, mu_d - mu_s))
     return range(max(2, math.ceil(first / 2)), min(n + 1, math.floor(last / 2 + 1)) + 1)

@@ -111,7 +111,6 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
 
 
 def _measured(parameters: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the velocity and its deviation."""
     n, slope, sigma = int(parameters["n"]), parameters["tan_alpha"], parameters["sigma_mu"]
     mu_d, mu_s = parameters["mu_d"], parameters["mu_s"]
     said = f"not n = {parameters['n']}, tan_alpha = {slope}, mu_d = {mu_d}, mu_s = {mu_s}"

@@ -135,7 +135,6 @@ def targets_of(theta: Any) -> tuple[Any, ...]:
 
 
 def _target(value: Any, field: str) -> Any:
-    """Return a target as a rational, or a tuple of one for each spring."""
     if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
         return exact_number(value, field)
     if not len(value):

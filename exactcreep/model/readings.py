@@ -298,7 +298,6 @@ class Readings:
 
 
 def _distance(column: Series) -> Series:
-    """Return the distances of readings from the median of their neighbours; empty if few."""
     known = column.dropna()
     off = (known - known.rolling(5, center=True, min_periods=1).median()).abs()
     return off if len(known) >= _FEWEST else off.iloc[:0]

@@ -44,10 +44,7 @@ def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[
 
 
 def require_one_dilation(drive: Drive, what: str) -> None:
-    """Raise `InputError` if a target of a drive gives each spring its own dilation.
-
-    `what` needs one dilation for all springs; it is the subject of the sentence.
-    """
+    """Raise `InputError`, about `what`, if a drive gives each spring its own dilation."""
     if drive.springs:
         allowed = f"must hold numbers, the dilation of all springs, for {what}"
         raise InputError("drive.theta", f"lists of {drive.springs}", allowed)

@@ -1,8 +1,4 @@
-"""Read a file from somebody else: with a bounded size, or refused in a sentence with its name.
-
-The size is checked before the file is read, and packed files are unpacked up to a size. Every error
-while the content is read becomes an `InputError`.
-"""
+"""Read a file from somebody else: with a bounded size, or refused in a sentence with its name."""
 
 from __future__ import annotations
 

@@ -269,7 +269,6 @@ def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
 
 
 def _begin_of(data: bytes, name: str) -> int:
-    """Return the end of the first line of a checkpoint, or raise `InputError`."""
     line = _FIRST_LINE.match(data)
     if line is None:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
@@ -280,7 +279,6 @@ def _begin_of(data: bytes, name: str) -> int:
 
 
 def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
-    """Return the valid records at the beginning of a file, their end, and their digest."""
     digest, records, end = "", [], _begin_of(data, name)
     for record in data[end:].splitlines(keepends=True):
         sealed, _, tree = record.removesuffix(b"\n").partition(b" ")

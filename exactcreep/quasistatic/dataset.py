@@ -118,7 +118,6 @@ def _labelled(
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
-    """Return a state by its names in files."""
     each = isinstance(state.theta, np.ndarray)
     theta = floats(state.theta) if each else as_float(state.theta)
     written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": theta}

@@ -38,9 +38,8 @@ class PhysicalRange(Observer):
 def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
     """Return the initial distances of neighbours, or None if sliders cannot cross.
 
-    The distance is constant except for the displacements. No resting chain holds a tension above
-    the sum of its limits, n (mu_s + |tan_alpha|) cos(alpha). Sliders cannot cross if springs are
-    longer than twice this sum, with the largest random coefficients.
+    No resting chain holds a tension above the sum of its limits, n (mu_s + |tan_alpha|) cos(alpha).
+    Sliders cannot cross if springs are longer than twice this sum.
     """
     chain, initial = experiment.chain, experiment.initial
     limit = chain.largest_mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)

@@ -75,7 +75,6 @@ class Predictability(Observer):
             self.undecided_from = min(self.undecided_from or begin, begin)
 
     def _compare(self, stretch: Stretch, first: int) -> None:
-        """Let the copies follow the run until one of them differs."""
         if self.copies is None:
             self.copies = self._made()
         if self.copies is None:

@@ -38,11 +38,7 @@ class Mark(NamedTuple):
 
 
 class MeanVelocity(Observer):
-    """Samples x_G at equally spaced targets: never more than a few thousand.
-
-    When there are too many, every second sample is dropped. The remaining samples depend only on
-    the number of targets reached.
-    """
+    """Samples x_G at equally spaced targets; if there are too many, drops every second sample."""
 
     state = ("values", "spacing", "tail", "slips", "marks")
 

@@ -285,7 +285,6 @@ def _agreement(own: Trajectory, true_run: Trajectory, ends: Sequence[int]) -> di
 
 
 def _velocity_run(method: Method, experiment: Experiment, most: int | None = None) -> Creep:
-    """Return a run along the drive of an experiment, or its first `most` events."""
     return creep(
         experiment.chain, experiment.drive, seed=experiment.seed, start=experiment.start,
         burn_in=experiment.burn_in, solver=method.solver, record=(), max_events=most,

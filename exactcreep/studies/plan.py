@@ -366,7 +366,6 @@ def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
 
 
 def _pace(experiment: Experiment, method: Method, limits: Limits) -> float:
-    """Return the seconds per event in the first half-cycles, nan if there is no event."""
     simulation = method.simulation(experiment)
     begin = time.process_time()
     most = replace(limits, events=_TIMED)

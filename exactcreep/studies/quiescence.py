@@ -159,7 +159,6 @@ def _size_of_jump(runs: Sequence[Creep], jump: Number | None) -> float:
 
 
 def _advances(run: Creep) -> NDArray[np.float64]:
-    """Return the advance of x_G in every whole cycle after the burn-in."""
     if not run.drive.cyclic:
         raise InputError("runs", type(run.drive).__name__, "must be driven by Cycles")
     if "x_G" not in run.recorded:

@@ -374,7 +374,6 @@ def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
 
 
 def _digest(experiment: Experiment) -> str:
-    """Return the file name of a cell without its ending."""
     description = {"version": __version__, "experiment": experiment.description()}
     return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
 
@@ -404,7 +403,6 @@ def _text(value: Any) -> str:
 
 
 def _tables(scene: Scene) -> str:
-    """Return the settings that all members of a scene share, as JSON."""
     return _text({name: dict(table) for name, table in scene.tables.items()})
 
 

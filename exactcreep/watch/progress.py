@@ -80,10 +80,7 @@ a bar on terminals and in notebooks after one second."""
 
 
 def reporter(progress: Hearer) -> Callable[..., None]:
-    """Return a function that reports the progress of a study.
-
-    It takes a phase, the done part, its total, their unit, and attributes of `Progress`.
-    """
+    """Return a function that reports the progress of a study, from attributes of `Progress`."""
     now, begin = "", clock()
 
     def report(

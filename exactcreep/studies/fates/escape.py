@@ -170,7 +170,6 @@ def _refused(reason: str, cut: int = 0, before: int = 0, likely: float = math.na
 
 
 def _profile(lives: _Lives) -> _Profile:
-    """Return the largest likelihood of late rates, over shares and rates of the early phase."""
     mean = lives.arrests / lives.lived
     first = np.quantile(lives.cycles[lives.arrested], 0.02)
     late = np.append(0.0, np.geomspace(mean / 200, min(2.5 * mean, 0.98), _LATE_RATES))
@@ -195,7 +194,6 @@ def _profile(lives: _Lives) -> _Profile:
 
 
 def _shares(base: Floats, more: Floats, count: Floats) -> Floats:
-    """Return the most likely share of the early phase, for each early rate."""
     low, high = np.zeros(len(more)), np.full(len(more), 0.999)
     for _ in range(_HALVINGS):
         share = (low + high) / 2

@@ -514,7 +514,6 @@ def _matrix(values: NDArray[np.float64]) -> Any:
 
 
 def _floats(matrix: Any) -> NDArray[np.float64]:
-    """Return the midpoints of an arb_mat."""
     return np.array([float(x) for x in matrix.entries()]).reshape(matrix.nrows(), matrix.ncols())
 
 
@@ -527,7 +526,6 @@ def _norm(map_: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _length(entries: Sequence[Any]) -> Any:
-    """Return a bound of the Euclidean length of a vector of balls."""
     return sum((abs(x).upper() ** 2 for x in entries), flint.arb(0)).upper().sqrt().upper()
 
 

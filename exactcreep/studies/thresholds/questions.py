@@ -203,7 +203,6 @@ def _difference(a: Enclosure, b: Enclosure) -> Enclosure:
 def _last_outcome(
     last: Log, evidence: Evidence, *, returned: bool
 ) -> tuple[Outcome | None, Evidence]:
-    """Return the outcome in the last cycle of a run, and its evidence."""
     if not last:
         return Outcome.AT_REST, evidence
     if all(fates.lone(rearrangement.itinerary) for rearrangement in last):

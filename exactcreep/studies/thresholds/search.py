@@ -169,7 +169,6 @@ def _first_bracket(question: Question, span: Span, digits: int) -> Bracket:
 
 
 def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
-    """Return an edge at float accuracy."""
     unit = unit_of(high, MOST_DIGITS["exact"] - 1)
     lower, upper = text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit)
     return Edge(lower, upper, begins, Evidence.COMPUTED)
@@ -315,7 +314,6 @@ def _bracketed(decimals: _Decimals, below: int, above: int, bracket: Bracket) ->
 
 
 def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
-    """Return two neighbouring decimals between which creep begins."""
 
     def cut(k: int) -> None:
         nonlocal below, above
@@ -336,7 +334,6 @@ def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
 
 
 def _with_sides(edge: Edge, lower: Observation, upper: Observation) -> Edge:
-    """Return an edge with the events on both sides of it."""
     return replace(
         edge,
         direction=upper.direction,
