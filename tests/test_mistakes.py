@@ -15,12 +15,10 @@ from exactcreep import (
     InputError,
     PhysicsWarning,
     creep,
-    laws,
     load_scene,
     physical,
     threshold,
 )
-from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers import Verlet
 from tests.paper import paper_chain
@@ -72,21 +70,8 @@ def test_what_is_implausible_is_remarked_in_one_place(
         implausible()
 
 
-def test_a_law_names_the_numbers_that_it_takes() -> None:
-    with pytest.raises(
-        TypeError, match=r"creep_velocity\(\*, n, l0, mu_d, .* takes numbers by name"
-    ):
-        laws.creep_velocity(6, 1000)  # type: ignore[misc]
-
-
 def test_what_a_chain_does_not_have_leads_to_the_page_on_it() -> None:
     with pytest.raises(AttributeError, match=r"'distribution'; the page explanation/scope of the"):
         PAIR.distribution  # type: ignore[attr-defined] # noqa: B018
     assert exactcreep.Chain is Chain
     assert pickle.loads(pickle.dumps(PAIR)) == copy.deepcopy(PAIR) == PAIR
-
-
-def test_a_run_that_was_ended_at_once_averages_over_nothing() -> None:
-    run = creep(PAIR, DRIVE, max_events=0)
-    assert run.outcome is Outcome.LIMIT
-    assert run.velocity_of == "this run, which has no half-cycles after its burn-in"

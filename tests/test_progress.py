@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import re
 import sys
@@ -108,24 +107,6 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
         ["30", "80", "3.5", "0:00:10"],
         ["60", "80", "3.5", "0:00:04"],
     ]
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
-
-
-def test_on_a_terminal_a_bar_shows_how_far_a_computation_is(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    with Display("creep") as bar:
-        bar.show(Progress("running", 20, 80, 7, 2.0))
-    assert "creep" in sys.stderr.getvalue()
-    assert "20 of 80 half-cycles, 3.5 events/s, about 0:00:06 left" in sys.stderr.getvalue()
 
 
 def test_a_bar_is_shown_where_somebody_looks_on_or_asks_for_it(

@@ -158,12 +158,6 @@ def test_equal_steps_are_the_decimals_that_would_be_written(
         assert Scene.from_text(TEXT).with_settings(same).vary == scene.vary
 
 
-def test_steps_without_a_finite_decimal_are_rationals() -> None:
-    thirds = {"vary.drive.amplitude": {"from": 0, "to": 1, "step": Fraction(1, 3)}}
-    varied = Scene.from_text(TEXT).with_settings(thirds).vary
-    assert varied["drive.amplitude"] == [0, Fraction(1, 3), Fraction(2, 3), 1]
-
-
 @pytest.mark.parametrize(
     ("span", "said"),
     [

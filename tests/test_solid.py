@@ -16,7 +16,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solid import MATERIALS, Descent, Solid, physical
+from exactcreep.solid import Descent, Solid, physical
 from tests.conftest import Command
 
 DAY = 86400
@@ -176,14 +176,6 @@ def test_a_roof_is_one_command(command: Command) -> None:
 
 
 SHAPE = {"length": 3, "section": "0.003", "mu_s": "0.55", "tan_alpha": "0.3"}
-
-
-def test_a_material_stands_for_what_is_not_given() -> None:
-    roof = physical(**SHAPE, mu_d="0.45", material="lead", density=11000)
-    known = (roof.kappa, roof.density, roof.youngs_modulus)
-    assert known == (Fraction(29, 10**6), 11000, 16 * 10**9)
-    for name, about in MATERIALS.items():
-        assert physical(**SHAPE, mu_d="0.45", material=name).kappa == Fraction(about.kappa)
 
 
 def test_friction_between_two_ends_makes_a_rate_between_two_ends() -> None:

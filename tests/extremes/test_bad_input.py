@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from exactcreep import (
     Chain,
     Creep,
     Cycles,
-    Drive,
     GaussianSteps,
     InputError,
     Outcome,
@@ -55,23 +54,16 @@ amplitude = 5e-4
 cycles = 1
 """
 
-# numbers that no chain of three sliders can have, and things that are no numbers
+STRANGE: list[Any] = [
+    None, True, False, math.nan, math.inf, -math.inf, -0.0, 5e-324, 1.8e308, 10**400, 10**4999,
+    "nan", "inf", "1/0", "1e9999999", "1e-5000", "0x10", "1_0", "\u0663", "\u00bd", "1e5000",
+    [], {}, (), b"", b"3", 1j, object, np.array([]), np.array([1.0, 2.0]),
+    Decimal("NaN"), Decimal("sNaN"), Decimal("-Infinity"), Decimal("1e-99999"),
+]  # fmt: skip
 WILD = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-(10**400), 10**400),
-    st.integers(-5, 5),
-    st.floats(),
-    st.sampled_from(
-        [math.nan, math.inf, -math.inf, -0.0, 5e-324, 1.8e308, 1e-320, 10**400, 10**4999]
-    ),
+    st.sampled_from(STRANGE),
+    st.integers(-5, 5) | st.integers(-(10**400), 10**400) | st.floats() | st.fractions(),
     st.text(max_size=12),
-    st.sampled_from(
-        ["nan", "inf", "1/0", "1e9999999", "1e-5000", "0x10", "1_0", "٣", "½", "1e5000"]
-    ),
-    st.sampled_from([[], {}, (), b"", b"3", 1j, object, np.array([]), np.array([1.0, 2.0])]),
-    st.sampled_from([Decimal("NaN"), Decimal("sNaN"), Decimal("-Infinity"), Decimal("1e-99999")]),
-    st.fractions(),
     st.lists(st.floats() | st.text(max_size=3) | st.none(), max_size=4),
     st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
 )
@@ -167,20 +159,12 @@ def test_a_wild_argument_of_a_run_is_used_or_refused(
     refusal(lambda: creep(CHAIN, RUN, **call))
 
 
-# --- states and drives that no chain can have ------------------------------------------------
-
-
-def state(**changes: Any) -> State:
-    names = ("tensions", "displacements", "coefficients", "draws", "theta")
-    return State(**{name: getattr(REST, name) for name in names} | changes)
-
-
-@pytest.mark.parametrize("wild", [math.nan, -math.inf])
 @pytest.mark.parametrize("field", ["tensions", "displacements", "coefficients", "theta"])
-def test_a_state_that_is_not_finite_starts_no_run(field: str, wild: float) -> None:
+def test_a_state_that_is_not_finite_starts_no_run(field: str) -> None:
     given: Any = getattr(REST, field)
-    value = wild if field == "theta" else np.array([wild, *given[1:]])
-    for bad in (state(**{field: value}), state(**{field: np.array(value, dtype=object)[()]})):
+    value = math.nan if field == "theta" else np.array([-math.inf, *given[1:]])
+    for wrong in (value, np.array(value, dtype=object)[()]):
+        bad = replace(REST, **{field: wrong})
         for solver in SOLVERS:
             with pytest.raises(InputError, match=rf"^state\.{field} = "):
                 creep(CHAIN, RUN, start=bad, solver=solver)
@@ -188,27 +172,12 @@ def test_a_state_that_is_not_finite_starts_no_run(field: str, wild: float) -> No
             rearrange(CHAIN, bad, direction=1)
 
 
-def test_a_state_takes_whole_and_short_numbers_for_what_they_are() -> None:
-    short = np.array([0.25, 0.5], dtype=np.float32)
-    assert state(tensions=short).tensions.dtype == np.float64
-    assert state(tensions=[1, 0]).tensions.tolist() == [1.0, 0.0]
-    assert state(draws=[1, 2, 3]).draws.dtype == np.int64
-    exact = np.array([Fraction(1, 3), Fraction(0)], dtype=object)
-    assert state(tensions=exact).tensions[0] == Fraction(1, 3)
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize(
-    "drive",
-    [
-        Cycles("1e306", 2), GaussianSteps("1e400", 2), GaussianSteps("2e304", 2),
-        ThetaPath(["0.001", "-1e400"]),
-    ],
-    ids=repr,
-)  # fmt: skip
-def test_a_drive_beyond_the_largest_float_is_refused(drive: Drive, solver: str) -> None:
-    with pytest.raises(InputError, match="largest float"):
-        creep(CHAIN, drive, solver=solver)
+def test_a_drive_beyond_the_largest_float_is_refused(solver: str) -> None:
+    too_far = Cycles("1e306", 2), GaussianSteps("2e304", 2), ThetaPath(["0.001", "-1e400"])
+    for drive in too_far:
+        with pytest.raises(InputError, match="largest float"):
+            creep(CHAIN, drive, solver=solver)
 
 
 def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() -> None:
@@ -222,9 +191,6 @@ def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() ->
     theta = State.prepared(huge, ["0", "0"], theta="1e10")
     with pytest.raises(InputError, match=r"^start\.theta = "):
         creep(huge, Cycles(0, 1), start=theta)
-
-
-# --- scenes and the command line -----------------------------------------------------------------
 
 
 @FUZZ
@@ -244,17 +210,3 @@ def test_a_scene_spoiled_anywhere_makes_members_or_one_sentence(changes: list[An
             scene.experiment(chosen)
 
     refusal(read)
-
-
-def test_decimals_of_thousands_of_digits_are_kept_saved_and_loaded(tmp_path: Path) -> None:
-    chain = Chain(**GOOD | {"tan_alpha": "0.25" + "0" * 6000 + "1"})
-    result = creep(chain, Cycles("1e-4999", 1))
-    result.save(tmp_path / "long.nc")
-    loaded = Creep.load(tmp_path / "long.nc")
-    assert loaded.chain == chain
-    assert loaded.drive == result.drive
-
-
-def test_a_chain_of_more_than_a_million_sliders_is_refused_before_it_is_made() -> None:
-    with pytest.raises(InputError, match="n = 1000001: must be a whole number"):
-        Chain(**GOOD | {"n": 1_000_001})

@@ -15,12 +15,10 @@ from exactcreep.model.enclosure import Enclosure, as_written
 from exactcreep.model.numbers import (
     exact_number,
     nearest_float,
-    shown,
     sign_of_surd,
     whole_number,
 )
 from exactcreep.model.path import Path
-from exactcreep.model.state import State
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
 
@@ -65,19 +63,6 @@ def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):
     given = made.parameters()
     assert given.pop("kind", None) == getattr(made, "kind", None)
     assert type(made)(**given) == made
-
-
-def test_a_value_is_shown_in_short():
-    assert repr(CHAIN) == (
-        "Chain(n=6, l0=1000, mu_d=0.5, mu_s=0.6, sigma_mu='0.01', tan_alpha='1/3')"
-    )
-    assert (shown(Fraction(0.1)), shown(Fraction(1, 10))) == ("0.1", "'0.1'")
-    assert len(shown(Fraction(1, 3) ** 1000)) < 60
-    many = repr(Path([Fraction(k, 3) for k in range(100_000)]))
-    assert many.startswith("Path(theta=[0, '1/3', '2/3', ... 100000 values ..., ")
-    assert "tensions=[0, 0, 0, ... 999 values ..., 0, 0, 0]" in repr(
-        State.relaxed(Chain(1000, 10, 1, 2, tan_alpha=0))
-    )
 
 
 @pytest.mark.parametrize("radius", [Fraction(1, 3), Fraction(1, 4), Fraction(0)])

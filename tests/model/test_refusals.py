@@ -50,7 +50,7 @@ def test_a_whole_number_out_of_its_range(value):
 
 
 CHAINS = [
-    ("n", 0), ("l0", 0), ("l0", "1e400"), ("mu_d", "-0.1"), ("mu_s", "0.4"),
+    ("n", 0), ("n", 1_000_001), ("l0", 0), ("l0", "1e400"), ("mu_d", "-0.1"), ("mu_s", "0.4"),
     ("sigma_mu", -1), ("sigma_mu", 1e308), ("tan_alpha", NAN),
 ]  # fmt: skip
 STATES = [

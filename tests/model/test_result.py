@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, State, rearrange
 from exactcreep.model.names import did_you_mean
 from exactcreep.model.outcome import Evidence, Outcome, cycles_text, direction_of, found_text
 from exactcreep.model.result import Result
@@ -53,15 +52,6 @@ def test_results_are_equal_by_value_whatever_their_time(other: dict[str, Any]) -
     assert Measured() == replace(Measured(), seconds=1.0, parts=[Fraction(1, 3), {"x<y": 2}])
     assert Measured() != replace(Measured(), **other)
     assert Measured() != "creeping"
-
-
-def test_a_rearrangement_tells_its_numbers_in_full_and_is_shown_in_short() -> None:
-    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
-    motion = rearrange(chain, State.relaxed(chain), direction=+1)
-    told = json.loads(json.dumps(motion.summary(), allow_nan=False))
-    assert (told["n"], told["events"], told["outcome"]) == (2, 2, "at_rest")
-    assert (told["theta"], told["duration"]) == (motion.theta, motion.duration)
-    assert "duration=3.14159 tau_dyn," in repr(motion)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,11 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.solvers.interface import Simulation, Stretch, advance
+from exactcreep.solvers.interface import Simulation, advance
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
-from tests.paper import captions, paper_chain
+from tests.paper import paper_chain
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})
 THREE = paper_chain(3)
@@ -110,28 +109,6 @@ def in_one_go(name: str) -> tuple[dict[str, str], Any, Any]:
     return shown([whole.recorded]), simulation.tally, str(simulation.state())
 
 
-REASONS = [
-    (Limits(events=9), Stop.BUDGET, "max_events = 9 was reached"),
-    (Limits(events=20, used=11), Stop.BUDGET, "max_events = 20 was reached"),
-    (Limits(at=0.0, seconds=2.0), Stop.DEADLINE, "max_seconds = 2 was reached"),
-    (Limits(interrupted=lambda: True), Stop.DEADLINE, "interrupted"),
-]
-
-
-@pytest.mark.parametrize("name", SLIPPING)
-def test_an_advance_says_why_it_stopped_and_hands_on_what_it_takes(name: str) -> None:
-    for limits, stop, reason in REASONS:
-        simulation, taken = started(name), list[Stretch]()
-        part = advance(simulation, DRIVE, 4, limits)
-        assert (part.stop, part.reason) == (stop, reason)
-        if limits.events:
-            assert 9 <= simulation.tally.events <= 12
-        rest = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
-        assert (rest.stop, len(rest.recorded["x_G"])) == (Stop.DONE, 0)
-        assert part.completed + rest.completed == 4
-        assert shown([part.recorded, *(one.recorded for one in taken)]) == in_one_go(name)[0]
-
-
 def asked(times: int) -> Limits:
     """Return limits whose time is over once it has been asked so often."""
     left = iter([False] * times)
@@ -174,16 +151,3 @@ def test_what_is_called_back_at_any_moment_goes_on_with_the_same_bits(
     assert len(parts) > 2
     assert shown(parts) == recorded
     assert (simulation.tally, str(simulation.state())) == (tally, state)
-
-
-@pytest.mark.parametrize("name", EVENTS_HAPPEN)
-def test_a_coefficient_brought_by_the_start_ends_with_the_slider_s_first_stop(
-    name: str,
-) -> None:
-    chain = captions(3)
-    start = replace(State.relaxed(chain), coefficients=np.array([0.8, 0.7, 0.9]))
-    begin = rearrange(chain, start, direction=1, solver=name)
-    assert begin.itinerary[0] == ("start", (3,), (1,))  # which moves slider 2 as well
-    onset = chain.times_cosine(Fraction(9, 10)) - chain.sin_alpha
-    assert 1000 * float(begin.theta) == pytest.approx(onset, rel=1e-14)
-    assert begin.state.coefficients.astype(float).tolist() == [0.8, 0.6, 0.6]

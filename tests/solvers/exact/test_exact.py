@@ -13,7 +13,6 @@ from exactcreep import (
     Chain,
     Cycles,
     Evidence,
-    Path,
     State,
     creep,
     laws,
@@ -82,17 +81,3 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     simulation.come_to_rest(Limits())  # as a checkpoint does: it must not matter when
     assert simulation.follow(Cycles("0.005", 5), 1, 10).stop is Stop.LIMIT
     assert simulation.state() == given_up
-
-
-@pytest.mark.parametrize(
-    ("n", "l0", "amplitude"), [(2, "1000", "0.01"), (4, "1000.1", "0.0037"), (6, 333, "0.0123")]
-)
-def test_a_path_to_the_targets_of_cycles_gives_their_bits(n: int, l0: str, amplitude: str) -> None:
-    chain = Chain(n, l0, "0.5", "0.6", tan_alpha="0.25")
-    listed = Path([amplitude, -Fraction(amplitude)] * 50)
-    one, other = (
-        creep(chain, drive, record=("x_G", "tension")) for drive in (Cycles(amplitude, 50), listed)
-    )
-    assert np.array_equal(one.recorded["x_G"], other.recorded["x_G"])
-    assert np.array_equal(one.recorded["tension"], other.recorded["tension"])
-    assert one.state == other.state

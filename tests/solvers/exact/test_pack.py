@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
 import random
-from collections import Counter
 from fractions import Fraction
 from itertools import pairwise
 
@@ -54,18 +51,3 @@ def test_what_was_computed_before_in_the_same_arrays_changes_no_bit(n: int) -> N
         given_up = rearrange(*states[0], direction=1, max_events=2)
         assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
         assert rearrange(chain, state, direction=1) == known[k]
-
-
-def test_a_slider_of_a_long_chain_takes_less_than_a_kilobyte() -> None:
-    chain = paper_chain(10_000)
-    work = placed(chain, Origin.of(chain, State.relaxed(chain)), 0, 0)
-    arrays = (work.cell, work.whole, work.deviate, work.series)
-    assert sum(array.nbytes for array in arrays if array is not None) < 1000 * chain.n
-
-
-def test_no_row_of_the_layout_is_written_over_another() -> None:
-    statements = ast.parse(inspect.getsource(layout)).body
-    targets = [part for each in statements if isinstance(each, ast.Assign) for part in each.targets]
-    names = [node for part in targets for node in ast.walk(part) if isinstance(node, ast.Name)]
-    bound = Counter(node.id for node in names)
-    assert bound["FORCE"] == bound["MOVED"] == bound["CHAIN"] == max(bound.values()) == 1

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from exactcreep.solvers.exact.simd import (
     WIDTH,
-    align_stack,
     choose,
     from_left,
     from_right,
@@ -161,19 +160,6 @@ def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
             expected[to_row, to_column : to_column + EIGHT] = source[row, column : column + EIGHT]
             copy_eight(source, row, column, target, to_row, to_column)
             assert np.array_equal(target, expected)
-
-
-def test_the_stack_is_aligned_where_that_was_asked_for():
-    @njit
-    def raised(array):
-        align_stack()
-        store(array, 0, 0, load(array, 0, 0) + spread(1.0))
-
-    array = np.zeros((1, EIGHT))
-    raised(array)
-    assert (array == 1.0).all()
-    (code,) = raised.inspect_llvm().values()
-    assert code.count("alignstack=64") == 1
 
 
 @pytest.mark.slow

@@ -25,16 +25,6 @@ def run(chain: Chain, amplitude: Any, solver: str) -> Creep:
 
 
 @each_solver
-def test_at_threshold_a_slider_stays_and_two_ends_start_together(solver: str) -> None:
-    found = run(captions(3, tan_alpha="1/5"), "0.001", solver)
-    names = ("event_number", "event_kind", "event_slider", "event_sign")
-    rows = list(zip(*(found.recorded[name].tolist() for name in names), strict=True))
-    lone = [(0, 0, 3, 1), (1, 1, 3, 1)]
-    starts, stops = [(0, 0, 1, -1), (0, 0, 3, 1)], [(1, 1, 1, -1), (1, 1, 3, 1)]
-    assert rows[:8] == lone + lone + starts + stops
-
-
-@each_solver
 @pytest.mark.parametrize("n", [2, 5])
 def test_identical_motions_are_one_event_and_stay_identical(n: int, solver: str) -> None:
     found = run(captions(n, tan_alpha=0), Fraction(n, 500), solver)
