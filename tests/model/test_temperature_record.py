@@ -186,7 +186,8 @@ def test_a_gap_is_refused_by_its_first_row_and_filled_by_pandas(write):
     path = write(HEAD + "".join(f"{hour},{hour}\n" for hour in hours))
     with pytest.raises(InputError, match="time = '8': is 3 after 5, where 1 is usual, a gap"):
         record(path)
-    series = pd.Series(np.array(hours) / 10, pd.to_datetime("2024-04-01") + pd.to_timedelta(hours, "D"))
+    days = pd.to_datetime("2024-04-01") + pd.to_timedelta(hours, "D")
+    series = pd.Series(np.array(hours) / 10, days)
     with pytest.raises(InputError, match="is 3 days after 6 April 2024, where 1 is"):
         TemperatureRecord.of(series, KAPPA, 0)
     whole = TemperatureRecord.of(series.resample("D").interpolate("time"), KAPPA, 0)
