@@ -27,6 +27,7 @@ from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
+SEARCH = "threshold --n 3 --solver exact --digits 9 --points 50"
 QUICK = "run six-sliders-cycles --set drive.cycles=10"
 SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 VARIED = (*SHORT, "--set", "vary.drive.amplitude=[0.005,0.01]")
@@ -155,6 +156,21 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("run --n=8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
         ("xyzzy", "No such command 'xyzzy'"),
+        (f"{SEARCH} --n 0", "n = "),
+        (f"{SEARCH} --tan-alpha 0.6", "tan_alpha"),
+        (f"{SEARCH} --bracket 0.0001 0.0002", "bracket"),
+        (f"{SEARCH} --from 0.001 --to 0.002", "from"),
+        (f"{SEARCH} --mu-s 0.5 --tan-alpha 0.1", "tan_alpha = "),
+        (f"{SEARCH} --solver verlet", "solver"),
+        (f"{SEARCH} --sigma-mu 0.01 --cycles 20", "intercept"),
+        ("intercept --n 1", "one slider has no spring"),
+        ("intercept --n 6 --sigma-mu 0.01 --tan-alpha 0.55", "tan_alpha"),
+        ("intercept --n 6 --sigma-mu 0.01 --fit 2 1.2", "fit"),
+        ("survival --n 6 --amplitude 0.001 --size -1", "size"),
+        ("fate --n 6 --amplitude 0.001 --sigma-mu 0.01", "survival"),
+        ("fate --n 6 --amplitude 0.001 --mu-s 0.5", "mu_s"),
+        ("fate --n 6 --amplitude -0.001", "amplitude"),
+        ("plan six-sliders-cycles --digits many", "digits"),
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(

@@ -190,7 +190,7 @@ def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
         (partial(threshold_amplitude, **SEUIL | {"l0": [1, 0]}), ValueError, "l0 must be positive"),
         (partial(laws.solid_velocity, **SEUIL | {"mu_d": 0}, amplitude=1), ValueError, "mu_d must"),
         (partial(creep_velocity, **TIE), ValueError, "i = 2 or i = 3"),
-        (partial(laws.pivot_window, 5, 1, 0.5, 0.6), ValueError, "i must be between"),
+        (partial(laws.pivot_window, 5, 7, 0.5, 0.6), ValueError, "i must be between"),
         (partial(pivots, 5, -0.5, 0.5), ValueError, "tan_alpha"),
         (partial(laws.staircase_two_sliders, 1000, 0.5, 0.6, 0.5, 0.01), ValueError, "tan_alpha"),
         (partial(laws.locked_ends_amplitude, n=4, l0=1, mu_d=0.5, mu_s=0.4, tan_alpha=0),

@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-from exactcreep import InputError
 from tests.paper import paper_chain
 
 TWO, THREE, SIX, THIRTY = map(paper_chain, (2, 3, 6, 30))
 TWO_SURE = paper_chain(2, "0")
 RECORDS = ("x_G", "x", "tension", "slips", "events")
-
-
-def told(read: Callable[[], Any]) -> str:
-    """Return the sentence that refuses a file; "" if it was read."""
-    try:
-        read()
-    except InputError as error:
-        return str(error)
-    return ""

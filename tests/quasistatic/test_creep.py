@@ -1,6 +1,9 @@
 """The quasi-static loop: what it measures, what it claims, and that stopping changes nothing."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +14,17 @@ import pytest
 import xarray as xr
 
 import exactcreep as ec
-from exactcreep import Cycles, Outcome, State, creep
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    GaussianSteps,
+    InputError,
+    Outcome,
+    State,
+    creep,
+    resume,
+)
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from tests.paper import paper_chain
@@ -44,6 +57,8 @@ def test_an_outcome_says_what_the_chain_does(
     assert told == velocity if math.isfinite(velocity) else told is None
     assert result.dataset.sizes["spring"] == chain.n - 1
     assert (result.half_cycles < drive.half_cycles) == (outcome is Outcome.RUNAWAY)
+    if outcome in (Outcome.RUNAWAY, Outcome.AT_REST):
+        assert result.outcome_evidence is ec.Evidence.COMPUTED
 
 
 def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_before() -> None:
@@ -152,3 +167,47 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
     pressed = State.prepared(close, ["-0.55", "-0.3"])
     with pytest.warns(PhysicsWarning, match="crossed"):
         assert creep(close, Cycles("0.001", 5), start=pressed).warnings["crossings"] == 10
+
+
+@pytest.mark.parametrize(
+    ("chain", "drive", "solver", "options"),
+    [
+        (SIX, Cycles("0.004", 60), "exact", {"record": ("events", "x")}),
+        (SIX, GaussianSteps("0.002", 120), "sliding", {}),
+        (TWO, GaussianSteps("0.001", 9), "certified", {}),
+        (TWO, Cycles("0.001", 5), "verlet", {"dt": "1/32"}),
+    ],
+)
+def test_the_state_after_any_half_cycle_is_that_of_a_run_that_ends_there(
+    chain: Chain, drive: Any, solver: str, options: Mapping[str, Any]
+) -> None:
+    run = creep(chain, drive, seed=3, solver=solver, **options)
+    experiment = run.experiment
+    simulation = experiment.algorithm.simulation(chain, experiment.initial, run.seed, ())
+    for half_cycle in range(1, run.half_cycles + 1):
+        simulation.follow(drive, half_cycle, 1)
+        if half_cycle in (1, 2, run.half_cycles // 2, run.half_cycles):
+            assert run.state_at(half_cycle) == simulation.state()
+
+
+def test_a_result_saves_few_states_one_of_them_of_its_later_half() -> None:
+    run = creep(SIX, Cycles("0.004", 3000), record=())
+    assert len(run.saved) < 40
+    assert run.half_cycles / 2 <= max(run.saved) <= run.half_cycles
+    late = max(target for target in run.saved if target < run.half_cycles) + 1
+    assert run.state_at(late) == replace(run, saved={}).state_at(late)
+
+
+def test_a_run_that_was_given_up_or_resumed_or_loaded_knows_its_states(tmp_path: Any) -> None:
+    drive, kept = Cycles("0.004", 40), tmp_path / "run.ckpt"
+    whole = creep(SIX, drive)
+    part = creep(SIX, drive, max_events=whole.event_count // 2, checkpoint=kept)
+    assert part.half_cycles < whole.half_cycles
+    gone_on = resume(kept)
+    gone_on.save(tmp_path / "run.nc")
+    loaded = Creep.load(tmp_path / "run.nc")
+    for half_cycle in (0, 5, part.half_cycles):
+        state = whole.state_at(half_cycle)
+        assert all(run.state_at(half_cycle) == state for run in (part, gone_on, loaded))
+    with pytest.raises(InputError, match="half_cycle"):
+        part.state_at(part.half_cycles + 1)

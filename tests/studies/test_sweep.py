@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import statistics
 import sys
-from collections.abc import Callable
-from concurrent.futures import (
-    BrokenExecutor,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-)
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -23,12 +23,16 @@ from numpy.testing import assert_allclose, assert_equal
 
 from exactcreep import Cycles, creep
 from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.checkpoint import Checkpoint
+from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.scene import Scene
+from exactcreep.scene import Scene, load_scene
+from exactcreep.studies.members import run_members
 from exactcreep.studies.sweep import finished_cell, sweep
+from exactcreep.watch.limits import Limits
 from exactcreep.watch.progress import Progress
-from tests.paper import paper_chain
-from tests.processes import finished
+from tests.paper import captions, paper_chain
+from tests.processes import PATIENCE, finished
 
 TEXT = """
 [chain]
@@ -245,3 +249,93 @@ def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
         partial = xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf")
         assert int(partial["finished"].sum()) == cells
     assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
+
+
+MEMBERS = [
+    Experiment(captions(n), Cycles("0.003", cycles), solver=solver)
+    for n, cycles, solver in (
+        (6, 80, "exact"),
+        (2, 5, "exact"),
+        (3, 40, "sliding"),
+        (4, 9, "exact"),
+    )
+]
+
+
+def test_members_side_by_side_are_what_each_is_alone_through_a_checkpoint_too(
+    tmp_path: Path,
+) -> None:
+    alone = [run_alone(member) for member in MEMBERS]
+    assert run_members(MEMBERS, len(MEMBERS)) == alone
+    file = tmp_path / "run.ckpt"
+    few = Limits.of(max_events=100)
+    part = run_members(MEMBERS, len(MEMBERS), limits=few, checkpoint=Checkpoint(file, 0))
+    assert sum(run.half_cycles for run in part) < sum(run.half_cycles for run in alone)
+    kept = Checkpoint.read(file)
+    assert run_members(kept.experiments, len(MEMBERS), checkpoint=kept) == alone
+
+
+def test_members_for_which_no_time_is_left_are_not_even_made() -> None:
+    made = []
+
+    def members() -> Iterator[Experiment]:
+        for seed in range(1000):
+            made.append(seed)
+            yield Experiment(captions(2), Cycles("0.01", 2), seed=seed)
+
+    assert len(run_members(members(), 1000, limits=Limits.of(max_seconds=0))) == 1
+    assert made == [0, 1]
+
+
+# a clean process that has imported once what its children need
+SERVERS = get_context("forkserver")
+SERVERS.set_forkserver_preload(["distributed", "exactcreep.studies.sweep"])
+
+
+def serve(log: Path, module: str, words: tuple[str, ...]) -> None:
+    """Be a scheduler or a worker of dask."""
+    handle = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    for stream in (1, 2):
+        os.dup2(handle, stream)
+    os.chdir(log.parent)
+    import_module(f"distributed.cli.{module}").main(words, standalone_mode=False)
+
+
+@contextmanager
+def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Any, list[Any]]]:
+    """Yield the executor of a dask cluster on this machine, its scheduler and its workers."""
+    pytest.importorskip("distributed")
+    from exactcreep.studies.dask_cluster import cluster
+
+    address, log = folder / "scheduler.json", folder / "dask.log"
+    here = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address))
+    with ExitStack() as running:
+
+        def launched(module: str, *words: str) -> Any:
+            process = SERVERS.Process(target=serve, args=(log, module, (*words, *here)))
+            process.start()
+            running.callback(process.join)
+            running.callback(process.kill)
+            return process
+
+        scheduler = launched("dask_scheduler", "--port", "0", "--no-show")
+        while not address.exists():
+            assert scheduler.is_alive(), log.read_text()
+            time.sleep(0.02)
+        crowd = [launched("dask_worker", "--nthreads", "1", "--no-nanny") for _ in range(workers)]
+        executor = running.enter_context(cluster(str(address), timeout=PATIENCE))
+        executor._client.wait_for_workers(workers, timeout=PATIENCE)  # or the first hold all cells
+        yield executor, scheduler, crowd
+
+
+def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
+    scene, out = load_scene(written(tmp_path, cycles=300)), tmp_path / "out"
+    with dask(tmp_path, 2) as (executor, _, crowd):
+
+        def watch(progress: Progress) -> None:
+            if progress.done >= 3:
+                crowd[0].kill()
+
+        grid = sweep(scene, executor=executor, out=out, progress=watch)
+        assert not crowd[0].is_alive()
+    assert grid.identical(sweep(scene))

@@ -60,6 +60,7 @@ def test_two_sliders_creep_above_their_first_slip_alone(
     assert lower**2 <= square < upper**2
     assert upper - lower <= lower / 10**digits * (1 if not given else 10)
     assert found.outcome_at_lower is Outcome.AT_REST
+    assert float(found.law_two_sliders) == pytest.approx(float(lower), rel=2e-9)
     assert f"lower='{found.lower}'" in repr(found)
     if not given:
         assert found.evidence is found.outcome_evidence is Evidence.PROVED
