@@ -6,9 +6,7 @@ each; rows that are there already are kept. The chains were fixed before any of 
 
 from __future__ import annotations
 
-import csv
 import math
-import sys
 import warnings
 from pathlib import Path
 from random import Random
@@ -16,6 +14,7 @@ from random import Random
 import numpy as np
 
 from exactcreep import Chain, Cycles, PhysicsWarning, creep, laws
+from tests.laws.kept import add_rows
 
 FILE = Path(__file__).parents[1] / "data" / "differing.csv"
 COUNT = 100
@@ -77,30 +76,5 @@ def measured(number: int) -> dict[str, float]:
     return about | {"velocity": float(values.mean()), "error": error, "law": float(np.mean(law))}
 
 
-def rows() -> list[dict[str, float]]:
-    """Return the rows that are kept."""
-    if not FILE.exists():
-        return []
-    with FILE.open(newline="", encoding="utf-8") as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-
-
-def main() -> int:
-    """Run the chains that have no row yet."""
-    kept = {int(row["number"]): row for row in rows()}
-    for number in range(COUNT):
-        if number not in kept:
-            kept[number] = measured(number)
-            print(kept[number], flush=True)
-            with FILE.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, list(kept[number]), lineterminator="\n")
-                writer.writeheader()
-                writer.writerows(
-                    {name: f"{value:.7g}" for name, value in kept[at].items()}
-                    for at in sorted(kept)
-                )
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    add_rows(FILE, range(COUNT), measured)

@@ -9,7 +9,6 @@ for the chains that had been held out, and fitted on all that were run by then.
 
 from __future__ import annotations
 
-import csv
 import math
 import sys
 import warnings
@@ -24,6 +23,7 @@ import numpy as np
 
 from exactcreep import Chain, Cycles, GaussianSteps, PhysicsWarning, creep
 from exactcreep.laws import gaussian_integral, pivots, sticking_gain
+from tests.laws.kept import add_rows
 
 FILE = Path(__file__).parents[2] / "notebooks" / "pictures" / "sticking.csv"
 L0 = 1000
@@ -141,29 +141,11 @@ def run(case: Case) -> dict[str, float]:
     return {"velocity": float(np.mean(means)), "error": float(error)}
 
 
-COLUMNS = (
-    "number", "kind", "n", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "size", "velocity", "error",
-)  # fmt: skip
-
-
 def main() -> None:
     """Run the chains that are not in the file yet."""
     warnings.simplefilter("ignore", PhysicsWarning)  # draws below mu_d belong to the ranges
-    kept = []
-    if FILE.exists():
-        with FILE.open(encoding="utf-8") as file:
-            kept = [int(row["number"]) for row in csv.DictReader(file)]
-    with FILE.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        if not kept:
-            writer.writeheader()
-        for case in cases():
-            if case.number in kept:
-                continue
-            rounded = {name: f"{value:.6g}" for name, value in run(case).items()}
-            writer.writerow(vars(case) | rounded)
-            file.flush()
-            print(case.number, end=" ", file=sys.stderr, flush=True)
+    known = {case.number: case for case in cases()}
+    add_rows(FILE, known, lambda number: vars(known[number]) | run(known[number]))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -11,18 +10,14 @@ import numpy as np
 import pytest
 
 from exactcreep import laws
+from tests.laws.kept import rows
 from tests.laws.sticking_chains import FILE, cases, run
-
-
-def rows() -> Iterator[dict[str, str]]:
-    with FILE.open(encoding="utf-8") as file:
-        yield from csv.DictReader(file)
 
 
 def measured() -> Iterator[tuple[dict[str, str], dict[str, Any]]]:
     """Yield the chains of the table that were held out of the fit, with their parameters."""
     known = {case.number: case for case in cases()}
-    for row in rows():
+    for row in rows(FILE):
         case = known[int(row["number"])]
         if case.held_out:
             yield row, case.parameters
@@ -61,7 +56,7 @@ def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> 
 @pytest.mark.parametrize("number", [5, 9, 13, 14, 17])
 def test_chains_run_anew_have_the_velocity_of_the_table(number: int) -> None:
     case = next(case for case in cases() if case.number == number)
-    row = next(row for row in rows() if row["number"] == str(number))
+    row = next(row for row in rows(FILE) if row["number"] == str(number))
     again = run(case)
     error = math.hypot(float(row["error"]), again["error"])
     assert abs(again["velocity"] - float(row["velocity"])) <= 5 * error

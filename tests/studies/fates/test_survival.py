@@ -68,6 +68,7 @@ def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
 def test_a_record_is_that_of_its_start_followed_alone(six: Survival) -> None:
     assert f"{1 / six.rate.rate:.3g} cycles" in six.finding
     assert "any number" not in six.finding
+    assert six.reason == ""
     for number in (2, 7):
         start, key = study.start_of(SIX, six.size, 0, number)
         assert start == State.perturbed(SIX, "1e-3", start_seed=key)

@@ -60,6 +60,7 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
     assert off < min(3 * math.hypot(found.error, found.systematic), 0.02 * found.law_seuil)
     assert found.slope == pytest.approx(found.law_slope, rel=0.02)
     assert found.law_slope == 15000
+    assert f"moves it by up to {found.systematic:.2g}" in found.finding
     assert found.evidence is ec.Evidence.COMPUTED
     assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
     between = ec.intercept(
