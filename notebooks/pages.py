@@ -191,19 +191,17 @@ def commands(_):
 
 
 def benchmark(n):
-    """Return the times and errors that `tests/benchmarks/run.py` measured with n sliders, or with all."""
+    """Return the times and errors that `tests/benchmarks/run.py` measured with n sliders."""
     with (BOOK / "pictures" / "benchmark.csv").open(encoding="utf-8") as file:
-        measured = [row for row in csv.DictReader(file) if n in ("", row["n"])]
+        measured = [row for row in csv.DictReader(file) if row["n"] == n]
     rows = []
     for row in measured:
-        wrong, after = f"{row['parted']} of {row['seeds']} seeds", float(row["agreed"])
-        wrong += f", after {after:.0f} events" if after < math.inf else ""
+        wrong, after = f"in {row['parted']} of {row['seeds']} seeds", float(row["agreed"])
+        wrong += f", in the median after {after:.0f} events" if after < math.inf else ""
         name = row["method"].capitalize() if "verlet" in row["method"] else f"`{row['method']}`"
         took = float(f"{1e3 * float(row['seconds']):.2g}")
-        rows.append((row["n"], name, f"{took:g} ms", wrong, f"{float(row['error']):.1e}"))
-    first = bool(n)  # the column of n says nothing new
-    head = ["N", "method", "time per half-cycle", "wrong event", "largest error before it"]
-    return _table(head[first:], [row[first:] for row in rows])
+        rows.append((name, f"{took:g} ms", wrong, f"{float(row['error']):.1e}"))
+    return _table(["method", "time per half-cycle", "wrong event", "largest error before it"], rows)
 
 
 # --- laws and proofs -----------------------------------------------------------------------------
