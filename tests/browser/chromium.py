@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import shutil
 import time
 from collections.abc import Callable
@@ -28,8 +27,6 @@ FLAGS = (
     "--window-size=1280,1150",
 )  # fmt: skip
 PATIENCE = 300
-LOCAL = ("http://localhost:", "http://127.0.0.1:", "ws://localhost:", "data:", "blob:", "file:",
-         "about:", "chrome:", "chrome-untrusted:")  # fmt: skip
 
 
 def new_browser(profile: Path) -> Any:
@@ -38,7 +35,7 @@ def new_browser(profile: Path) -> Any:
     options.binary_location = CHROMIUM
     for flag in (*FLAGS, f"--user-data-dir={profile}"):
         options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = selenium.Chrome(options=options, service=selenium.ChromeService(DRIVER))
     driver.set_script_timeout(PATIENCE)
     return driver
@@ -49,7 +46,6 @@ class Page:
 
     def __init__(self, browser: Any, url: str) -> None:
         self.browser = browser
-        browser.get_log("performance")
         browser.get(url)
 
     def until(self, reached: Callable[[], Any]) -> None:
@@ -70,15 +66,6 @@ class Page:
     def press(self, *keys: str) -> None:
         for key in keys:
             selenium.ActionChains(self.browser).send_keys(key).perform()
-
-    def asked(self) -> list[str]:
-        """Return the addresses that were asked for since the last time."""
-        messages = [json.loads(entry["message"])["message"]
-                    for entry in self.browser.get_log("performance")]  # fmt: skip
-        kinds = {"Network.requestWillBeSent": "request", "Network.webSocketCreated": None}
-        asked = [(each["params"], kinds[each["method"]]) for each in messages
-                 if each["method"] in kinds]  # fmt: skip
-        return [str(about[key]["url"] if key else about["url"]) for about, key in asked]
 
     def quiet(self) -> None:
         """Assert that the browser has complained of nothing."""

@@ -45,6 +45,7 @@ def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
         "PYTHONIOENCODING": "ascii",
         "PYTHONWARNINGS": "error",
         "MATPLOTLIBRC": str(tmp_path / "matplotlibrc"),
+        "MPLBACKEND": "nonsense",
     }
     picture = tmp_path / "run.png"
     line = ("run", "six-sliders-cycles", "--set", "drive.cycles=80", "--plot", str(picture))

@@ -126,23 +126,17 @@ def test_a_deviation_counts_standard_errors_outside_of_the_law(
 
 def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
     known = Point({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25))
-    tables = [
-        Table("plateau", "", (known, Point({"n": 7, "tan_alpha": 0.2}, -1.0))),
-        Table("life", "", (Point({"start": "cold"}, 1e-300, 0.0),)),
-    ]
+    tables = [Table("plateau", "", (known,)), Table("life", "", (Point({"n": 7}, 1e-300),))]
     frame = pd.read_csv(io.StringIO(to_csv(tables)))
-    assert frame.pop("series").tolist() == ["plateau", "plateau", "life"]
+    assert frame.pop("series").tolist() == ["plateau", "life"]
     assert set(frame.pop("unit")) == {"g tau_dyn^2 per half-cycle or target"}
-    assert frame.pop("start").tolist()[2] == "cold"
-    assert {str(kind) for kind in frame.dtypes} == {"float64"}
     assert frame.iloc[0].dropna().to_dict() == {
         "n": 6, "tan_alpha": 0.1, "measured": 1.5, "standard_error": 0.25,
         "printed_law_least": 2, "printed_law_largest": 2,
         "exact_law_least": 1, "exact_law_largest": 1.25,
         "deviation_printed": -2, "deviation_exact": 1,
     }  # fmt: skip
-    assert frame["measured"].tolist()[1:] == [-1, 1e-300]
-    assert frame.iloc[1].drop(["n", "tan_alpha", "measured"]).isna().all()
+    assert frame.iloc[1].dropna().to_dict() == {"n": 7, "measured": 1e-300}
 
 
 def test_the_command_lists_refuses_and_keeps_files(command: Command, tmp_path: Path) -> None:

@@ -141,20 +141,6 @@ def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> No
         ec.Creep.load(target)
 
 
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"max_events": 1.5}, "max_events"),
-        ({"burn_in": 11}, r"burn_in = 11: .* at most 10"),
-        ({"accuracy": 1}, "accuracy"),
-        ({"drive": ec.Path(["0.001", 0]), "accuracy": "0.1"}, "Cycles or GaussianSteps"),
-    ],
-)
-def test_what_cannot_be_run_is_refused_by_name(given: dict, sentence: str) -> None:
-    with pytest.raises(ec.InputError, match=sentence):
-        creep(**{"chain": TWO, "drive": SHORT} | given)
-
-
 def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
     with pytest.warns(PhysicsWarning, match="drawn below mu_d") as caught:
         result = creep(paper_chain(3, "0.3"), SHORT)
