@@ -46,21 +46,6 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
     assert_array_equal(np.ptp(band.get_paths()[0].vertices, axis=0), (402, 0.004))
 
 
-def test_members_are_drawn_beside_the_law_of_their_group_and_named_by_what_varies() -> None:
-    cases = [(a, s) for a in (1, 2) for s in (1, 2)]
-    runs = [ec.creep(VARIED, ec.Cycles(f"0.00{a}", 9), seed=s) for a, s in cases]
-    settings = [{"chain.n": 6, "drive.amplitude": a, "run.seed": s} for a, s in cases]
-    _, axes = drawn(runs, settings=settings)
-    named = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert named == [rf"$A_\theta$ = {a} (2 members)" for a in (1, 2)]
-    courses = [line.get_ydata()[1:] for line in axes.lines if line.get_linestyle() == "-"]
-    assert_array_equal(courses, [run.recorded["x_G"] for run in runs])
-    broken = [line for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
-    assert len(broken) == 2
-    for law, run in zip(broken, runs[::2], strict=True):
-        assert_law(run, *law.get_data())
-
-
 def assert_law(run: ec.Creep, x: np.ndarray, y: np.ndarray) -> None:
     """Assert that a line rises as the law says, from where x_G is after the burn-in."""
     assert x.tolist() == [run.burn_in, run.half_cycles]
