@@ -64,3 +64,17 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
             for start in (values[0] - level / 2 + F(k, 2) for k in range(int(2 * level) + 1))
         )
         assert least == best
+
+
+def test_at_the_slope_of_its_friction_all_of_a_chain_slides_down_but_one_end() -> None:
+    """All are at their threshold: dilated, the uppermost stays, and contracted, the lowermost."""
+    for size in range(2, 6):
+        chain = RationalChain(size, F(1, 2), F(1, 2))
+        chain.to(F(3))
+        assert chain.x == [3 * k for k in range(size)]
+        chain.to(F(0))
+        assert chain.x == [3 * (size - 1)] * size
+        assert chain.forces == [F(1, 2)] * size
+        uphill = RationalChain(size, F(-1, 2), F(1, 2))
+        uphill.to(F(3))
+        assert uphill.x == [-3 * k for k in reversed(range(size))]
