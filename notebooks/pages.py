@@ -321,12 +321,12 @@ def corrected(verdicts):
         parts.append(f"### {_called(entry)}, {_numbered(entry.place)}")
         parts.append(f"**As printed:** {_numbered(_formula(entry.printed))}")
         if entry.corrected:
-            parts.append(f"**What follows:** {with_formulas(_numbered(_formula(entry.text('corrected'))))}")
+            parts.append(f"**Correct:** {with_formulas(_numbered(_formula(entry.text('corrected'))))}")
         printed, exact = value(entry), value(entry, corrected=True)
         if None not in (printed, exact) and printed != exact:
-            parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} as it follows.")
+            parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} correct.")
         if entry.error:
-            parts.append(_sentence(entry.error))
+            parts.append(f"**Error:** {_sentence(entry.error)}")
         if entry.measured:
             parts.append(f"**Measured:** {_prose(_numbered(entry.measured))}.")
         parts.append(f"[Proof](#proof-{entry.chapter}){_argument(entry)}.")
