@@ -22,6 +22,7 @@ from exactcreep.model.names import did_you_mean, meant
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
+from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.pipeline import Pipeline, pipeline
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
@@ -314,7 +315,7 @@ class Scene(Shown):
                 solid = _made(physical, about)
             chain = solid.chain
         with _keys_within("drive"):
-            drive = _drive(tables["drive"], self.folder, solid or pipe)
+            drive = _drive(tables["drive"], self.folder, solid or pipe, chain.n - 1)
         given = {name: run.pop(name) for name in _RUN if name in run}
         with _keys_within("run.start"):
             start = _start(given.pop("start", "relaxed"), chain, given.get("seed", 0))
@@ -494,7 +495,9 @@ def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
     return make(**given)
 
 
-def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | Pipeline | None) -> Drive:
+def _drive(
+    table: Mapping[str, Any], folder: FilePath, solid: Solid | Pipeline | None, springs: int
+) -> Drive:
     given = dict(table)
     make = drive_of_kind(given.pop("kind", None))
     keys = _keys_of(make)
@@ -513,7 +516,14 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | Pipeline |
     if isinstance(given.get("file"), str):
         # a relative path starts at the folder of the scene, not at the current folder
         given["file"] = folder / given["file"]
-    return _made(make, given)  # type: ignore[no-any-return]
+    columns = given.get("temperature_column")
+    if not isinstance(columns, list):
+        return _made(make, given)  # type: ignore[no-any-return]
+    if not 0 < len(columns) <= springs:
+        allowed = f"must name from 1 to {springs} columns: at most one for each spring"
+        raise InputError("temperature_column", columns, allowed)
+    places = [_made(make, given | {"temperature_column": name}) for name in columns]
+    return TemperatureRecord.along(places, springs)
 
 
 def _start(given: Any, chain: Chain, seed: Any) -> State | None:

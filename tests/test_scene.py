@@ -3,6 +3,7 @@
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -72,6 +73,25 @@ def test_decimals_are_read_as_they_are_written_and_the_first_key_varies_slowest(
     assert last.drive == Cycles(Fraction(1, 1000), 5)
     assert last.initial.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
     assert last.initial.theta == Fraction(1, 1000)
+
+
+def test_a_scene_names_the_temperatures_of_places_along_its_chain(tmp_path: Path) -> None:
+    (tmp_path / "pipe.csv").write_text("time,in,out\n0,30,10\n1,50,10\n2,10,10\n")
+    text = "chain = { n = 4, l0 = 1000, mu_d = 0.5, mu_s = 0.6, tan_alpha = 0 }\n"
+    text += 'drive = { kind = "record", file = "pipe.csv", kappa = 1e-5, T0 = 10 }\n'
+    scene = Scene.from_text(text, folder=tmp_path)
+
+    def temperatures(*columns: str) -> list[list[float]]:
+        drive: Any = scene.experiment({"drive.temperature_column": [*columns]}).drive
+        found: list[list[float]] = drive.temperatures.tolist()
+        return found
+
+    assert temperatures("in", "out") == [[30, 20, 10], [50, 30, 10], [10, 10, 10]]
+    assert temperatures("out", "out", "in") == [[10, 10, 30], [10, 10, 50], [10, 10, 10]]
+    for wrong in ([], ["in"] * 4, ["in", "middle"], ["in", 2]):
+        with pytest.raises(InputError) as refused:
+            temperatures(*wrong)
+        assert refused.value.field == "drive.temperature_column"
 
 
 def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Path) -> None:

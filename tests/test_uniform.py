@@ -66,9 +66,8 @@ TAKEN: dict[str, set[str]] = {
     **{call: {*EVERYTHING, VECTOR} for call in ("sweep", "prediction")},
     **{f"{call} {solver}": {*EVERYTHING, VECTOR} for call in ("creep", "rearrange")
        for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
-    **dict.fromkeys(("survival", "prediction_of"), EVERYTHING),
-    **{call: {"friction", "end_forces"}
-       for call in ("compare", "fate", "threshold", "intercept", "edges", "creep sliding")},
+    **dict.fromkeys(("survival", "fate", "threshold", "edges", "prediction_of"), EVERYTHING),
+    **{call: {"friction", "end_forces"} for call in ("compare", "intercept", "creep sliding")},
 }  # fmt: skip
 """What a function takes; another test holds its answer to an oracle."""
 CASES = [

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from exactcreep.laws.number_types import (
     Number,
@@ -19,7 +20,6 @@ from exactcreep.laws.number_types import (
 )
 from exactcreep.laws.paper import described, law, law_values
 from exactcreep.model.chain import Chain
-from exactcreep.model.uniform import END_FORCES, FRICTION, require_uniform
 
 
 @described
@@ -28,17 +28,20 @@ def at_rest_amplitude(
     tan_alpha: Number,
     coefficients: Sequence[Number],
     end_forces: Sequence[Number] = (0, 0),
+    expansion: Sequence[Number] = (),
 ) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
     The amplitude is ``min(w_1, w_N, (w_1 + ... + w_N - |G|)/2)/l0`` with
-    ``w_n = coefficients[n - 1] cos(alpha)`` and G the sum of weights and end forces. Source: beyond
-    the paper, ``derivations/shakedown.py``.
+    ``w_n = coefficients[n - 1] cos(alpha)`` and G the sum of weights and end forces. Where springs
+    expand differently, ``w_n`` is divided by ``|r_n|``, the change of the force on slider n per
+    ``l0 theta``, and 2 is the sum of the ``|r_n|``. Source: beyond the paper,
+    ``derivations/shakedown.py``.
 
     Raises
     ------
     ValueError
-        If there are fewer than two, or no state is at rest even without cycles.
+        If there are fewer than two, no state is at rest even without cycles, or no spring expands.
 
     Examples
     --------
@@ -48,14 +51,21 @@ def at_rest_amplitude(
     require(len(coefficients) >= 2, "coefficients must belong to two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}
     named |= {f"end_forces[{k}]": force for k, force in enumerate(end_forces)}
+    named |= {f"expansion[{k}]": weight for k, weight in enumerate(expansion)}
     numbers = coerced({"l0": l0, "tan_alpha": tan_alpha} | named).values()
-    length, slope, *held, upper, lower = numbers
+    count = len(coefficients)
+    length, slope, *values = numbers
+    held, (upper, lower), weights = values[:count], values[count:][:2], values[count + 2 :]
+    around = [0, *(weights or [1] * (count - 1)), 0]
+    rates = [abs(before - after) for before, after in pairwise(around)]
+    require(any(rates), "expansion must not be 0 for every spring")
     require(length > 0, "l0 must be positive")
     pull = len(held) * slope + (upper + lower) / cosine(slope)
-    sum_bound = (sum(held) - abs(pull)) / 2
+    sum_bound = (sum(held) - abs(pull)) / sum(rates)
     too_small = f"no state is at rest at tan_alpha = {tan_alpha}: friction is too small"
     require(sum_bound >= 0, too_small)
-    return min(held[0], held[-1], sum_bound) * cosine(slope) / length
+    bounds = [mu if rate == 1 else mu / rate for mu, rate in zip(held, rates, strict=True) if rate]
+    return min(*bounds, sum_bound) * cosine(slope) / length
 
 
 @law
@@ -130,8 +140,8 @@ def edges(chain: Chain) -> dict[str, float]:
     Parameters
     ----------
     chain : Chain
-        A chain of any slope. Three theorems hold without disorder, one with disorder. If friction
-        or ends differ, `locked_ends` is left out.
+        A chain of any slope. Three theorems hold without disorder, one with disorder. If the chain
+        is not uniform, `locked_ends` is left out.
 
     Returns
     -------
@@ -145,13 +155,12 @@ def edges(chain: Chain) -> dict[str, float]:
     {'at_rest': 0.00058209, 'no_lasting_creep': 0.00048507, 'locked_ends': 0.00101865}
     """
     parameters, amplitudes = chain.parameters(), {}
-    require_uniform(parameters, "the theorems of rest and creep", {FRICTION, END_FORCES})
     if chain.n < 2:
         return {}
     clean = chain.sigma_mu == 0
 
     def rests(name: str) -> float:
-        held = chain.l0, chain.tan_alpha, chain.each(name), chain.end_forces
+        held = chain.l0, chain.tan_alpha, chain.each(name), chain.end_forces, chain.expansion
         try:
             return float(at_rest_amplitude(*held))
         except ValueError:

@@ -342,12 +342,6 @@ class Chain(Shown):
         reached = (rooms[k] / abs(rate) for k, rate in self.rates.items())
         return least if least < 0 else min(reached, default=least)
 
-    @property
-    def symmetric(self) -> bool:
-        """Whether the chain is the same from either end, except for the slope of the incline."""
-        lists = (getattr(self, name) for name in _ALONG)
-        return all(values == values[::-1] for values in lists if isinstance(values, tuple))
-
     @cached_property
     def may_run_away(self) -> bool:
         """Whether driving forces exceed all friction, so that the chain may accelerate for ever."""

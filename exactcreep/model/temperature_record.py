@@ -26,6 +26,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     positive_number,
+    whole_number,
 )
 from exactcreep.model.path import Listed, targets_of
 from exactcreep.model.readings import ABSOLUTE_ZERO, Readings, RecordWarning
@@ -248,13 +249,20 @@ class TemperatureRecord(Listed):
         return record
 
     @classmethod
-    def along(cls, records: Sequence[TemperatureRecord]) -> TemperatureRecord:
+    def along(
+        cls, records: Sequence[TemperatureRecord], springs: int | None = None
+    ) -> TemperatureRecord:
         """Return the record of a chain whose springs have temperatures of their own.
 
         Parameters
         ----------
         records : sequence of TemperatureRecord
-            One of each spring, the upper one first, with the same times, `kappa`, `T0` and `unit`.
+            Of places along the chain, with the same times, `kappa`, `T0` and `unit`. The first one
+            is that of the upper spring, the last one that of the lowest, the others are at equal
+            distances between them.
+        springs : int, optional
+            Number of springs; those between two places are interpolated linearly. Default: a
+            record for each spring.
 
         Returns
         -------
@@ -267,7 +275,10 @@ class TemperatureRecord(Listed):
             If there are none, or they do not fit together.
         """
         if not records:
-            raise InputError("records", [], "must hold a record for each spring")
+            raise InputError("records", [], "must hold at least one record")
+        count = whole_number(springs or len(records), "springs", least=1, most=10**6)
+        if len(records) > count:
+            raise InputError("records", len(records), f"must be at most {count}, one a spring")
         first = records[0]
         for k, one in enumerate(records):
             for name in ("times", "origin", "kappa", "T0", "unit"):
@@ -276,7 +287,7 @@ class TemperatureRecord(Listed):
         digest = hashlib.sha256("".join(one.sha256 for one in records).encode()).hexdigest()
         return cls(
             first.file, first.kappa, first.T0, unit=first.unit, times=first.times,
-            theta=[*zip(*(one.theta for one in records), strict=True)],
+            theta=[_between(row, count) for row in zip(*(r.theta for r in records), strict=True)],
             sha256=digest, origin=first.origin,
         )  # fmt: skip
 
@@ -370,6 +381,18 @@ class TemperatureRecord(Listed):
     def _facts(self) -> dict[str, Any]:
         names = ("file", "kappa", "T0", "unit", "origin", "theta")
         return {name: getattr(self, name) for name in names}
+
+
+def _between(values: tuple[Fraction, ...], count: int) -> list[Fraction]:
+    """Return `count` values from the first to the last, interpolated linearly."""
+    if len(values) == 1:
+        return [*values] * count
+    out = []
+    for k in range(count):
+        place = Fraction(k * (len(values) - 1), count - 1)
+        before = min(int(place), len(values) - 2)
+        out.append(values[before] + (values[before + 1] - values[before]) * (place - before))
+    return out
 
 
 def _check_options(given: Mapping[str, Any]) -> None:

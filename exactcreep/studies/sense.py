@@ -27,7 +27,7 @@ def require_sense(
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
-    takes = EVERYTHING if question == "survival" else (FRICTION, END_FORCES)
+    takes = (FRICTION, END_FORCES) if question == "intercept" else EVERYTHING
     require_uniform(chain.parameters(), question, takes)
     edge = question == "threshold"
     if chain.n > MOST_SLIDERS and not edge:

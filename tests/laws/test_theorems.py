@@ -49,16 +49,19 @@ def test_the_edge_of_rest_is_the_linear_programme_over_tensions_for_any_coeffici
         above = [F(random.randint(1, 200), 100) for _ in range(size)]
         held = [abs(tan) + excess for excess in above]
         ends = [sum(above) * random.randint(-9, 9) / 80 for _ in range(2)]
+        weights = random.choice([(), [F(random.randint(-5, 20), 10) for _ in range(size - 1)]])
+        rates = -np.diff([0, *map(float, weights or [1] * (size - 1)), 0])
+        if not rates.any():
+            continue
         matrix, constant = forces(size, float(tan))
         constant[[0, -1]] += [float(force) / float(laws.cosine(tan)) for force in ends]
         rows = []
         for slider, sign, up in product(range(size), (1, -1), (1, -1)):
-            ramp = {0: -up, size - 1: up}.get(slider, 0)
-            row = np.append(sign * matrix[slider], sign * ramp)
+            row = np.append(sign * matrix[slider], sign * up * rates[slider])
             rows.append((row, float(held[slider]) - sign * constant[slider]))
         longest = largest(size - 1, rows, size)
         assert longest is not None
-        law = laws.at_rest_amplitude(7, tan, held, ends) * 7
+        law = laws.at_rest_amplitude(7, tan, held, ends, weights) * 7
         differences.append(abs(longest - float(law / laws.cosine(tan))))
     assert max(differences) < 1e-9
 

@@ -246,3 +246,7 @@ def test_records_of_springs_are_one_drive_that_files_keep(tmp_path):
     for wrong in ([], [records[0], late]):
         with pytest.raises(InputError, match="records"):
             TemperatureRecord.along(wrong)
+    finer = TemperatureRecord.along(records, 5)
+    assert (finer.temperatures == np.linspace(*each, 5, axis=1)).all()
+    with pytest.raises(InputError, match="records"):
+        TemperatureRecord.along(records, 1)

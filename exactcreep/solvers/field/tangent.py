@@ -1,7 +1,9 @@
 """Follow a whole set of states at rest along one itinerary, with the derivative of the map.
 
-A state at the end of a cycle consists of its *shape*, the forces of the sliders 2 .. N - 1, and its
-*load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement begins at an end of the chain
+A ramp changes every force in proportion to its rate (`Chain.rates`). A state at the end of a cycle
+consists of its *load*, how far a ramp has taken it, and its *shape*, which no ramp changes. Where
+all springs expand alike, the shape is the forces of the sliders 2 .. N - 1, and the load is
+u = (F_1 - F_N)/2. The forces have a constant sum. A rearrangement begins at a slider with a rate
 for every u. So along one itinerary the shape evolves independently, and u changes by an amount that
 depends only on the shape.
 
@@ -13,7 +15,9 @@ matrix of balls, and each stretch multiplies by a nearly triangular matrix (Lohn
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any, ClassVar, NamedTuple
 
 import flint
 import numpy as np
@@ -33,6 +37,51 @@ BITS = 128
 """Precision of the product of the derivatives of short stretches."""
 
 
+class Frame(NamedTuple):
+    """Shape and load of the forces of a chain at rest.
+
+    `shape` and `load` (fmpq_mat of n columns) are multiplied by the forces. Each of the sliders
+    `inner` has a row of the shape. `outer` are the two others, whose forces fall and rise fastest
+    with theta; the forces of a shape alone are equal on both.
+    """
+
+    rates: list[Fraction]
+    inner: list[int]
+    outer: list[int]
+    shape: Any
+    load: Any
+
+    @classmethod
+    def of(cls, chain: Chain) -> Frame:
+        n, rates = chain.n, [chain.rates.get(k, Fraction(0)) for k in range(chain.n)]
+        falls, rises = rates.index(min(rates)), n - 1 - rates[::-1].index(max(rates))
+        apart = rates[rises] - rates[falls]
+        load = [Fraction(0)] * n
+        if apart:
+            load[falls], load[rises] = 1 / apart, -1 / apart
+        inner = [k for k in range(n) if k not in (falls, rises)]
+        rows = [[(m == k) + rates[k] * part for m, part in enumerate(load)] for k in inner]
+        return cls(rates, inner, [falls, rises], _rationals(rows, n), _rationals([load], n))
+
+    def shape_of(self, forces: Iterable[Any]) -> list[Any]:
+        """Return the shape of forces, which are balls."""
+        shape: list[Any] = (self.shape * _column(forces)).entries()
+        return shape
+
+    def load_of(self, forces: Iterable[Any]) -> Any:
+        """Return the load of forces, which are balls."""
+        return (self.load * _column(forces))[0, 0]
+
+
+def _column(forces: Iterable[Any]) -> Any:
+    return flint.arb_mat([[force] for force in forces])
+
+
+def _rationals(rows: list[list[Fraction]], columns: int) -> Any:
+    numbers = [flint.fmpq(*Fraction(x).as_integer_ratio()) for row in rows for x in row]
+    return flint.fmpq_mat(len(rows), columns, numbers)
+
+
 class TangentMechanics(SetIntegrator):
     """`SetIntegrator` with the derivative of the present state by the initial shape and load.
 
@@ -41,6 +90,7 @@ class TangentMechanics(SetIntegrator):
     """
 
     renew_every: ClassVar[int] = 2  # the set is much wider than in a run
+    frame: Frame
     product: Any = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
@@ -52,7 +102,7 @@ class TangentMechanics(SetIntegrator):
         The shapes are the middle plus `spread` (ndarray, shape (n - 2, n - 2)) times
         ``[-1, 1]**(n - 2)``; the loads are within `load` of the present one.
         """
-        n, inner = self.chain.n, len(spread)
+        n, inner, frame = self.chain.n, len(spread), self.frame
         rest = self.rest
         noise = [x.rad() for x in (*rest.forces.tolist(), self.l0 * rest.theta)]
         for numbers in (rest.forces, rest.displacements):
@@ -62,34 +112,37 @@ class TangentMechanics(SetIntegrator):
         exponent = max(exponent_of(x) for x in (*noise, widest))
         spread, load = np.ldexp(spread, -exponent), math.ldexp(load, -exponent)
         rows = np.zeros((n + 1, inner + 1 + n + 1))
-        rows[1 : n - 1, :inner] = spread
-        rows[[0, n - 1], :inner] = -spread.sum(axis=0) / 2
-        rows[0, inner], rows[n - 1, inner] = load, -load
+        rows[frame.inner, :inner] = spread
+        rows[frame.outer, :inner] = -spread.sum(axis=0) / 2
+        rows[:n, inner] = [-float(rate) * load for rate in frame.rates]
         rows[:, inner + 1 :] = np.diag(scaled(noise, exponent))
         rest.set = StateSet.spanned(rows, exponent=exponent)
-        rest.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
+        rest.set.errors[0, frame.outer] += n * 2.0**-52 * abs(spread).sum()
+        unsure = [rate != float(rate) for rate in frame.rates]
+        rest.set.errors[0, unsure] += 2.0**-52 * abs(rows[:n, inner][unsure])
         rest.fresh = False  # the present state is at rest
         self._look_around()
         self.differentiate()
 
     def differentiate(self) -> None:
         """Begin the derivative anew at the present state."""
-        n = self.chain.n
+        n, frame = self.chain.n, self.frame
         rows = np.zeros((n + 1, n - 1))
-        rows[1 : n - 1, : n - 2] = np.eye(n - 2)
-        rows[[0, n - 1], : n - 2] = -0.5
-        rows[0, n - 2], rows[n - 1, n - 2] = 1.0, -1.0
+        rows[frame.inner, : n - 2] = np.eye(n - 2)
+        rows[frame.outer, : n - 2] = -0.5
+        rows[:n, n - 2] = [-float(rate) for rate in frame.rates]
         self.tangent = StateSet.spanned(rows)
         self.product = flint.arb_mat(np.eye(n - 1).tolist())
 
     def derivative(self) -> list[list[Any]]:
         """Return the derivative of shape and load over all states of the set: its rows."""
         with balls_of(BITS).active():
-            first, *shape, last, ramp = self._rows([])
+            *forces, ramp = self._rows([])
+            shape = (self.frame.shape * flint.arb_mat(forces)).tolist()
             # the load at the same theta
-            load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
-            rows: list[list[Any]] = (flint.arb_mat([*shape, load]) * self.product).tolist()
-            return rows
+            load = self.frame.load * flint.arb_mat(forces) + flint.arb_mat([ramp])
+            rows = flint.arb_mat([*shape, load.entries()]) * self.product
+            return rows.tolist()  # type: ignore[no-any-return]
 
     def _rows(self, fast: list[int]) -> list[list[Any]]:
         """Return the tangent: rows of forces, speeds of the sliders `fast`, l0 theta."""
@@ -114,7 +167,7 @@ class TangentMechanics(SetIntegrator):
         super().come_to_rest(flow)
         self.rests += 1
         if self.rests == self.half:
-            self.at_half = list(self.known_forces()[1:-1]), self.derivative()
+            self.at_half = self.frame.shape_of(self.known_forces()), self.derivative()
             self.differentiate()
 
 
@@ -141,4 +194,5 @@ class TangentSimulation(FieldSimulation):
 
     def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Arithmetic) -> None:
         super().__init__(Start(chain, state, 0), ("events",), arithmetic)
+        self.mechanics.frame = Frame.of(chain)
         self.theta_target = -drive.amplitude

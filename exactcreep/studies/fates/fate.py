@@ -176,8 +176,8 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     if not resting:
         return None
     left = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
-    # the room that the ends have left decides how often they slip
-    room = float(left[[0, *(n - 1 for n in resting), -1]].min())
+    # the room that the driven sliders have left decides how often they slip
+    room = float(left[[*chain.rates, *(n - 1 for n in resting)]].min())
     if approach.ahead >= room:
         return None
     reason = (

@@ -1,24 +1,29 @@
 """Prove what a chain does for ever, by following the certified solver until it returns.
 
-*Lone slips.* A slip of an end alone, from its threshold, moves it by 2 D whatever the state is. If
-the lone slips since an avalanche add up to zero, the tensions have returned exactly.
+*Lone slips.* A slip of a slider alone, from its threshold, moves an end by 2 D and an inner slider
+by D, whatever the state is. If the lone slips since an avalanche have moved all sliders alike, the
+tensions have returned exactly.
 
-*Avalanches.* A state at the end of a cycle consists of a *shape* f (the forces of sliders
-2 .. N - 1) and a *load* u = (F_1 - F_N)/2. Every rearrangement begins at an end of the chain, so a
-change of u only shifts the theta at which it happens. Along one itinerary the shape therefore
-evolves independently, f -> G(f), and u -> u + tau(f). The load never contracts: a change of all
-tensions by the same amount is a neutral direction. But a symmetry can bring u back. Exchanging the
-ends of the chain and replacing theta by -theta leaves the equations unchanged and turns u into -u.
+*Avalanches.* A state at the end of a cycle consists of a *shape* f, which no ramp changes, and a
+*load* u, how far a ramp has taken it (see `solvers.field.tangent`). Every rearrangement begins at a
+slider that theta drives, so a change of u only shifts the theta at which it happens. Along one
+itinerary the shape therefore evolves independently, f -> G(f), and u -> u + tau(f). The load never
+contracts: the direction of a ramp is neutral. But a symmetry can bring u back. Exchanging the ends
+of the chain and replacing theta by -theta turns u into -u, and leaves the equations unchanged if
+sliders at equal distances from the ends are alike. End forces do not matter, as they act by their
+sum. Nor does dynamical friction that differs, if such a pair slips in one direction S only and has
+equal mu_s - mu_d: the forces that are exchanged then differ by S c times the difference of mu_d.
 Suppose the second half of a period is the mirror image of the first, in its avalanches and in the
-sums of the lone slips between them. In the mirrored frame each half is f -> H(f), u -> tau(f) - u,
-with G = H H, and a period moves u by ``tau(H(f)) - tau(f)``. Where G contracts by rho over a
-period, these moves are bounded by a geometric series: the load stays within
+sums of the lone slips between them. In the mirrored frame each half is f -> H(f),
+u -> tau(f) + constant - u, with G = H H, and a period moves u by ``tau(H(f)) - tau(f)``. Where G
+contracts by rho over a period, these moves are bounded by a geometric series: the load stays within
 ``|dtau| |H(f) - f|/(1 - rho)`` for ever, and converges.
 
 The balls prove that all states of a joint set of shapes and loads share one itinerary over a
 period, and enclose the derivatives of G and tau over it. Shapes are measured in the norm of a
 discrete Lyapunov equation, in which a map contracts according to its spectrum. If a period contains
-avalanches and lacks this symmetry, the load remains undecided.
+avalanches and lacks this symmetry, the load in general drifts from period to period, until the
+itinerary changes; what the chain does for ever remains undecided.
 """
 
 from __future__ import annotations
@@ -45,7 +50,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.tangent import TangentSimulation
+from exactcreep.solvers.field.tangent import Frame, TangentSimulation
 from exactcreep.solvers.interface import Start, advance
 from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
@@ -74,11 +79,12 @@ class _Leaping(CertifiedSimulation):
     """How far beyond all targets so far ``l0 theta`` could have gone without another event."""
 
     def _arrive(self, target: Fraction) -> None:
-        mechanics, n = self.mechanics, self.start.chain.n
-        for end, sign in ((0, -mechanics.way), (n - 1, mechanics.way)):
-            gap = mechanics.lacking(end, sign) if sign else flint.arb(0)
+        mechanics = self.mechanics
+        for n, rate in mechanics.rates.items():
+            sign = mechanics.way if rate > 0 else -mechanics.way
+            gap = mechanics.room(n, sign) if sign else flint.arb(0)
             ball = gap.ball() if isinstance(gap, Quadratic) else gap
-            ball = ball + flint.arb(0, 2 * mechanics.slack)
+            ball = ball + flint.arb(0, 2 * mechanics.slack * mechanics.stretches[n])
             self.gap = ball if self.gap is None else ball.min(self.gap)
         super()._arrive(target)
 
@@ -128,11 +134,11 @@ class _Proof:
         self.cycles: list[int] = []
         self.log: list[LoggedRearrangement] = []
         self.travel: list[Enclosure] = []  # x_G at the ends of cycles, beginning with the start
-        self.shapes: list[NDArray[np.float64]] = []  # forces of the inner sliders there
-        self.known: dict[Any, int] = {}  # since the last avalanche: slips of each slider -> cycle
-        self.slips = [0] * chain.n
-        pairs = zip(chain.each("mu_s"), chain.each("mu_d"), strict=True)
-        self.excesses: list[Fraction] = [high - low for high, low in pairs]
+        self.shapes: list[NDArray[np.float64]] = []  # there
+        self.known: dict[Any, int] = {}  # since the last avalanche: moves of each slider -> cycle
+        self.frame = Frame.of(chain)
+        self.moves = [Fraction(0)] * chain.n
+        self.lengths = _lengths(chain)
         # for a period that was not proved: the distance, or the cycle, at which it is tried again
         self.again: dict[int, tuple[float, int]] = {}
         self.tried = 0
@@ -141,6 +147,7 @@ class _Proof:
     def between(self, fate: Fate) -> Bracket | None:
         """Return the range of amplitudes with the same events; see `ProvedFate`."""
         settled = fate.settled_after is not None and "contraction" not in fate.report
+        settled = settled and self.simulation.gap is not None  # theta drives a slider
         # a start with |theta| > A is first ramped back, and the smaller A the further
         within = abs(exact_value(self.start.theta)) <= fate.amplitude
         if not settled or not within or fate.evidence is not Evidence.PROVED:
@@ -199,8 +206,9 @@ class _Proof:
         mechanics = self.simulation.mechanics
         with mechanics.arithmetic.active():
             x_g = enclosure(sum(mechanics.state().displacements.tolist()) / self.chain.n)
+            shape = self.frame.shape_of(mechanics.rest.forces)
         self.travel.append(x_g)
-        self.shapes.append(np.array([float(x) for x in mechanics.rest.forces[1:-1]]))
+        self.shapes.append(np.array([float(x) for x in shape]))
 
     def _cycle(self, cycle: int) -> list[HalfCycle]:
         return self.halves[2 * cycle - 2 : 2 * cycle]
@@ -213,12 +221,10 @@ class _Proof:
                 break
             _, sliders, signs = one[0]
             for n, sign in zip(sliders, signs, strict=True):
-                self.slips[n - 1] += sign
-        moves = [k * excess for k, excess in zip(self.slips, self.excesses, strict=True)]
-        if self.chain.n == 2:  # the tension returns whenever both sliders move alike
-            moves = [moves[1] - moves[0]]
+                self.moves[n - 1] += sign * self.lengths[n - 1]
         held = self.simulation.mechanics.rest.coefficients.tolist()
-        key = (tuple(moves), tuple(held))
+        # the tensions return if all sliders have moved alike
+        key = (tuple(b - a for a, b in pairwise(self.moves)), tuple(held))
         before = self.known.setdefault(key, cycle)
         if not any(self._cycle(cycle)):  # theta has covered its whole range
             before = cycle - 1
@@ -226,14 +232,11 @@ class _Proof:
             return None
         slips = joined.from_iterable(self.halves[2 * before : 2 * cycle])
         ways = joined.from_iterable(zip(one[0][1], one[0][2], strict=True) for one in slips)
-        excess = sum((sign * self.excesses[n - 1] for n, sign in ways), Fraction(0))
-        with self.simulation.mechanics.arithmetic.active():
-            moved = enclosure(self._slip(excess) / self.chain.n if excess else 0)
-        return self._settled(before, cycle - before, moved)
-
-    def _slip(self, excess: Fraction) -> Any:
-        """Return 2 D, the length of a lone slip of an end, from ``mu_s - mu_d``."""
-        return 2 * self.simulation.mechanics.arithmetic.times_cosine(self.chain, excess)
+        moved = sum((sign * self.lengths[n - 1] for n, sign in ways), Fraction(0)) / self.chain.n
+        arithmetic = self.simulation.mechanics.arithmetic
+        with arithmetic.active():
+            advance = enclosure(arithmetic.times_cosine(self.chain, moved) if moved else 0)
+        return self._settled(before, cycle - before, advance)
 
     def _contracted(self, cycle: int) -> Fate | None:
         held = self.simulation.mechanics.rest.coefficients - self.chain.floats("mu_s")
@@ -252,12 +255,14 @@ class _Proof:
             if apart > best * _BETTER:
                 continue
             last, ago = self.halves[-2 * period :], self.halves[-4 * period : -2 * period]
-            avalanches = not all(map(lone, joined.from_iterable(last)))
-            if avalanches and last == ago and not self.chain.symmetric:
-                reason = f"the forces nearly return (period {period}); the proof that they do so"
-                reason += " for ever needs a chain that is the same from either end"
+            if last != ago or all(map(lone, joined.from_iterable(last))):
+                continue
+            word = _Word.of(last, self.chain)
+            if word is None and not mirrors(self.chain):
+                reason = f"the last {2 * period} cycles had the same events twice; a proof that it"
+                reason += " stays so needs the same mu_s - mu_d of sliders, and the same expansion"
+                reason += " of springs, at equal distances from the two ends"
                 return self._fate(Outcome.LIMIT, cycle, reason)
-            word = _Word.of(last, self.chain.n) if last == ago else None
             if word is None:
                 continue
             self.tried += 1
@@ -317,7 +322,9 @@ class _Proof:
             with arithmetic.active():
                 mechanics.begin(spread, load)
                 begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
-                radii = [x.rad() for x in present.known_forces()]
+                forces = present.known_forces()
+                radii = [x.rad() for x in self.frame.shape_of(forces)]
+                load_radius = 2 * self.frame.load_of(forces).rad()
                 mechanics.half = word.half
             stretch = advance(nearby, self.drive, count, self.limits)
             if stretch.stop is not Stop.DONE:
@@ -333,20 +340,18 @@ class _Proof:
             *first, load_row = [row[: n - 2] for row in rows]
             second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()
-            # add the lone slips that follow the last avalanche, in the mirrored frame
-            shape.reverse()
-            for place, slips in zip((0, -1), word.late, strict=True):
-                if shape:
-                    shape[place] = shape[place] + slips * self._slip(self.excesses[0])
+            shifts = [arithmetic.times_cosine(self.chain, shift) for shift in word.shifts]
+            begun, ended, shift = (self.frame.shape_of(forces) for forces in (begin, end, shifts))
             # both halves in the frame of a chain at its lower end of theta
+            shape = [x + y for x, y in zip(reversed(shape), shift, strict=True)]
             return Passed(
                 flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),
                 flint.arb_mat([row[::-1] for row in second]) if second else flint.arb_mat(0, 0),
                 load_row,
-                [x - y for x, y in zip(shape, begin[1:-1], strict=True)],
-                [x - y for x, y in zip(end[1:-1], begin[1:-1], strict=True)],
-                radii[1:-1],
-                radii[0] + radii[-1],
+                [x - y for x, y in zip(shape, begun, strict=True)],
+                [x - y for x, y in zip(ended, begun, strict=True)],
+                radii,
+                load_radius,
                 enclosure((sum(mechanics.state().displacements.tolist()) - where) / n),
             )
 
@@ -421,31 +426,54 @@ def mirrored(one: Itinerary, n: int) -> Itinerary:
     )
 
 
+def _lengths(chain: Chain) -> list[Fraction]:
+    """Return the length of a lone slip of each slider from its threshold, over cos(alpha)."""
+    excesses = _excesses(chain)
+    return [excess * (2 if k in (0, chain.n - 1) else 1) for k, excess in enumerate(excesses)]
+
+
+def _excesses(chain: Chain) -> list[Fraction]:
+    return [high - low for high, low in zip(chain.each("mu_s"), chain.each("mu_d"), strict=True)]
+
+
+def mirrors(chain: Chain) -> bool:
+    """Return whether a half-cycle of the chain can mirror the one before it."""
+    excesses, rates = _excesses(chain), [chain.rates.get(k, 0) for k in range(chain.n)]
+    return excesses == excesses[::-1] and rates == [-rate for rate in rates[::-1]]
+
+
 class _Word(NamedTuple):
     """The rearrangements of a period whose second half mirrors the first.
 
-    Lone slips commute, so only their sums between two avalanches count, for each end.
+    Lone slips commute, so only the sum of each slider between two avalanches counts.
     """
 
     halves: list[HalfCycle]
     half: int  # rearrangements up to the last avalanche of the first half
-    late: tuple[int, int]  # lone slips of sliders 1 and N after the last avalanche
+    shifts: list[Fraction]  # what the mirrored forces lack there, over cos(alpha)
 
     @classmethod
-    def of(cls, halves: list[HalfCycle], n: int) -> _Word | None:
+    def of(cls, halves: list[HalfCycle], chain: Chain) -> _Word | None:
         """Return the word of a period, None if it lacks this symmetry."""
+        if not mirrors(chain):
+            return None
+        n = chain.n
         avalanches: list[Itinerary] = []
         places: list[int] = []
-        between: list[list[int]] = [[0, 0]]
+        between: list[list[int]] = [[0] * n]
+        ways: dict[int, set[int]] = {}  # directions in which each slider starts
         for number, one in enumerate(joined.from_iterable(halves), start=1):
+            for _, sliders, signs in one:
+                for m, sign in zip(sliders, signs, strict=True):
+                    ways.setdefault(m - 1, set()).add(sign)
             if lone(one):
                 _, sliders, signs = one[0]
                 for m, sign in zip(sliders, signs, strict=True):
-                    between[-1][m == n] += sign
+                    between[-1][m - 1] += sign
             else:
                 avalanches.append(one)
                 places.append(number)
-                between.append([0, 0])
+                between.append([0] * n)
         k = len(avalanches) // 2
         if k == 0 or len(avalanches) % 2:
             return None
@@ -456,7 +484,18 @@ class _Word(NamedTuple):
             return None
         if [x[::-1] for x in around[k:]] != around[:k]:
             return None
-        return cls(halves, places[k - 1], (late[0], late[1]))
+        shifts, friction = [Fraction(0)] * n, chain.each("mu_d")
+        for m, directions in ways.items():
+            differs = friction[m] - friction[-1 - m]
+            if differs and len(directions) > 1:
+                return None
+            shifts[m] = min(directions) * differs
+        # the lone slips that follow the last avalanche, in the mirrored frame
+        moves = [slips * length for slips, length in zip(late, _lengths(chain), strict=True)]
+        for m, (a, b) in enumerate(pairwise(moves)):
+            shifts[m] += b - a
+            shifts[m + 1] -= b - a
+        return cls(halves, places[k - 1], shifts)
 
 
 class Passed(NamedTuple):

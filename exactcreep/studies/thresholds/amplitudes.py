@@ -36,7 +36,8 @@ class Span(NamedTuple):
             between = two_numbers(bracket, "bracket")
         cosine = Fraction(chain.cos_alpha)
         driven = abs(chain.n * chain.tan_alpha * cosine + sum(chain.end_forces))
-        law = (chain.n * chain.mean_mu_d * cosine - driven) / (2 * chain.l0)
+        swing = sum(map(abs, chain.rates.values())) * chain.l0
+        law = (chain.n * chain.mean_mu_d * cosine - driven) / swing if swing else Fraction(0)
         first_slip = chain.first_start / chain.l0
         begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
         if begin < 0:

@@ -19,6 +19,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import plain_data
 from exactcreep.model.result import Result
+from exactcreep.model.uniform import EXPANSION
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     """Return the laws' predictions for a chain or its mirror image, as decimals; None: no law.
 
-    If friction or end forces differ, Eq. 22 is ``h/l0`` of `differing_intercept`.
+    If friction or end forces differ, Eq. 22 is ``h/l0`` of `differing_intercept`; there is no law
+    if springs expand differently.
     """
     context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
 
@@ -36,6 +38,8 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
         return context.mpf(value.numerator) / value.denominator
 
     values: dict[str, Any] = dict.fromkeys(("law_seuil", "law_corrected", "law_two_sliders"))
+    if EXPANSION in chain.unlike:
+        return values
     if chain.unlike:
         pulls = [number(force) for force in chain.end_forces]
         least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)

@@ -12,6 +12,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.model.uniform import EXPANSION
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import require_sense
@@ -187,8 +188,8 @@ def threshold(
     Parameters
     ----------
     chain : Chain
-        Without disorder, and unless `after` is given with at most five sliders. Friction may differ
-        and end forces may act; all springs must expand alike.
+        Without disorder, and unless `after` is given with at most five sliders. Friction and
+        expansion may differ, and end forces may act.
     after : int, optional
         Number of cycles. In the last one x_G has to advance by more than 1e-6 g tau_dyn**2
         downhill, or in the direction of weight and end forces. Default: the chain has to creep for
@@ -305,6 +306,8 @@ def _compared(chain: Chain, after: int | None) -> str:
         return "no law: one slider has no spring"
     if chain.n == 2 and not chain.slides and not chain.unlike:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
+    if EXPANSION in chain.unlike:
+        return "no law: springs expand differently"
     if after is not None:
         return f"no law: it says what happens in cycle {after}, and creep may end later"
     if chain.slides:

@@ -237,3 +237,35 @@ def test_an_integration_goes_through_the_proved_period_and_closes_the_invariant_
         assert abs(course.tensions - tensions).max() < 1e-9
         middle, radius = found.advance_enclosure
         assert abs(course.advance - float(middle)) < float(radius) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("differs", "amplitude", "period"),
+    [
+        ({"n": 2, "mu_d": ["0.5", "0.44"], "mu_s": ["0.6", "0.54"]}, "0.002", 1),
+        ({"n": 2, "mu_d": ["0.5", "0.45"], "mu_s": ["0.6", "0.6"]}, "0.0006", None),
+        ({"n": 2, "end_forces": ("0.05", "-0.02")}, "0.004", 1),
+        ({"n": 3, "mu_d": ["0.5", "0.55", "0.5"], "mu_s": ["0.6", "0.7", "0.6"],
+          "end_forces": ("0.05", "0.05")}, "0.004", None),
+        ({"n": 3, "mu_d": ["0.46", "0.51", "0.45"], "mu_s": ["0.61", "0.61", "0.6"],
+          "tan_alpha": "0.3"}, "0.000505", 1),  # only downhill
+        ({"n": 3, "mu_d": ["0.53", "0.49", "0.55"], "mu_s": ["0.58", "0.54", "0.6"],
+          "tan_alpha": "0.3"}, "0.00044", 3),
+        ({"n": 3, "expansion": ["0.7", "0.7"], "tan_alpha": "0.25"}, "0.0014", 3),
+        ({"n": 4, "expansion": ["1", "0.5", "1"], "tan_alpha": "0.25"}, "0.001", 1),
+        ({"n": 4, "expansion": ["1", "0.5", "1"]}, "0.0009", 3),  # inner sliders slip alone
+        ({"n": 4, "expansion": ["1", "0.8", "0.6"]}, "0.0006", 1),
+    ],
+)  # fmt: skip
+def test_a_proved_fate_of_an_unlike_chain_is_what_it_does(
+    differs: Mapping[str, Any], amplitude: str, period: int | None
+) -> None:
+    alike = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.15"}
+    chain = Chain(**{**alike, **differs})
+    found = fate(chain, amplitude, cycles=300)
+    assert found.evidence is Evidence.PROVED
+    assert period in (None, found.period)
+    cycles = found.settled_after + 4 * found.period
+    x_g = creep(chain, Cycles(amplitude, cycles), record=("x_G",)).recorded["x_G"][1::2]
+    moved = x_g[found.settled_after :: found.period]
+    assert np.diff(moved) == pytest.approx(found.advance, abs=1e-9)
