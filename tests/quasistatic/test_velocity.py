@@ -20,33 +20,27 @@ WEAK = paper_chain(2, tan_alpha="0.005")
 BRIEF = Cycles("0.01", 5)
 
 
-def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_cycles() -> None:
-    result = creep(TWO, Cycles("0.01", 50), seed=3)
-    x = result.recorded["x_G"]
-    assert result.burn_in == 10
-    assert result.velocity == pytest.approx((x[99] - x[9]) / 90, rel=1e-15, abs=0)
-    assert result.half_cycles == 100
-
-
 @pytest.mark.parametrize(
-    ("cycles", "asked", "left_out"), [(5, None, 2), (55, None, 12), (50, 7, 8)]
+    ("drive", "asked", "left_out"),
+    [
+        (Cycles("0.01", 50), None, 10),
+        (Cycles("0.01", 5), None, 2),
+        (Cycles("0.01", 55), None, 12),  # a tenth, at least two and even for cycles
+        (Cycles("0.01", 50), 7, 8),
+        (ThetaPath(["0.01", "-0.01"] * 30), None, 0),
+        (ThetaPath(["0.01", "-0.01"] * 30), 4, 4),
+    ],
 )
-def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
-    cycles: int, asked: int | None, left_out: int
+def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
+    drive: Drive, asked: int | None, left_out: int
 ) -> None:
-    result = creep(TWO_SURE, Cycles("0.001", cycles), burn_in=asked)
+    result = creep(TWO, drive, seed=3, burn_in=asked)
+    x = np.append(0, result.recorded["x_G"])
     assert result.burn_in == left_out
-
-
-def test_the_velocity_of_a_path_is_over_all_of_it_unless_a_burn_in_is_asked_for() -> None:
-    for burn_in in (None, 4):
-        result = creep(TWO, ThetaPath(["0.01", "-0.01"] * 30), burn_in=burn_in)
-        left_out = burn_in or 0
-        assert result.burn_in == left_out
-        began = result.recorded["x_G"][left_out - 1] if left_out else 0
-        assert result.velocity == pytest.approx((result.x_G - began) / (60 - left_out), rel=1e-13)
-    assert result.velocity_units == "g tau_dyn^2 per target"
-    assert creep(TWO, Cycles("0.01", 3)).velocity_units == "g tau_dyn^2 per half-cycle"
+    assert result.half_cycles == drive.half_cycles
+    mean = (x[-1] - x[left_out]) / (drive.half_cycles - left_out)
+    assert result.velocity == pytest.approx(mean, rel=1e-13, abs=0)
+    assert result.velocity_units.endswith("half-cycle" if drive.cyclic else "target")
 
 
 def record_of(path: Path, hours: list[float]) -> TemperatureRecord:
