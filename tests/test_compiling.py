@@ -99,6 +99,7 @@ with warnings.catch_warnings(record=True) as said:
 
 
 SCALED = """
+import sys
 from exactcreep import compiling
 from factors import FACTOR
 @compiling.njit(cache=True)
@@ -108,49 +109,27 @@ print(scaled(21.0), sum(scaled.stats.cache_hits.values()))
 """
 
 
-def test_code_is_compiled_anew_once_a_constant_in_a_module_beside_it_changes(
+def test_kept_code_is_found_and_made_anew_if_it_is_damaged_or_a_constant_beside_it_changes(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "scaled.py").write_text(SCALED, encoding="utf-8")
-    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import scaled"
-    said = []
-    for factor in (2, 3, 3):
+    script = "import sys; sys.path.insert(0, sys.argv[1]); import scaled"
+    words = (sys.executable, "-B", "-c", script, str(tmp_path))
+    kept = tmp_path / "kept"
+
+    def scaled(factor: int) -> str:
         (tmp_path / "factors.py").write_text(f"FACTOR = {factor}\n", encoding="utf-8")
-        said.append(finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR=""))
-    assert [one.stdout for one in said] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"], said[1].stderr
+        done = finished(*words, NUMBA_CACHE_DIR=str(kept))
+        assert done.stderr == ""
+        return done.stdout
 
-
-TWICE_THEN_HITS = """
-import sys
-sys.path.insert(0, sys.argv[1])
-from functions import twice
-print(twice(21), sum(twice.stats.cache_hits.values()))
-"""
-
-
-@pytest.fixture
-def kept(tmp_path: Path) -> Path:
-    """Return where the compiled code of ``functions.twice`` is to be kept."""
-    (tmp_path / "functions.py").write_text(TWICE, encoding="utf-8")
-    return tmp_path / "kept"
-
-
-def test_code_that_was_kept_in_a_damaged_file_is_compiled_anew_and_kept_again(kept: Path) -> None:
-    words = (sys.executable, "-B", "-c", TWICE_THEN_HITS, str(kept.parent))
+    assert [scaled(factor) for factor in (2, 3, 3)] == ["42.0 0\n", "63.0 0\n", "63.0 1\n"]
     for ending in ("nbi", "nbc"):
-        assert finished(*words, NUMBA_CACHE_DIR=str(kept)).returncode == 0
-        (file,) = kept.rglob(f"*.{ending}")
-        file.write_bytes(file.read_bytes()[:-100])
-        anew = finished(*words, NUMBA_CACHE_DIR=str(kept))
-        assert (anew.stdout, anew.stderr) == ("42 0\n", "")
-    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
-
-
-def test_first_starts_that_race_keep_code_that_the_next_start_finds(kept: Path) -> None:
-    words = (sys.executable, "-B", "-c", TWICE_THEN_HITS, str(kept.parent))
-    own = environment(NUMBA_CACHE_DIR=str(kept))
-    racing = [subprocess.Popen(words, env=own, stdout=subprocess.PIPE) for _ in range(3)]
-    for process in racing:
-        assert process.communicate(timeout=PATIENCE)[0] in (b"42 0\n", b"42 1\n")
-        assert process.returncode == 0
-    assert finished(*words, NUMBA_CACHE_DIR=str(kept)).stdout == "42 1\n"
+        for file in kept.rglob(f"*.{ending}"):
+            file.write_bytes(file.read_bytes()[:-100])
+        assert scaled(3) == "63.0 0\n"
+    shutil.rmtree(kept)
+    own = environment(NUMBA_CACHE_DIR=str(kept))  # first starts that race
+    racing = [subprocess.Popen(words, env=own) for _ in range(3)]
+    assert [process.wait(PATIENCE) for process in racing] == [0, 0, 0]
+    assert scaled(3) == "63.0 1\n"

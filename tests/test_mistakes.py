@@ -33,10 +33,8 @@ MADE = {"n": 2, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6"}
     ("mistaken", "mend"),
     [
         (lambda: Chain(**MADE, alpha=14), "is the slope, the tangent of the angle: 0.249"),
-        (lambda: Chain(**MADE, angle="steep", tan_alpha=0), "of the angle: 0.268 for 15 degrees"),
         (lambda: load_scene("two-sliders-cycles").with_settings({"chain.alpha": 14}), "0.249"),
         (lambda: creep(PAIR, DRIVE, solver="Verlet"), r"did you mean verlet\?"),
-        (lambda: load_scene("six-slider-cycles"), r"did you mean six-sliders-cycles\?"),
         (lambda: threshold(n=3), r"n = 3: belongs to a chain: threshold\(Chain\(n=3, \.\.\.\)"),
         (lambda: creep(DRIVE, n=3), r"creep\(Chain\(n=3"),
         (lambda: Chain(**MADE | {"mu_s": [0.6] * 9}, tan_alpha=0), "numbers, of each slider"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -107,17 +106,3 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
         ["30", "80", "3.5", "0:00:10"],
         ["60", "80", "3.5", "0:00:04"],
     ]
-
-
-def test_a_bar_is_shown_where_somebody_looks_on_or_asks_for_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    with Display() as shown:
-        for terminal in (False, True):
-            monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
-            assert bool(shown.heard(None)) is terminal
-            assert shown.heard(True) == shown.show
-            assert shown.heard(False) is None
-            assert shown.heard(print) is print
-        with Display() as nested:  # the outer one shows how far all of it has come
-            assert nested.heard(True) is None

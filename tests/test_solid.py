@@ -162,19 +162,6 @@ def test_cycles_in_kelvin_come_down_at_the_rate_of_the_law_in_si_units(command: 
     assert descent.temperatures[:2] == pytest.approx([15, -15], rel=1e-14)
 
 
-def test_a_roof_is_one_command(command: Command) -> None:
-    days = (f"2024-06-{1 + k // 2:02}T{5 + 10 * (k % 2):02}:00,{SWING[k]}" for k in range(60))
-    Path("days.csv").write_text("\n".join(["time,temperature", *days]))
-    words = ("roof", "days.csv", "--length", "3", "--slope-degrees", "15")
-    told = command(*words, "--friction", "0.4,0.5", "--plot", "roof.png", "--json").json
-    slope = f"{math.tan(math.radians(15)):.6f}"
-    mu = ["0.4", "0.5"]
-    sheet = physical(length=3, section="0.003", mu_d=mu, mu_s=mu, tan_alpha=slope, material="lead")
-    descent = sheet.creep(TemperatureRecord("days.csv", kappa=sheet.kappa, T0=10))
-    assert told == {"file": "days.csv"} | descent.summary()
-    assert "for mu_d from 1 to 0.2733" in command(*words).out.replace("1.0", "1")  # not known
-
-
 SHAPE = {"length": 3, "section": "0.003", "mu_s": "0.55", "tan_alpha": "0.3"}
 
 

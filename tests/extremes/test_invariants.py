@@ -133,32 +133,6 @@ def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) 
         assert same_motion(plain, other)
 
 
-@settings(LOAD, max_examples=15)
-@given(cases(largest=6))
-def test_solvers_agree_on_the_itinerary_until_one_reports_that_it_cannot_decide(
-    case: Case,
-) -> None:
-    state = State.relaxed(case.chain, case.seed)
-    for way in (1, 1, -1, -1, 1):
-        exact, reference, certified = (
-            rearrange(case.chain, state, direction=way, seed=case.seed, solver=solver)
-            for solver in ("exact", "reference", "certified")
-        )
-        if Outcome.LIMIT in (exact.outcome, reference.outcome):
-            return
-        assert certified.evidence is Evidence.PROVED
-        for float64 in (exact, reference):
-            if float64.evidence is not Evidence.UNDECIDED:
-                assert float64.itinerary == certified.itinerary
-        if exact.evidence is Evidence.UNDECIDED:
-            return
-        ours, true = (np.array([float(x) for x in r.state.tensions]) for r in (exact, certified))
-        off = np.abs(ours - true).max()
-        assert off <= 1e-12
-        assert off <= exact.error + 2 * np.spacing(np.abs(true).max())
-        state = exact.state
-
-
 def lone_threshold(chain: Chain, ulps: int) -> State:
     """Return a state in which slider N alone stands so many ulp beyond its threshold."""
     threshold = chain.times_cosine(chain.mu_s)

@@ -11,7 +11,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, Drive, GaussianSteps, creep
 from tests.paper import paper_chain
-from tests.processes import PROGRAM, finished
+from tests.processes import finished
 
 THREE = paper_chain(3)
 QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
@@ -40,18 +40,6 @@ def test_numpy_that_raises_what_it_passes_over_changes_nothing(
     calm = creep(chain, drive, **words)
     with np.errstate(all="raise"):
         assert creep(chain, drive, **words) == calm
-
-
-def test_a_folder_named_like_the_package_is_not_taken_for_it(tmp_path: Path) -> None:
-    (tmp_path / "exactcreep").mkdir()
-    (tmp_path / "exactcreep" / "notes.py").write_text("raise SystemExit(7)", encoding="utf-8")
-    there = f"import os, sys; os.chdir({str(tmp_path)!r}); sys.path.insert(0, '')"
-    words = ("run", "two-sliders-cycles", "--set", "drive.cycles=3", "--out", "exactcreep/a.nc")
-    started = f"{there}; from exactcreep.cli import main; main()"
-    done = finished(PROGRAM[0], "-c", started, *words)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "exactcreep" / "a.nc").stat().st_size > 1000
-    assert finished(PROGRAM[0], "-c", started, *words[:-1], "exactcreep").returncode == 2
 
 
 _SOAK = """

@@ -63,10 +63,3 @@ def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
     assert Creep.load(tmp_path / "own.nc").drive == runs[0].drive
     with pytest.raises(InputError, match=r"drive\.half_cycles = 2000000: must be a whole number"):
         creep(chain, Growing(1e-4, 2 * 10**6))
-
-    class Timed(Growing):
-        def clock(self, targets):
-            return 60.0 * targets
-
-    with pytest.raises(InputError, match="drive = 'Timed': must count its time in targets"):
-        creep(chain, Timed(1e-4, 20))

@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
 from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.modes import Flow
@@ -31,17 +30,6 @@ def first_time(arithmetic, flow, thresholds):
     search = Search(flow, flow.runs(), arithmetic.vector(thresholds), {})
     found = search.first()
     return found, root_time(search, found[0]), search
-
-
-@pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(24), digits_of(2000)])
-def test_one_operation_is_rounded_by_as_much_as_is_said(arithmetic):
-    errors = []
-    for k in range(3, 99, 2):
-        quotient = arithmetic.number(1) / k
-        errors.append(abs(exact_value(quotient) * k - 1))
-    worst = max(errors)
-    least = Fraction(arithmetic.roundoff) if arithmetic.bits < 1000 else 0  # a float has no less
-    assert least / 4 < worst <= arithmetic.roundoff
 
 
 @every_arithmetic

@@ -54,16 +54,12 @@ REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
         ("digits", "100001", moving(solver=name, digits=100_001))
         for name in ("mpmath", "certified")
     ),
-    ("solver", "must be one of exact, reference", moving(solver="euler")),
     ("option", "did you mean locate", moving(solver="verlet", locate_=True)),
     ("digits", "at least 1", moving(solver="certified", digits=0)),
     ("most_digits", "at least", moving(solver="certified", digits=50, most_digits=40)),
     ("chain", "must be a Chain", moving(chain="a chain")),
-    ("state", "must be a State", moving(state=[0.0, 0.0])),
     ("state", "must have the chain's 4 sliders", moving(chain=replace(THREE, n=4))),
-    ("seed", "at least 0", moving(seed=-1)),
     ("max_events", "at least 1", moving(max_events=0)),
-    ("max_seconds", "max_seconds = -1", moving(max_seconds=-1)),
 ]
 
 
@@ -117,10 +113,8 @@ def asked(times: int) -> Limits:
 
 CALLED_BACK: dict[str, tuple[tuple[str, ...], Callable[[int], Limits]]] = {
     "after an event": ((*SLIPPING, "sliding"), lambda turn: Limits(events=1)),
-    "after forty": (SLIPPING, lambda turn: Limits(events=40)),
     "at a pause": (("reference", "certified"), lambda turn: Limits(pause=0.0)),
     "within a search, then later": (("certified",), asked),
-    "later": (("reference", "certified"), lambda turn: asked(7 * turn)),
     "much later": (("mpmath",), lambda turn: asked(120 * turn)),
 }
 

@@ -106,13 +106,3 @@ def test_a_restart_with_more_digits_hands_out_no_row_twice():
             assert run.recorded[name] == pytest.approx(truth, rel=1e-9, abs=1e-9)
         elif not name.endswith("_decimal"):
             assert np.array_equal(run.recorded[name], truth)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [3, 6, 10, 30])
-def test_ten_thousand_consecutive_events_are_certified(n):
-    simulation, _ = followed(paper_chain(n), Cycles("0.005", 1000), 30, max_events=10_000)
-    assert simulation.tally.events >= 10_000
-    assert simulation.evidence is Evidence.PROVED
-    # .02 to .12 bits an event; plain balls lose two
-    assert simulation.report()["bits_lost_per_event"] < 0.12
