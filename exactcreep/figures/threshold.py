@@ -27,8 +27,7 @@ _LAWS = {
     "law_two_sliders": "two sliders, exact",
     "none": "below this none creeps for ever",
 }
-_FURTHER, _MOST_CYCLES = 8, 200
-"""Cycles drawn after both sides have settled, and the most cycles drawn in all."""
+_FURTHER, _MOST_CYCLES = 8, 200  # cycles drawn after both sides have settled, and most in all
 _SPARE = 10
 """Decimal digits of the runs on both sides, in addition to the digits of the threshold."""
 _MOST_SIGNS = 45

@@ -1,7 +1,4 @@
-"""Rests of creep: the cycles in which the centre of mass stands still, and waiting times of jumps.
-
-A cycle is quiescent if x_G changes during the cycle by less than a jump (Fig. 8 of the paper).
-"""
+"""Rests of creep (cycles in which x_G changes by less than a jump), and waiting times of jumps."""
 
 from __future__ import annotations
 

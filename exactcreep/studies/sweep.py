@@ -192,7 +192,7 @@ class _Cells:
             self.values = [folder.load(experiment) for experiment in self.experiments]
 
     def compute(self, pool: Pool, progress: Hearer) -> None:
-        """Compute and save the missing cells; a failure ends it, with a folder after all others."""
+        """Compute and save the missing cells; with a folder, errors are raised after all others."""
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # each slider costs about the same in every half-cycle
         weights = {k: member.drive.half_cycles * member.chain.n for k, member in todo.items()}

@@ -66,7 +66,10 @@ def status() -> int | None:
 
 @contextmanager
 def deferred() -> Iterator[Callable[[], bool]]:
-    """Let a first signal wait for the end of a block; yield a function that tells if it came."""
+    """Let a first signal wait for the end of a block; a second one interrupts at once.
+
+    Yields a function that returns whether a signal came since the outermost block began.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
