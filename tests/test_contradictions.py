@@ -239,21 +239,3 @@ def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:
     ways = [record.direction for record in lives.records if record.outcome == "creeping"]
     assert len(ways) == lives.creeping.starts
     assert ways.count("uphill") == lives.directions["uphill"].starts > 0
-
-
-@pytest.mark.parametrize(
-    ("n", "tan_alpha", "amplitude", "cycles", "direction"),
-    [
-        (3, "0.25", "0.001", 50, "downhill"),
-        (3, "0.25", "0.001", 1, "downhill"),  # too short for a velocity
-        (3, "0.25", "0.0001", 50, "none"),
-        (5, "0.25", "0.0008", 200, "none"),  # locked
-        (3, "-0.7", "0.001", 3, "downhill"),  # a runaway
-        (4, "0", "0.004", 50, "none"),  # slips for ever in avalanches, as its mirror image does
-    ],
-)
-def test_creep_downhill_rest_and_locked_chains_say_so(
-    n: int, tan_alpha: str, amplitude: str, cycles: int, direction: str
-) -> None:
-    found = ec.creep(captions(n, tan_alpha=tan_alpha), ec.Cycles(amplitude, cycles))
-    assert found.direction == direction

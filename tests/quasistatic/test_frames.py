@@ -21,17 +21,13 @@ def run() -> Creep:
     return creep(CHAIN, Cycles("0.005", 4), seed=3, record=RECORD)
 
 
-def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
+def test_the_frames_of_a_run_have_its_rows(run: Creep) -> None:
     events, avalanches = run.to_pandas("events"), run.to_pandas("rearrangements")
     assert len(avalanches) == run.rearrangements
     assert avalanches["slips"].sum() == run.slip_count == len(run.to_pandas("slip_table"))
-    assert avalanches["displacement"].sum() == pytest.approx(run.x_G, rel=1e-12)
     alone = events.groupby(["rearrangement", "number"], observed=True).size()
     assert alone.size == run.event_count == avalanches["events"].sum()
     assert run.to_pandas("half_cycles").filter(like="slips_").to_numpy().sum() == run.slip_count
-    of_events = events.groupby("rearrangement").last()
-    for name, column in {"theta": "theta", "half_cycle": "half_cycle", "time": "duration"}.items():
-        assert of_events[name].tolist() == pytest.approx(avalanches[column].tolist(), rel=1e-15)
     assert set(events["kind"]) == {"start", "stop"}
     assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
 
