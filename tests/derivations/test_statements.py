@@ -10,12 +10,12 @@ import pytest
 import sympy as sp
 
 from derivations import beyond, gaussian, modes, shakedown, sliding_limit, slip, two_sliders
-from derivations.ledger import CHAPTERS, Entry, entries, entry_of
+from derivations.ledger import Entry, entries, entry_of
 from derivations.model import MODEL, Model, T
 from derivations.notation import N, mu_d, symbol
 from derivations.proof import Line
 from tests.derivations import mutants as mutation
-from tests.derivations.statements import DERIVATIONS, literals_of, survivors
+from tests.derivations.statements import survivors
 
 NAMED = {entry.name: entry for entry in entries()}
 
@@ -26,11 +26,6 @@ def test_a_hundred_changed_statements_are_noticed() -> None:
     as_good = [(name, text) for name, text in left for owner, other in AS_GOOD
                if name == owner and f"«{other}»" in text]  # fmt: skip
     assert left == as_good
-
-
-@pytest.mark.parametrize("name", CHAPTERS)
-def test_a_line_that_is_proved_or_checked_computes_the_numbers_of_its_sentence(name: str) -> None:
-    assert list(literals_of(DERIVATIONS / f"{name}.py")) == []
 
 
 def test_quotations_are_those_that_were_held_against_the_paper() -> None:
