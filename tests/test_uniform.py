@@ -29,6 +29,10 @@ def _solid(chain: ec.Chain) -> ec.Solid:
     return dataclasses.replace(ec.physical(tan_alpha="0.25", **lead), chain=chain)
 
 
+def _without_slips(chain: ec.Chain) -> ec.Chain:
+    return ec.Chain(**chain.parameters() | {"mu_s": chain.parameters()["mu_d"]})
+
+
 def _drawn(chain: ec.Chain) -> ec.Chain:
     return ec.Chain(**chain.parameters() | {"sigma_mu": "0.05"})
 
@@ -52,6 +56,7 @@ CALLS: dict[str, Call] = OF_DRIVES | OF_STATES | {
     "survival": lambda chain, *_: ec.survival(chain, "0.002", starts=2, cycles=10),
     "intercept": lambda chain, *_: ec.intercept(_drawn(chain), cycles=400, points=8),
     "threshold": lambda chain, *_: ec.threshold(chain, after=2, digits=4, points=50),
+    "threshold sliding": lambda chain, *_: ec.threshold(_without_slips(chain), digits=4),
     "Solid": lambda chain, *_: _solid(chain),
     "prediction_of": lambda chain, *_: ec.laws.prediction_of(
         chain.parameters() | {"amplitude": 0.002}),
@@ -67,7 +72,8 @@ TAKEN: dict[str, set[str]] = {
     **{f"{call} {solver}": {*EVERYTHING, VECTOR} for call in ("creep", "rearrange")
        for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
     **dict.fromkeys(("survival", "fate", "threshold", "edges", "prediction_of"), EVERYTHING),
-    **{call: {"friction", "end_forces"} for call in ("compare", "intercept", "creep sliding")},
+    **{call: {"friction", "end_forces"}
+       for call in ("compare", "intercept", "creep sliding", "threshold sliding")},
 }  # fmt: skip
 """What a function takes; another test holds its answer to an oracle."""
 CASES = [

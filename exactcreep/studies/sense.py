@@ -27,9 +27,9 @@ def require_sense(
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
-    takes = (FRICTION, END_FORCES) if question == "intercept" else EVERYTHING
+    edge, sliding = question == "threshold", (FRICTION, END_FORCES)  # what the sliding limit takes
+    takes = sliding if question == "intercept" or (edge and chain.slides) else EVERYTHING
     require_uniform(chain.parameters(), question, takes)
-    edge = question == "threshold"
     if chain.n > MOST_SLIDERS and not edge:
         allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
         raise InputError("n", chain.n, f"{allowed} creep and run take more, for a few")
