@@ -37,6 +37,7 @@ def columns(head: str, row: Callable[[int, date], str]) -> str:
          {"delimiter": "\t", "date_format": "%m/%d/%Y %H:%M", "temperature_column": "temp"}, ""),
         (columns("time,temperature", lambda k, day: f"{day:%m/%d/%Y} {(12, 6)[k % 2]}:00 AM,{k}.5"),
          {"date_format": "%m/%d/%Y %I:%M %p"}, ""),
+        (columns("# station 12\n\ntime,temperature", lambda k, day: f"{day},{k}.5"), {}, ""),
         (columns("day,a,b", lambda k, day: f"{day},{k + 3}.5,{k}"),
          {"time_column": "day", "temperature_column": "a"}, "temperature_column"),
         (columns("2024-03-31,1.5", lambda k, day: f"{day},{k}.5"),

@@ -24,10 +24,6 @@ def chain_of(n: int, tan_alpha: Fraction, mu_d: Fraction = Fraction(1, 2)) -> Ch
     return Chain(n, 1000, mu_d, mu_d + Fraction(1, 10), tan_alpha=tan_alpha)
 
 
-def differing_chain(friction: list[Fraction], slope: Fraction, ends: Any) -> Chain:
-    return Chain(len(friction), 10, friction, friction, tan_alpha=slope, end_forces=ends)
-
-
 def simulate(chain: Chain, drive: Any, *, start: State | None = None, seed: int = 0) -> Any:
     start = State.relaxed(chain) if start is None else start
     simulation = Sliding().simulation(chain, start, seed, ("x_G", "x", "tension", "slips"))
@@ -103,7 +99,7 @@ def test_any_path_from_any_start_minimises_energy_and_dissipation_step_by_step()
     for k, (friction, slope, ends) in enumerate(chains(40, seed=9)):
         if k % 3 == 0:
             friction, ends = [abs(slope) + Fraction(1, 3)] * len(friction), (0, 0)
-        chain = differing_chain(friction, slope, ends)
+        chain = Chain(len(friction), 10, friction, friction, tan_alpha=slope, end_forces=ends)
         start = [Fraction(rng.randint(-100, 100), 50) * (k % 2) for _ in friction[1:]]
         path = [Fraction(rng.randint(-60, 60), 40) for _ in range(12)]
         simulation, recorded = simulate(
@@ -128,7 +124,7 @@ def test_any_path_from_any_start_minimises_energy_and_dissipation_step_by_step()
 
 def test_between_two_possible_pivots_of_a_differing_chain_both_velocities_are_given() -> None:
     """Friction 3, 1, 2 and no pull: sliders 1 and 2 share a spring, as do those mirrored."""
-    chain = differing_chain([Fraction(3), Fraction(1), Fraction(2)], Fraction(0), (0, 0))
+    chain = Chain(3, 10, [3, 1, 2], [3, 1, 2], tan_alpha=0)
     simulation, recorded = simulate(chain, Cycles(2, 6))
     low, high = prediction(chain, Cycles(2, 6)).values
     report = simulation.report()
