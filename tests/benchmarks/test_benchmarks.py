@@ -11,17 +11,15 @@ from __future__ import annotations
 import json
 import os
 import statistics
-import time
 import tracemalloc
 from pathlib import Path
 
 import pytest
 
 from exactcreep.model.drive import Cycles
-from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import creep
-from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.comparison import table
+from tests.benchmarks.half_cycles import Exact
 from tests.benchmarks.run import AMPLITUDES, contest
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished
@@ -50,28 +48,12 @@ def test_exact_is_faster_than_everything_else(size: int) -> None:
     assert (rows.ratio[rows.index.str.startswith(("scipy", "heyoka"))] > 20).all()
 
 
-class Running:
-    """The compiled solver on its way along temperature cycles of one of the paper's chains."""
-
-    def __init__(self, n: int, seed: int = 0) -> None:
-        start = State.relaxed(paper_chain(n), seed)
-        self.simulation = solver_named("exact", {}).simulation(paper_chain(n), start, seed, ())
-        self.drive, self.done = Cycles("0.005", 10**9), 0
-        self.run(10)
-
-    def run(self, half_cycles: int) -> float:
-        """Go on for so many half-cycles and return the processor time of an event."""
-        begin, events = time.thread_time(), self.simulation.tally.events
-        self.simulation.follow(self.drive, self.done + 1, half_cycles)
-        self.done += half_cycles
-        return (time.thread_time() - begin) / (self.simulation.tally.events - events)
-
-
 @pytest.mark.benchmark
 def test_an_event_costs_the_same_in_a_chain_a_thousand_times_longer() -> None:
     """At A = 0.005 only the outer twenty sliders at either end ever move, in both chains."""
-    short, long = (Running(n) for n in (100, 100_000))
-    assert statistics.median(long.run(40) / short.run(40) for _ in range(9)) <= 1.5
+    short, long = (Exact(n, "0.005", "0.01") for n in (100, 100_000))
+    ratios = (long.per_event(20_000) / short.per_event(20_000) for _ in range(9))
+    assert statistics.median(ratios) <= 1.5
 
 
 @pytest.mark.benchmark

@@ -32,17 +32,6 @@ HAIR = F(1, 10**50)
 TIE = {"n": 4, "l0": 1, "mu_d": F(1, 2), "tan_alpha": F(1, 4), "amplitude": 3}
 
 
-def integral(h: sp.Expr) -> sp.Expr:
-    """Return I(h) by quadrature of the integrand that the chapter on random dilations derives."""
-    half = float(h)
-
-    def integrand(place: Any) -> Any:
-        below, above = mpmath.ncdf(place - half), mpmath.ncdf(-place - half)
-        return below * above / (below + above)
-
-    return sp.Float(mpmath.quad(integrand, [-12 - half, -2, 0, 2, 12 + half]))
-
-
 def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
     """Return a derived expression at the parameters, to 60 digits; of I(h) to 15."""
     tan = sp.Rational(p["tan_alpha"].numerator, p["tan_alpha"].denominator)
@@ -63,7 +52,9 @@ def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
     stiffness = weight * symbol("l_0") / symbol("N")
     expression = expression.subs(symbol("Y"), stiffness).subs(symbol("L"), chain_length)
     whole = evaluated(expression).subs(values)
-    whole = sp.N(whole.replace(sp.Function("I"), lambda h: integral(sp.N(h))), 70)
+    whole = sp.N(
+        whole.replace(sp.Function("I"), lambda h: sp.Float(laws.gaussian_integral(float(h)))), 70
+    )
     number = whole if whole.is_number else sp.N(sp.cancel(expression).subs(values), 70)
     assert number.is_number, expression
     return CONTEXT.mpf(str(number))

@@ -62,6 +62,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "exact": {}, "reference": {}, "mpmath": {"digits": 20}, "certified": {"digits": 20},
     "verlet": {"dt": "0.001", "locate": True},
 }  # fmt: skip
+
+
 @cache
 def run(solver: str, which: str) -> Creep:
     chain, amplitude = CHAINS[which]
