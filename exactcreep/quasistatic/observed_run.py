@@ -91,7 +91,7 @@ class ObservedRun:
 
     def advance(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
         """Go on until the run ends or a limit is reached; call `watch` after each pause."""
-        self.outcome, self.reason = None, ""
+        self.outcome, self.reason, self.copy.limits = None, "", limits
         simulation, drive, before = self.simulation, self.experiment.drive, self.seconds
         longest = max(_MOST_NUMBERS // self.experiment.chain.n, 1)  # targets at once
         reached_with = events = simulation.tally.events  # when the last target was reached

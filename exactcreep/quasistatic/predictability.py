@@ -20,6 +20,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.solvers.interface import TENSION_TOLERANCE, PerturbedCopies, Simulation, Stretch
+from exactcreep.watch.limits import NO_LIMITS
 
 TRUSTED = 1e-9
 """Tolerance of tensions for `Creep.trusted_half_cycles`; see `TENSION_TOLERANCE`."""
@@ -44,6 +45,7 @@ class Predictability(Observer):
         self._most_events = 2**62 if experiment.twin else MOST_EVENTS
         self._made = simulation.copies  # called at the first target, since copies may be large
         self.copies: PerturbedCopies | None = None
+        self.limits = NO_LIMITS  # of the run
         self._first = max(_FIRST // experiment.chain.n, 4)
         self.undecided_from, self.agreed, self.checked = 0, 0, 0
         self.parted = False
@@ -81,7 +83,9 @@ class Predictability(Observer):
             self.agreed = first - 1 + stretch.completed
             return
         most, apart = self._most_events, TRUSTED / MARGIN
-        distance, whole = self.copies.follow(self.drive, first, stretch, most, apart)
+        distance, whole = self.copies.follow(
+            self.drive, first, stretch, most, apart, self.limits
+        )
         self._doubt(first, MARGIN * distance > TENSION_TOLERANCE)
         parts = distance > apart
         self.parted = bool(parts.any())

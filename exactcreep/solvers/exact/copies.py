@@ -39,6 +39,7 @@ from exactcreep.solvers.exact.pack import (
 )
 from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
 from exactcreep.solvers.interface import PerturbedCopies, Stretch, require_like
+from exactcreep.watch.limits import Limits
 
 COPIES = 2
 """Number of copies; the first that differs counts."""
@@ -89,8 +90,9 @@ class ExactCopies(PerturbedCopies):
         self._deviate[1:] = self._deviate[0]  # all copies have the same draws ahead
 
     def follow(
-        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float
-    ) -> tuple[NDArray[np.float64], bool]:
+        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float,
+        limits: Limits,
+    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
         """Compare the copies with a run; see `PerturbedCopies.follow`."""
         high, low = self._targets(drive, first, stretch.completed, self._seed)
         tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]

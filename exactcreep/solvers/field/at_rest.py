@@ -25,7 +25,7 @@ from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic, sign_of
 from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.solvers.field.exact_state import ExactState
-from exactcreep.solvers.interface import TENSION_TOLERANCE, Start, Tally
+from exactcreep.solvers.interface import Start, Tally
 
 
 @dataclass
@@ -49,7 +49,6 @@ class Rest:
     theta_slack: Any = 0
     # F_n / c of the sliders (from 0) that have just reached their threshold
     pinned: dict[int, Fraction] = field(default_factory=dict)
-    amplification: float = 1.0  # of errors, by ramps on which rates differ
     leg: Leg | None = None  # if each spring has its own dilation
     fresh: bool = True  # whether this is the start, which may not be at rest
     evaluations: int = 0  # of event functions
@@ -138,9 +137,6 @@ class ChainAtRest(ABC):
             n: 1 if size == 1 else math.nextafter(number(1 / size), math.inf)
             for n, size in sizes.items()
         }
-        largest = max(sizes.values(), default=Fraction(1))
-        # amplification of force errors by a start of each slider
-        self.growth = {n: number(largest / size) for n, size in sizes.items()}
 
     @property
     def tally(self) -> Tally:
@@ -205,7 +201,6 @@ class ChainAtRest(ABC):
                 self._move_theta(way, self._reach(way, target), target)
             return False
         self._move_theta(way, room, None)
-        self._amplify(starts[0][0])
         for n, sign in starts:
             rest.forces[n] = sign * self.thresholds[n]
             rest.pinned[n] = sign * self.acting(n)
@@ -213,17 +208,6 @@ class ChainAtRest(ABC):
                 rest.exact.forces[n] = self.field.times_cosine(rest.pinned[n])
         self._set_off(starts, crossing=True)
         return True
-
-    def _amplify(self, n: int) -> None:
-        """Track the amplification of errors by starts of a slider (from 0); count a large one.
-
-        The error of theta is the error of the force on the slider over its rate; it changes all
-        forces by their own rates.
-        """
-        rest = self.rest
-        rest.amplification *= self.growth[n]
-        error = float(rest.force_slack) * rest.amplification
-        rest.tally.undecided += rest.amplification > 1 and error > TENSION_TOLERANCE
 
     def standing(self, n: int, forces: NDArray[Any]) -> tuple[Any, Any]:
         """Return the force on a resting slider (from 0) and its threshold, as precisely as known.

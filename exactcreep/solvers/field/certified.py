@@ -56,6 +56,7 @@ class Certified(FieldSolver):
 
     digits: int = 30
     most_digits: int | None = None
+    perturbs: ClassVar[bool] = False
     name: ClassVar[str] = "certified"
     summary: ClassVar[str] = "readable event solver in balls: every comparison proved"
 

@@ -13,6 +13,7 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
+from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
@@ -28,10 +29,12 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
 from exactcreep.solvers.estimated import Estimated
+from exactcreep.solvers.field.coarser import FEWER_BITS, CoarserRun
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
     Ending,
+    PerturbedCopies,
     Rearrangement,
     Simulation,
     Solver,
@@ -45,8 +48,9 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 class FieldSolver(Solver):
     """A solver that uses `ChainIntegrator` in one arithmetic."""
 
-    on_file = False
-    takes = EVERYTHING
+    on_file: ClassVar[bool] = False
+    perturbs: ClassVar[bool] = True
+    takes: ClassVar[frozenset[str]] = EVERYTHING
 
     @property
     def promised(self) -> float:
@@ -292,6 +296,18 @@ class FieldSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         return mechanics_report(self.mechanics)
+
+    def copies(self) -> PerturbedCopies | None:
+        """Return the same run with fewer bits; of float64 the copies of `exact`."""
+        start, arithmetic = self.start, self.mechanics.arithmetic
+        if start.chain.n == 1 or arithmetic.encloses:
+            return None
+        if arithmetic is FLOAT64:
+            exact = import_module("exactcreep.solvers.exact.solver")
+            made: Simulation = exact.ExactSimulation(start.chain, start.state, start.seed)
+            return made.copies()
+        fewer = digits_of(arithmetic.bits - FEWER_BITS)
+        return CoarserRun(FieldSimulation(start, ("tension", "slips"), fewer))
 
 
 @dataclass(frozen=True)
