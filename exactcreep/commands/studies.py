@@ -71,8 +71,7 @@ class Question(NamedTuple):
 
 QUESTIONS = {
     "threshold": Question(
-        "Return the least amplitude of temperature cycles at which a relaxed chain creeps for"
-        " ever.",
+        "Find the first amplitude in a scan above which a relaxed chain creeps for ever.",
         Output,
         ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
     ),

@@ -118,7 +118,7 @@ def creep(
     force: bool = False,
     **options: Any,
 ) -> Creep:
-    """Follow a chain along its drive and return its displacement, velocity and outcome.
+    """Follow a chain along a sequence of temperatures, and return how it moves, and how fast.
 
     Parameters
     ----------
@@ -127,27 +127,31 @@ def creep(
     drive : Cycles, GaussianSteps, Path or TemperatureRecord
         The dilations that the temperature imposes, one target after the other.
     seed : int
-        Seed of the disorder.
+        Seed of the static coefficients that are drawn, and of the targets of GaussianSteps.
     solver : str
         A name in `exactcreep.solvers.registry.SOLVERS`.
     start : State, optional
-        Initial state. Default: the relaxed chain. A start that is not at rest is first rearranged.
+        Initial state. Default: the relaxed chain. If sliders exceed their threshold, they first
+        move until all rest, at the same theta.
     record : sequence of str
-        Any of ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables ``events``,
+        Any of ``x_G`` (displacement of the centre of mass), ``x`` (of each slider), ``tension`` (of
+        each spring), ``slips`` (of each slider), at every target; and the tables ``events``,
         ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns. With ``()`` the
         run needs no more memory than the chain.
     burn_in : int, optional
-        Targets left out of the mean velocity; made even for Cycles. Default: none for a Path or a
-        TemperatureRecord; for other drives a tenth of the targets, at least 2.
+        Number of targets that are left out of the mean velocity, for Cycles rounded up to whole
+        cycles. Default: none for a Path or a TemperatureRecord; for other drives a tenth of the
+        targets, at least 2.
     twin : bool
-        Whether `exact` follows slightly perturbed copies until one differs, instead of for only
-        16,384 events; see `trusted_half_cycles`.
+        Whether the perturbed copies, which give `trusted_half_cycles`, are followed until one of
+        them differs from the run. Default: for at most 16,384 events of each copy.
     accuracy : number, optional
         Stop when the mean velocity has this relative error at 95 %. The error is tested after 128
-        targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the last.
+        targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the
+        error at the last test.
     progress : bool or callable, optional
         A callable receives a `Progress` about ten times a second. Default: a bar on terminals and
-        in notebooks after a second; True: elsewhere lines, too.
+        in notebooks after a second; True: also lines where no bar can be shown.
     max_events, max_seconds : number, optional
         Stop after this number of events, or of seconds of wall time, with the partial result and
         the outcome `LIMIT`.
@@ -165,28 +169,29 @@ def creep(
     Creep
         Its `outcome` is
 
-        - ``RUNAWAY``: provably no slider ever stops again, or the chain never comes to rest
-          (`reason`);
-        - ``LIMIT``: a limit was reached; `reason` says which. Two limits are always set: half of
-          the free memory, and, where tan_alpha >= mu_d or |theta| reaches 1, a million events in
-          a half-cycle;
-        - ``AT_REST``: no event in the last whole cycle, hence never again; for other drives than
+        - ``RUNAWAY``: proved: no slider ever stops again, or the chain never comes to rest
+          (`reason` says which);
+        - ``LIMIT``: a limit was reached; `reason` says which. Recorded data may take half of the
+          free memory. If friction cannot hold the chain (equal sliders: tan_alpha >= mu_d), or
+          |theta| reaches 1, about a million events without reaching a target end the run;
+        - ``AT_REST``: no event in the last whole cycle, hence never again; for drives other than
           Cycles, no event after the burn-in;
-        - ``CREEPING``: every slider has moved in the same direction between two ends of cycles with
-          the same tensions; or, if tensions do not return, by at least two standard errors over all
-          half-cycles after the burn-in;
-        - ``CYCLING``: sliders slip, but the chain does not advance. `UNDECIDED` if the drift is
-          below two standard errors (`reason` holds its bound), or if, without disorder, the
-          tensions have not returned.
+        - ``CREEPING``: every slider has moved in the same direction between two cycle ends at which
+          the tensions are equal; or, if tensions do not return, by at least two standard errors
+          over all half-cycles after the burn-in;
+        - ``CYCLING``: sliders slip, but the chain does not advance. `outcome_evidence` is
+          `UNDECIDED` if the drift is below two standard errors (`reason` holds its bound), or if,
+          without disorder, the tensions have not returned.
 
-        The outcome holds after `since` cycles. If the tensions have returned, it holds for ever,
-        and `outcome_evidence` equals `evidence`. If not, it was seen only in this run, and is at
-        most `COMPUTED`. If they return only to within 2**-40 of the friction, it is `UNDECIDED`.
+        The outcome holds after `since` cycles. If the tensions have returned, the outcome holds for
+        ever, and `outcome_evidence` equals `evidence`. If not, the outcome was seen only in this
+        run, and `outcome_evidence` is at most `COMPUTED`. If the tensions return only to within
+        2**-40 of the friction, it is `UNDECIDED`.
         Displacements below 2**-50 n (mu_s + |tan_alpha|) cos(alpha) per slip may be rounding errors
         and count as zero.
 
         `velocity_error` comes from averages over blocks (`statistics.standard_error`); it is nan
-        if it still grows with the length of the blocks.
+        if the estimate still grows with the length of the blocks.
 
     Raises
     ------

@@ -63,30 +63,32 @@ class Creep(Result):
     reason : str
         A sentence that explains the outcome; may be "".
     since : int or None
-        Number of cycles after which `outcome` holds: then x_G repeats its motion, and the tensions
-        return to within 2**-40 of the friction, as far back as they are known (some thousand
-        cycles). If nothing repeats, the cycles of the burn-in. None for other drives, a runaway or
-        a limit.
+        Number of cycles after which `outcome` holds. From then on x_G repeats its motion, and the
+        tensions return to within 2**-40 of the friction; some thousand past cycles are compared. If
+        nothing repeats, `since` is the number of cycles of the burn-in. None for other drives, a
+        runaway or a limit.
     velocity : float
-        Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
-        ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
-        target of other drives (`velocity_units`); nan if nothing is left, +-inf for a runaway.
+        Mean displacement of x_G after the burn-in, or over one period if the chain has settled;
+        unit ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
+        target of other drives (`velocity_units`); nan if no target is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error (times 1.96: an interval of 95 %), 0 if the chain has settled; nan if
-        there are too few half-cycles. `velocity_reason` says why one of them is nan.
+        Standard error of `velocity` (times 1.96: an interval of 95 %), 0 if the chain has settled;
+        nan if there are too few half-cycles. `velocity_reason` says why `velocity` or its error is
+        nan.
     velocity_enclosure : Enclosure or None
         The velocity as an exact rational of a solver with digits; else None.
     half_cycles, burn_in, rearrangements, event_count, slip_count : int
-        Targets reached, targets left out of the velocity, and numbers of what happened.
+        Targets reached, targets left out of the velocity, and numbers of rearrangements, events and
+        slips.
     draws_below_mu_d, undecided : int
-        As in a `Rearrangement`.
+        Static coefficients drawn below mu_d; comparisons within their rounding bound.
     long_rearrangements : int
         For `exact`: rearrangements of more than 200 events, after which rounding errors of tensions
         may exceed 1e-12.
     undecided_from : int
         First target from which on the run may be undecided; 0 if there is none. A comparison was
-        undecided, an avalanche was too long, or a perturbed copy may differ by 1e-12. This is
-        checked at every target at first, then less and less often.
+        undecided, an avalanche was too long, or a perturbed copy may differ by 1e-12. These
+        conditions are checked at every target at first, then less and less often.
     trusted_half_cycles : int or None
         The last target up to which perturbed copies had the same events, and tensions within
         2.5e-10; None if no copy was followed.
@@ -95,8 +97,8 @@ class Creep(Result):
     seconds : float
         Wall time of the run, without compilation.
     state : State
-        At the end. If read from a file, the numbers of a solver with digits are rationals, or
-        `Enclosure` where they have a radius.
+        After the last target. If read from a file, the numbers of a solver with digits are
+        rationals, or `Enclosure` where they have a radius.
     recorded : mapping of str to ndarray
         The recorded columns, as in `dataset`.
     report : mapping
@@ -270,7 +272,7 @@ class Creep(Result):
 
     @property
     def known_half_cycles(self) -> int:
-        """The last target that is known if the trajectory is undecided beyond; else None."""
+        """The last target up to which the trajectory is known; all if nothing is undecided."""
         if not self.undecided_from:
             return self.half_cycles
         before = self.undecided_from - 1

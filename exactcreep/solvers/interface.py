@@ -99,9 +99,9 @@ class PerturbedCopies(ABC):
 
         `stretch` is the result of the simulation, with its tensions and slips. The copies stop
         after `most_events` since their start, at the target at which one of them is more than
-        `apart` off, and, if they are slow, at the `limits` of the run. Returns for each target reached the largest distance of a tension (relative to
-        the largest tension if this exceeds 1; inf if other sliders have slipped), and whether all
-        copies have come to the end.
+        `apart` off, and, if they are slow, at the `limits` of the run. Returns for each target
+        reached the largest distance of a tension (relative to the largest tension if this exceeds
+        1; inf if other sliders have slipped), and whether all copies have come to the end.
         """
 
     @abstractmethod

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,20 @@ def test_before_a_run_is_undecided_its_tensions_are_right() -> None:
         early, trusted = held(run)
         assert early <= 1e-12
         assert trusted <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("solver", "told"),
+    [("reference", {}), ("reference", {"expansion": [1, "1.3", "1.6"]}), ("mpmath", {})],
+)
+def test_before_a_run_of_a_rounding_solver_is_undecided_its_tensions_are_right(solver, told):
+    """`mpmath` with so few digits that it rounds as much as float64."""
+    chain, cycles = replace(paper_chain(4), **told), Cycles("0.004", 4)
+    digits = {"digits": 1} if solver == "mpmath" else {}
+    run = creep(chain, cycles, seed=1, solver=solver, record=("tension",), **digits)
+    assert run.undecided == 0
+    assert 1 < run.undecided_from < 8
+    assert held(run)[0] <= 1e-12
 
 
 @pytest.mark.parametrize("n", [3, 6])

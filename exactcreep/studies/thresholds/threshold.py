@@ -52,13 +52,13 @@ class Threshold(BesideLaws):
         ``lasting``: the chain has to settle within `cycles`; ``horizon``: it has to advance in the
         last of them (`after`).
     compare : str
-        The law that the edge may be compared with.
+        The law to compare the edge with.
     lower, upper : str or None
         Decimals: the chain does not creep (``horizon``: not advance in the last cycle) at `lower`,
-        and does at `upper`. Where creep does not settle: the last point of the scan that locked,
-        and the first that did not within `cycles`. None for one slider.
+        and does at `upper`. If creep does not settle within `cycles`: the last
+        amplitude of the scan at which the chain locked, and the next one. None for one slider.
     evidence : Evidence
-        Holds for the behaviour at `lower` and at `upper`.
+        How well the behaviour at `lower` and at `upper` is known.
     direction : str
         Direction of the creep (or advance) at `upper`; ``none`` if unknown.
     outcome_at_lower, outcome_evidence : Outcome or None, Evidence
@@ -67,14 +67,15 @@ class Threshold(BesideLaws):
         proved and the cycle has only lone slips; otherwise the state returns to within rounding.
         With ``mu_s = mu_d`` the fate for ever: `CREEPING` is then at most 1e-6 in a cycle.
     deciding_event : Difference or None
-        First event that differs between both sides. None: the advance itself passes 1e-6.
+        First event that differs between both sides. None: the events are the same, and only the
+        advance passes 1e-6.
     fates : pair of Fate or None
         For ``lasting``: what the chain does for ever at `lower` and at `upper`.
     sensitive : tuple of float
         Amplitudes at which starts 1e-13 apart differ in float64, and no certified run found the
         fate. The answer of float64 was taken there, and may be wrong.
     windows : tuple of Edge or None
-        On request: every edge of the scan; all but the first in float64.
+        On request: every edge of the scan; only the first one is refined beyond float64.
     report : mapping
         Numbers of runs.
     reason : str
@@ -179,11 +180,11 @@ def threshold(
     progress: Hearer = None,
     max_seconds: Number | None = None,
 ) -> Threshold:
-    """Return the least amplitude of temperature cycles at which a relaxed chain creeps for ever.
+    """Find the first amplitude in a scan above which a relaxed chain creeps for ever.
 
-    Windows of rest may lie above it. With `after`, return the least amplitude at which the chain
-    advances in cycle `after`; it may lock later. For long chains, which creep chaotically, use
-    `survival`; for chains with disorder, use `intercept`.
+    Above this amplitude there may be ranges in which the chain rests. With `after`, find the first
+    amplitude above which the chain advances in cycle `after`; later it may stop advancing. For long
+    chains, which creep chaotically, use `survival`; for chains with disorder, use `intercept`.
 
     Parameters
     ----------
@@ -195,10 +196,11 @@ def threshold(
         downhill, or in the direction of weight and end forces. Default: the chain has to creep for
         ever, in either direction; see `fate`.
     digits : int
-        Significant digits of the bracket.
+        Number of known significant digits of the edge; `lower` and `upper` have two more.
     low, high : number, optional
-        Ends of the scan. Default: 1/2 and 2 times Eq. 22, extended to N (mu_s c - s)/l0 if nothing
-        creeps, and to 0 if the chain creeps at the lower end.
+        Ends of the scan. Default: 1/2 and 2 times Eq. 22, extended to N times the amplitude at
+        which the relaxed chain first slips if nothing creeps, and to 0 if the chain creeps at the
+        lower end.
     points : int
         Number of equal steps of the scan.
     bracket : pair of numbers, optional
@@ -207,7 +209,7 @@ def threshold(
         Whether to list all edges of the scan: the first to all digits, the others in float64.
     solver : str
         Solver that refines the bracket: ``certified``, or ``exact`` (float64: at most 12 digits,
-        fewer where rounding allows no more).
+        fewer near sensitive edges).
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
@@ -231,7 +233,7 @@ def threshold(
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan:
     nothing is claimed between its points. With ``mu_s = mu_d`` the sliding limit decides exactly:
-    creep for ever begins at N m/(2 l0); odd chains with ``N abs(tan_alpha) < mu_d`` never creep.
+    creep for ever begins at N m/(2 l0); odd chains with ``N abs(tan_alpha) <= mu_d`` never creep.
 
     Examples
     --------
