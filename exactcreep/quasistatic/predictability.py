@@ -2,8 +2,8 @@
 
 With disorder, nearby chains separate, and after some half-cycles rounding decides what happens. Two
 perturbed copies with the same disorder are rounded once more at every target, and followed until
-one differs. This is mostly soon, so that copies cost little. The copies of `exact` also follow the runs of `reference`.
-A run of `mpmath` is compared with the same run with fewer bits.
+one differs. This is mostly soon, so that copies cost little. The copies of `exact` also follow runs
+of `reference`. A run of `mpmath` is compared with the same run with fewer bits.
 
 The number of copies and the margin were measured against certified tensions of 300 runs of 3 to 12
 sliders with disorder. With the distance of two copies as its estimate, an error exceeded 1e-12 once

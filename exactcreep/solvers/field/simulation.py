@@ -29,7 +29,6 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
 from exactcreep.solvers.estimated import Estimated
-from exactcreep.solvers.field.coarser import FEWER_BITS, CoarserRun
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import (
     TENSION_TOLERANCE,
@@ -304,10 +303,14 @@ class FieldSimulation(Simulation):
             return None
         if arithmetic is FLOAT64:
             exact = import_module("exactcreep.solvers.exact.solver")
-            made: Simulation = exact.ExactSimulation(start.chain, start.state, start.seed)
-            return made.copies()
-        fewer = digits_of(arithmetic.bits - FEWER_BITS)
-        return CoarserRun(FieldSimulation(start, ("tension", "slips"), fewer))
+            own: Simulation = exact.ExactSimulation(start.chain, start.state, start.seed)
+            return own.copies()
+        coarser = import_module("exactcreep.solvers.field.coarser")
+        fewer = digits_of(arithmetic.bits - coarser.FEWER_BITS)
+        made: PerturbedCopies = coarser.CoarserRun(
+            FieldSimulation(start, ("tension", "slips"), fewer)
+        )
+        return made
 
 
 @dataclass(frozen=True)
