@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -175,11 +174,6 @@ def test_a_drive_beyond_the_largest_float_is_refused(solver: str) -> None:
 def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() -> None:
     huge = Chain(3, "1e308", "0.5", "0.6", tan_alpha="0.25")
     assert creep(huge, Cycles(0, 1)).outcome is Outcome.AT_REST
-    moved, usual = (
-        creep(Chain(3, l0, "0.5", "0.6", tan_alpha="0.25"), Cycles(Fraction(2) / Fraction(l0), 2))
-        for l0 in ("1e300", 1000)
-    )
-    assert moved.event_count == usual.event_count > 50
     theta = State.prepared(huge, ["0", "0"], theta="1e10")
     with pytest.raises(InputError, match=r"^start\.theta = "):
         creep(huge, Cycles(0, 1), start=theta)

@@ -19,9 +19,9 @@ from exactcreep import (
 )
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.watch.limits import Limits, Stop
-from tests.solvers.exact.simulations import followed
 
 
+@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
 def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
     rng, creeping, decided = random.Random(20110603), 0, 0
     while decided < 200:
@@ -33,13 +33,13 @@ def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
         amplitude = onset * Fraction(rng.randint(5, 1200), 100) / chain.l0
         known = {"mu_d": mu_d, "mu_s": mu_s, "tan_alpha": tangent, "amplitude": amplitude}
         expected = laws.staircase_two_sliders(l0=chain.l0, **known)
-        simulation, stretch = followed(chain, Cycles(amplitude, 6))
-        if simulation.tally.undecided:
+        run = creep(chain, Cycles(amplitude, 6))
+        if run.undecided:
             # the amplitude is the float next to an edge of a step: the solver says so
             edge = (chain.l0 * amplitude - onset) / Fraction(chain.excess) / 2
             assert abs(edge - round(edge)) < Fraction(1, 10**13)
             continue
-        x = stretch.recorded["x_G"]
+        x = run.recorded["x_G"]
         assert (x[-1] - x[3]) / 8 == pytest.approx(float(expected), rel=1e-12, abs=0)
         decided += 1
         creeping += expected > 0
@@ -49,7 +49,7 @@ def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
 @pytest.mark.parametrize(
     ("n", "tan_alpha", "reach", "amplitude"),
     [*((n, 0, 0, Fraction(n, 500)) for n in (2, 3, 6, 30)),
-     *((n, "1/4", 0.3, "0.03") for n in (300, 301))],
+     *((n, "1/4", 0.3, "0.03") for n in (5, 300, 301))],
 )  # fmt: skip
 def test_the_mirror_image_of_a_chain_moves_as_its_mirror_image_bit_for_bit(
     n: int, tan_alpha: Any, reach: float, amplitude: Any
