@@ -130,7 +130,7 @@ def test_chains_that_friction_does_not_hold_are_refused() -> None:
         laws.differing_slope([half] * 3, F(1, 10), [1])
 
 
-def test_the_deviation_is_that_of_a_hundred_chains_that_stick_and_slip() -> None:
+def test_the_deviation_is_that_of_random_chains_that_stick_and_slip() -> None:
     off, stated = [], []
     for kept in rows(differing_chains.FILE):
         row = {name: float(value) for name, value in kept.items()}
@@ -138,23 +138,25 @@ def test_the_deviation_is_that_of_a_hundred_chains_that_stick_and_slip() -> None
         found = laws.prediction(chain, drive)
         assert found is not None
         assert found.values[0] == pytest.approx(row["law"], rel=1e-6, abs=1e-6)
-        assert found.deviation > 0
+        assert (found.deviation > 0) == (chain.n >= 8)
         off.append(row["velocity"] - row["law"])
         stated.append(found.deviation)
     ratio = np.abs(np.array(off) / stated)
     assert len(ratio) == differing_chains.COUNT
-    assert np.sqrt(np.square(ratio).mean()) == pytest.approx(1, abs=0.02)
+    ratio = ratio[~np.isnan(ratio)]
+    assert len(ratio) == 80
+    assert np.sqrt(np.square(ratio).mean()) == pytest.approx(1, abs=0.03)
     assert [round(float((ratio < k).mean()), 2) for k in (1, 2)] == [0.72, 0.96]
 
 
 def test_beyond_the_chains_that_were_measured_no_deviation_is_stated() -> None:
     about = {"l0": 1000, "tan_alpha": 0.1, "amplitude": 0.003, "sigma_mu": 0}
-    chain = {"mu_d": [0.4, 0.5, 0.6], "mu_s": [0.5, 0.6, 0.7]}
+    chain = {"mu_d": [0.4, 0.6] * 4, "mu_s": [0.5, 0.7] * 4}
     assert laws.differing_deviation(**chain, **about) > 0
     assert laws.differing_deviation(**about | {"mu_d": [0.5] * 3, "mu_s": [0.5] * 3}) == 0
     for changed in (
-        {"amplitude": 0.0008}, {"sigma_mu": 0.09}, {"mu_s": [1, 1, 1]},
-        {"mu_d": [0.4, 0.5], "mu_s": [0.5, 0.6]},
+        {"amplitude": 0.0008}, {"sigma_mu": 0.09}, {"mu_s": [1] * 8},
+        {"mu_d": [0.4, 0.5, 0.6], "mu_s": [0.5, 0.6, 0.7]},
     ):  # fmt: skip
         assert np.isnan(laws.differing_deviation(**about | chain | changed))
 
