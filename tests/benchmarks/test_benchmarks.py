@@ -1,9 +1,8 @@
 """Timings against what a user would pick instead: ``pytest -m benchmark tests/benchmarks``.
 
-What `compare` does not measure stands here: long chains, threads, long runs and the first start.
-Clocks read the processor time of the measuring thread, so that other programs on the machine do not
-count, and ratios are formed turn by turn. The exception is the speed-up of two threads, which needs
-the clock on the wall: it is held against that of a loop that only counts, in the same turns.
+What `compare` does not measure stands here: long chains, long runs and the first start. Clocks read
+the processor time of the measuring thread, so that other programs on the machine do not count, and
+ratios are formed turn by turn.
 """
 
 from __future__ import annotations
