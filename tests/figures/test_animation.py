@@ -1,4 +1,4 @@
-"""An avalanche moves in its animation as it does in its run."""
+"""An avalanche moves in its animation and on its page as it does in its run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of answers: both sides of a threshold, fates, lives of many starts, lines of a fit."""
+"""Pictures of answers and records: sides of a threshold, fates, lives, fits, temperatures."""
 
 from __future__ import annotations
 

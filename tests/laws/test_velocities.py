@@ -1,4 +1,4 @@
-"""The Gaussian integral against quadrature, and which law theory predicts for a chain and drive."""
+"""The Gaussian integral against quadrature, the staircase slip by slip, and which law holds."""
 
 from __future__ import annotations
 

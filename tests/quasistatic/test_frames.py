@@ -1,4 +1,4 @@
-"""What a run recorded, as data frames, a tree, and files of other programs."""
+"""What a run recorded: as data frames, and how much memory it may take."""
 
 from __future__ import annotations
 
@@ -46,10 +46,9 @@ RECORDED = ("x", "rearrangements")
 def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    drive, file = Cycles("0.01", 400), tmp_path / "run.ckpt"
+    drive, file = Cycles("0.01", 2000), tmp_path / "run.ckpt"
     plain = creep(CHAIN, drive, record=RECORDED)
     with monkeypatch.context() as full:
-        full.setattr(recorders, "_WORTH_A_LOOK", 1000)
         full.setattr(recorders, "free_memory", lambda: 0)
         part = creep(CHAIN, drive, record=RECORDED, checkpoint=file)
     assert part.outcome is Outcome.LIMIT
