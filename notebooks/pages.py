@@ -201,7 +201,8 @@ def benchmark(n):
         name = row["method"].capitalize() if "verlet" in row["method"] else f"`{row['method']}`"
         took = float(f"{1e3 * float(row['seconds']):.2g}")
         rows.append((name, f"{took:g} ms", wrong, f"{float(row['error']):.1e}"))
-    return _table(["method", "time per half-cycle", "wrong event", "largest error before it"], rows)
+    head = ["method", "time per half-cycle", "wrong event", "largest error before it"]
+    return _table(head, rows, "stacked")
 
 
 # --- laws and proofs -----------------------------------------------------------------------------

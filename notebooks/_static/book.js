@@ -27,7 +27,7 @@ document.addEventListener("DOMContentLoaded", () => {
     if (table.classList.contains("dataframe") || !table.tBodies[0]) continue;
     const rows = [...table.tBodies[0].rows].map((row) => [...row.cells]);
     const values = rows.flatMap((cells) => cells.slice(1).map((cell) => cell.textContent.trim()));
-    const ofNumbers = values.length > rows.length && values.every((text) => text && text.length < 32);
+    const ofNumbers = !table.classList.contains("stacked") && values.length > rows.length && values.every((text) => text && text.length < 32);
     table.classList.add(ofNumbers ? "numbers" : "stacked");
     for (const cells of rows) {
       cells.forEach((cell, k) => {
