@@ -49,9 +49,8 @@ def behaviour(
         return _drifting(velocity, advanced, None, done)
     settled = return_map.settled()
     if settled is None and (approach := return_map.approaching()):
-        cycle, change = approach
-        reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
-        return Behaviour(Outcome.CYCLING, cycle, reason, Evidence.UNDECIDED, _STILL)
+        cycle, how = approach
+        return Behaviour(Outcome.CYCLING, cycle, how.reason, Evidence.UNDECIDED, _STILL)
     if settled is None:
         drift = _drifting(velocity, advanced, begin.done // 2, done)
         if all_burn_in and return_map.chain.sigma_mu == 0 and drift.outcome is Outcome.CREEPING:

@@ -60,6 +60,13 @@ class Approach(NamedTuple):
     change: float
     ahead: float
 
+    @property
+    def reason(self) -> str:
+        return (
+            f"locked in the limit: forces that change by {self.change:.1e} m g per cycle, falling"
+            " as 1/cycles^2"
+        )
+
 
 def approach(ends: NDArray[Any], alike: int) -> Approach | None:
     """Return how the ends of cycles approach a limit like 1/k; None if they do not.
@@ -199,8 +206,8 @@ class ReturnMap:
                 return LimitCycle(period, since, off, self._velocity(period))
         return None
 
-    def approaching(self) -> tuple[int, float] | None:
-        """Return since when tensions approach a cycle like 1/k, and their last change, or None.
+    def approaching(self) -> tuple[int, Approach] | None:
+        """Return since when tensions approach a cycle like 1/k, and how, or None.
 
         Slips must be equal in many cycles, a slider must rest, and changes must decrease.
         """
@@ -210,7 +217,7 @@ class ReturnMap:
         found = approach(self.ends[:, _TENSIONS:], alike)
         if found is None or self.chain.sigma_mu != 0 or self._moved(alike).all():
             return None
-        return self.cycles - alike, found.change
+        return self.cycles - alike, found
 
     def _moved(self, period: int) -> NDArray[np.int64]:
         """Return the direction of each slider's motion, 0 if rounding may explain it."""

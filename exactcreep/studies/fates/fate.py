@@ -181,8 +181,7 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
     if approach.ahead >= room:
         return None
     reason = (
-        f"locked in the limit: forces that change by {approach.change:.1e} m g per cycle, falling"
-        f" as 1/cycles^2, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
+        f"{approach.reason}, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
         " slip; no proof"
     )
     return reason, {

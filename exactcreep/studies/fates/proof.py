@@ -193,10 +193,7 @@ class _Proof:
         found = approach(np.array(self.shapes), last - before)
         if found is None or len(slipping) == self.chain.n:
             return None
-        reason = (
-            f"locked in the limit: forces that change by {found.change:.1e} m g per cycle, falling"
-            " as 1/cycles^2; that they go on so is not proved"
-        )
+        reason = f"{found.reason}; that they go on so is not proved"
         itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
         known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}
         known |= {"marginal": True, "itinerary": itinerary}
