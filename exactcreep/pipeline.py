@@ -97,7 +97,7 @@ class Pipeline(Shown):
 
     @property
     def length_unit(self) -> float:
-        """Unit of length: the weight of a cell stretches a cell by it, m."""
+        """Unit of length: the extension of a cell under the weight of a cell, m."""
         return self.force_unit * self.cell / nearest_float(self.axial_stiffness)
 
     @property
@@ -181,19 +181,19 @@ class Pipeline(Shown):
         self, heatings: Any, cycles: int = 1, *, solver: str = "sliding",
         **options: Any,
     ) -> Walk:  # fmt: skip
-        """Return how the pipe walks under cycles of heating and shutdown, starting when it is laid.
+        """Return how the pipe walks under cycles of heating and shutdown, from the laid pipe on.
 
         Parameters
         ----------
         heatings : number, or array of shape (cycles,), (steps, places) or (cycles, steps, places)
-            Rise of the temperature above shutdown in each cycle, K. Along the pipe: at places that
-            divide it equally, from its upper to its lower end, linear between them, and step by
-            step until the shutdown.
+            Rise of the temperature above shutdown in each cycle, K. Several places are equally
+            spaced from the upper to the lower end; temperatures are linear between them. Several
+            steps follow each other in each cycle, and a shutdown follows the last one.
         cycles : int
             How often the heatings are repeated.
         solver : str
-            ``sliding`` is for soil without a peak of friction. Other solvers need `static_friction`
-            (and a `profile` needs another solver).
+            ``sliding`` is for soil without a peak of friction, and does not take a `profile`. Other
+            solvers need `static_friction` above 1.
         **options
             As for `creep`.
 

@@ -622,7 +622,7 @@ def physical(
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 
-    Source: Eq. 25 and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
+    Source: Eq. 25 of the paper and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
     ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
 
     Parameters
@@ -630,15 +630,15 @@ def physical(
     length : number
         L along the slope, m.
     section : number
-        Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
+        Cross section S, m^2. It does not affect the descent.
     mu_d, mu_s : number or pair of numbers
-        Friction coefficients, as in `Chain`. For an interval of `mu_d` the chain has its middle,
-        and `Descent.interval` has the rates at its ends, with all friction scaled alike.
+        Friction coefficients. A pair is an interval: the chain has its middle, and
+        `Descent.interval` has the rates at both ends of `mu_d`, with all friction scaled alike.
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
     material : str
-        ``lead``, ``copper``, ``zinc`` or ``steel``: default of the modulus, the density and kappa,
-        see `MATERIALS`.
+        ``lead``, ``copper``, ``zinc`` or ``steel``: gives the modulus, the density and kappa that
+        are left out; see `MATERIALS`.
     youngs_modulus : number
         Y, Pa.
     density : number
@@ -646,7 +646,8 @@ def physical(
     kappa : number
         Thermal expansion of the solid minus thermal expansion of the ground, 1/K.
     contacts : int
-        Number N of contacts. Default 0: `Solid.converged_contacts`, enough that it does not matter.
+        Number N of contacts. Default 0: `Solid.converged_contacts`; more contacts change the
+        descent by at most 2 %.
     sigma_mu : number
         Standard deviation of the static coefficients, as in `Chain`.
     gravity : number

@@ -89,7 +89,7 @@ QUESTIONS = {
         ),
     ),
     "survival": Question(
-        "Follow many starts under temperature cycles and return how long creep lasted in each.",
+        "Follow many starts under temperature cycles and return how long each start creeps.",
         Output,
         (
             "--n 6 --amplitude 0.000969",

@@ -55,13 +55,14 @@ class Chain(Shown):
 
     Every parameter is dimensionless and stored as a rational: an int, a `Fraction` or a decimal
     string exactly as written (``"0.6"`` is 3/5), a float as its exact binary value. A list of equal
-    numbers becomes one number. `unlike` says in which respects sliders differ; a function that
-    cannot handle this raises `InputError`. Source: Eqs. 5-10 and 11.
+    numbers becomes one number. A function that needs equal sliders raises `InputError` for a chain
+    whose sliders differ; `unlike` says in which respects they do. theta is the thermal dilation of
+    the springs, and ``tau_dyn = sqrt(m/k)``. Source: Eqs. 5-10 and 11 of the paper.
 
     Parameters
     ----------
     n : int
-        Number of sliders, from 1 to a million; slider 1 is the upper one.
+        Number of sliders, from 1 to a million; slider 1 is the upper one if `tan_alpha` > 0.
     l0 : number
         Natural length of a spring at theta = 0 in units of ``g tau_dyn**2``; positive.
     mu_d : number, or sequence of number, shape (n,)
@@ -71,7 +72,7 @@ class Chain(Shown):
     sigma_mu : number
         Standard deviation of the static friction coefficients; not negative.
     tan_alpha : number
-        Tangent of the angle of the incline; negative is the mirror image.
+        Tangent of the angle of the incline; if negative, slider 1 is the lower one.
     end_forces : two numbers
         Constant forces on the first and on the last slider, positive downhill, unit ``m g``.
     expansion : sequence of number, shape (n - 1,), optional

@@ -195,12 +195,12 @@ class Drive(Shown):
 
 @dataclass(frozen=True, repr=False)
 class Cycles(Drive):
-    """Temperature cycles: targets +A, -A, `cycles` times (2 `cycles` half-cycles).
+    """Temperature cycles: theta goes to +A, then to -A; this is repeated `cycles` times.
 
     Parameters
     ----------
     amplitude : number
-        A_theta, dimensionless, not negative; stored exactly.
+        The largest dilation A, ``kappa`` times the temperature change; not negative, exact.
     cycles : int
         At least 1.
 

@@ -45,7 +45,8 @@ _TEXTS = {*_SINGLE, *_DAILY, "unit", "delimiter", "decimal", "date_format", "enc
 class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
-    There is a target for each row. The chain goes from T0 to the first row at the time of that row.
+    Each reading is a target: a row has one reading, or two if it has a minimum and a maximum. The
+    ramp from T0 to the first reading takes no time.
     A velocity is a displacement per unit of `times`: per second for dates. A `RecordWarning` warns
     of doubtful units. ``exactcreep record FILE --mend OUT`` writes a copy without faults.
 
@@ -59,11 +60,12 @@ class TemperatureRecord(Listed):
     T0 : number
         Temperature at which the chain is prepared (theta = 0), in `unit`.
     time_column, temperature_column : str
-        Names of the columns. Times increase from row to row: numbers, or dates of one format.
+        Names of the columns. Times are numbers or dates of one format, and increase from row to
+        row.
     minimum_column, maximum_column : str
         Instead of `temperature_column`: a day's minimum and maximum.
     minimum_hour, maximum_hour : number
-        When these are read, in hours after the date of the row.
+        Hours after the date of the row at which the minimum and the maximum are read.
     scale : number
         Factor on the numbers: 0.1 for tenths of a degree.
     unit : {"C", "K"}
@@ -75,25 +77,25 @@ class TemperatureRecord(Listed):
     encoding : str
         Encoding of the file, e.g. ``latin-1``. Default: UTF-8.
     theta, times, sha256, origin : optional
-        Only together, as returned by `parameters`: the file, which may be gone, is not read.
+        For stored records, all four as returned by `parameters`: the file is then not read.
 
     Raises
     ------
     InputError
-        If an option is out of range. For the first reading that is missing, not later than the
-        previous one, after a gap (a step longer than 1.5 times the usual step, which nine steps in
-        ten do not exceed), or an outlier (it differs from the median of its four neighbours by
-        15 K, and by 5 times as much as nine readings in ten). If a day's minimum is above its
-        maximum on more than one day in a hundred.
+        If an option is out of range; or if a reading is missing, is not later than the previous
+        one, follows a gap (a step longer than 1.5 times the usual step, which nine steps in ten do
+        not exceed), or is an outlier (it differs from the median of its four neighbours by 15 K,
+        and by 5 times as much as nine readings in ten); or if the minimum is above the maximum on
+        more than one day in a hundred.
 
     Attributes
     ----------
     theta : tuple of Fraction
         One dilation for each reading; decimals are exact.
     times : tuple of float
-        Time of each row: in seconds since `origin` for dates, as written otherwise.
+        Time of each reading: in seconds since `origin` for dates, as written otherwise.
     origin : str
-        Date of the first row in ISO 8601, "" if times are numbers.
+        Date of the first reading in ISO 8601, "" if times are numbers.
     sha256 : str
         Digest of the file, or of the arrays.
 

@@ -55,6 +55,8 @@ def fate(
 ) -> Fate:
     """Find out whether a chain without disorder rests, is locked or creeps for ever.
 
+    A locked chain slips back and forth without an advance (outcome `CYCLING`).
+
     Parameters
     ----------
     chain : Chain
@@ -62,13 +64,14 @@ def fate(
     amplitude : number
         Amplitude A of the cycles +A, -A.
     start : State, optional
-        Default: the relaxed chain. A start that is not at rest is first rearranged.
+        Default: the relaxed chain. If sliders exceed their threshold, they first move until all
+        rest, at the same theta.
     cycles : int
         Largest number of cycles to follow.
     solver : str
         ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) detects
-        that the forces return with a period up to 1000: bit for bit, or to within rounding for at
-        least 100 cycles in a row.
+        that the forces return with a period up to 1000: exactly, or to within rounding in 100
+        successive cycles.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
@@ -77,7 +80,8 @@ def fate(
     Returns
     -------
     Fate
-        Its `outcome` is `LIMIT` if the chain has not settled; chaotic creep never settles.
+        Its `outcome` is `AT_REST`, `CYCLING`, `CREEPING` or `RUNAWAY`; `LIMIT` if the chain has not
+        settled. Chaotic creep never settles.
 
     Raises
     ------

@@ -324,7 +324,7 @@ def survival(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Survival:
-    """Follow many starts under temperature cycles and return how long creep lasted in each.
+    """Follow many starts under temperature cycles and return how long each start creeps.
 
     Parameters
     ----------
@@ -337,12 +337,13 @@ def survival(
     size : number
         Tensions of the starts are uniform in (-size, size), unit m g.
     cycles : int
-        Number of cycles to follow each start.
+        Number of cycles to follow each start, the horizon.
     seed : int
         Below 2**32. Start k, from 1, is ``State.perturbed(chain, size, start_seed=key, seed=key)``
         with ``key = 2**32 seed + k``; a chain with disorder has new disorder in every start.
     dormant : int
-        A chain with disorder is dormant if no inner slider has slipped for so many cycles.
+        A chain with disorder is dormant if no inner slider has slipped for this number of
+        cycles.
     executor : concurrent.futures.Executor, optional
         Follows the starts: threads, processes, or a cluster. It is not shut down.
     workers : int, optional
@@ -369,8 +370,8 @@ def survival(
     such a cycle like 1/k (see `Fate.marginal`). With disorder tensions never return, and only rest
     counts: a chain in which only the ends slip is dormant, and may wake up.
 
-    Guarantee: results do not depend on the executor or the number of threads. In chaos a float64
-    trajectory does not solve the equations, but has the same statistics as a solution.
+    Guarantee: results do not depend on the executor or the number of threads. A chaotic
+    float64 trajectory is not the exact solution; its statistics are those of exact solutions.
 
     Examples
     --------
