@@ -125,6 +125,13 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
 
 
+def test_a_plan_says_once_what_holds_for_many_members(command: Command) -> None:
+    amplitudes = "vary.drive.amplitude={from=0.002,to=0.01,step=0.001}"
+    out = command("plan", *SHORT, "--set", amplitudes).out
+    assert "drive.amplitude = 0.002 … 0.01 (9 members): exact: " in words(out)
+    assert "members" not in command("plan", *SHORT, "--set", "vary.run.seed=[1,2]").out
+
+
 def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
     assert command("run", *SHORT, "--out", "run.nc").code == 0
     assert command("show", "run.nc", "--half-cycle", "4").code == 0
