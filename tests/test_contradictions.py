@@ -193,7 +193,7 @@ def test_no_two_parts_contradict_each_other_on_a_mean_velocity(part: int) -> Non
         assert_none_contradict(case, claims)
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))])
+@pytest.mark.parametrize("part", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_no_two_parts_contradict_each_other_on_an_unlike_chain(part: int) -> None:
     random, proved = Random(part), 0
     for _ in range(8):
@@ -201,7 +201,7 @@ def test_no_two_parts_contradict_each_other_on_an_unlike_chain(part: int) -> Non
         claims = [*claims_of(case, enclosed=True)]
         assert_none_contradict(case, claims)
         proved += any(claim.who == "fate by certified" and claim.low for claim in claims)
-    assert proved >= 2
+    assert proved >= 3
 
 
 def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
