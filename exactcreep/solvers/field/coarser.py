@@ -14,8 +14,8 @@ from exactcreep.model.enclosure import floats
 from exactcreep.solvers.interface import PerturbedCopies, Simulation, Stretch
 from exactcreep.watch.limits import Limits, Stop
 
-FEWER_BITS = 8
-"""Each rounding of the coarser run is about 256 times as large as in the run itself."""
+FEWER_BITS = 4
+"""Each rounding of the coarser run is about 16 times as large as in the run itself."""
 
 
 class CoarserRun(PerturbedCopies):
