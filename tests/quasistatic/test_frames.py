@@ -46,7 +46,7 @@ RECORDED = ("x", "rearrangements")
 def test_runs_end_when_what_all_have_recorded_takes_half_of_the_free_memory(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    drive, file = Cycles("0.01", 2000), tmp_path / "run.ckpt"
+    drive, file = Cycles("0.01", 400), tmp_path / "run.ckpt"
     plain = creep(CHAIN, drive, record=RECORDED)
     with monkeypatch.context() as full:
         full.setattr(recorders, "free_memory", lambda: 0)
