@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 from collections.abc import Callable
 
 import pytest
 
-import exactcreep
 from exactcreep import (
     Chain,
     Cycles,
@@ -66,10 +63,3 @@ def test_what_is_implausible_is_remarked_in_one_place(
 ) -> None:
     with pytest.warns(PhysicsWarning, match=said):
         implausible()
-
-
-def test_what_a_chain_does_not_have_leads_to_the_page_on_it() -> None:
-    with pytest.raises(AttributeError, match=r"'distribution'; the page explanation/scope of the"):
-        PAIR.distribution  # type: ignore[attr-defined] # noqa: B018
-    assert exactcreep.Chain is Chain
-    assert pickle.loads(pickle.dumps(PAIR)) == copy.deepcopy(PAIR) == PAIR

@@ -1,6 +1,7 @@
 """The chain and its state: exact parameters, exact forces."""
 
 import math
+import pickle
 from collections import Counter
 from dataclasses import FrozenInstanceError
 from fractions import Fraction
@@ -26,8 +27,8 @@ THREE = captions(3)
 def test_decimal_strings_are_kept_as_rationals_and_a_chain_cannot_be_changed():
     assert list(CHAIN.parameters()) == ["n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha"]
     assert (CHAIN.mu_s, CHAIN.sigma_mu) == (Fraction(3, 5), Fraction(1, 100))
-    again = Chain(**CHAIN.parameters())
-    assert (again, hash(again)) == (CHAIN, hash(CHAIN))
+    for again in (Chain(**CHAIN.parameters()), pickle.loads(pickle.dumps(CHAIN))):
+        assert (again, hash(again)) == (CHAIN, hash(CHAIN))
     with pytest.raises(FrozenInstanceError):
         again.n = 2
 
