@@ -319,8 +319,11 @@ class Verlet(Solver):
 
     Notes
     -----
-    Source: section Numerical method. Guarantee: none; as long as the itinerary is right, the error
-    of a rearrangement is O(dt) across events (O(dt**2) with `locate`).
+    Source: section Numerical method. Guarantee: none. As long as the itinerary is right, the error
+    of a rearrangement is O(dt) across events (O(dt**2) with `locate`). It never judges what its
+    step misses: `computed` says only that no comparison was undecided at this step. Where chains
+    amplify errors, a displacement of a few units may be off by one. A run with a smaller `dt`, or
+    `exact`, tells.
     """
 
     dt: Any = field(default=0.01)
