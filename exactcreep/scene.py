@@ -478,7 +478,7 @@ def _keys_within(table: str) -> Iterator[None]:
         field = error.field
         if field == table.rpartition(".")[2]:
             field = table
-        elif not field.startswith((f"{table}.", "chain.")):
+        elif not field.startswith((f"{table}.", "chain.", "drive.")):
             field = f"{table}.{field}"
         value, allowed = error.value, error.allowed
         several = isinstance(value, list) or (isinstance(value, str) and "," in value)

@@ -92,6 +92,16 @@ def test_a_scene_names_the_temperatures_of_places_along_its_chain(tmp_path: Path
         with pytest.raises(InputError) as refused:
             temperatures(*wrong)
         assert refused.value.field == "drive.temperature_column"
+    lead = {"material": "lead", "length": 6, "section": 1, "mu_d": "0.4", "mu_s": "0.5"}
+    solid = {**lead, "tan_alpha": "0.3", "contacts": 4, "time_unit": 60}
+    for takes_one in (
+        {"physical": solid},
+        {"chain": scene.tables["chain"], "run": {"solver": "sliding"}},
+    ):
+        drive = {"kind": "path", "theta": [["0.001", 0, 0]]}
+        with pytest.raises(InputError) as refused:
+            Scene.from_mapping({"drive": drive} | takes_one).experiment()
+        assert refused.value.field == "drive.theta"
 
 
 def test_a_record_is_looked_for_beside_the_scene_and_refused_by_key(tmp_path: Path) -> None:
