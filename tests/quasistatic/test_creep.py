@@ -61,6 +61,8 @@ def test_an_outcome_says_what_the_chain_does(
         assert told == velocity if math.isfinite(velocity) else told is None
     assert result.dataset.sizes["spring"] == chain.n - 1
     assert (result.half_cycles < drive.half_cycles) == (outcome is Outcome.RUNAWAY)
+    if outcome in (Outcome.CREEPING, Outcome.CYCLING):
+        assert ("to the end" in result.course) == (outcome is Outcome.CREEPING)
     if outcome in (Outcome.RUNAWAY, Outcome.AT_REST):
         assert result.outcome_evidence is ec.Evidence.COMPUTED
 
