@@ -422,10 +422,7 @@ def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> It
 
 
 def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
-    """Return the numbers of ``{ from, to, step }`` with both ends, as they are written.
-
-    A float counts as the decimal that Python prints; its binary value would never fit the step.
-    """
+    """Return the numbers of ``{ from, to, step }``, as written: a float is what Python prints."""
     if {*span} != _SPAN:
         raise InputError(key, dict(span), "must have from, to and step, and nothing else")
     numbers = {}

@@ -488,10 +488,7 @@ class Descent:
 
     @property
     def _weather(self) -> float:
-        """Standard deviation of the descent between years, mm; nan if the record is too short.
-
-        With less than five years it comes from differences between successive blocks of ten days.
-        """
+        """Standard deviation of the descent between years, mm; of few years from blocks of days."""
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
             return float(years.std(ddof=1))

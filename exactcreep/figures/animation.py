@@ -53,10 +53,7 @@ class RunAvalanche(NamedTuple):
 def largest_avalanche(
     experiment: Experiment, half_cycles: int = LOOKED_AT, limits: Limits = NO_LIMITS
 ) -> int:
-    """Return the number of the rearrangement with most events in the first half-cycles.
-
-    Rearrangements after a limit do not count. Raises `InputError` if there is none.
-    """
+    """Return the number of the largest rearrangement in the first half-cycles, or `InputError`."""
     total = min(half_cycles, experiment.drive.half_cycles)
     seen = advance(_simulation(experiment), experiment.drive, total, limits)
     numbers, events = np.unique(seen.recorded.get("event_rearrangement", ()), return_counts=True)
@@ -67,10 +64,7 @@ def largest_avalanche(
 
 
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
-    """Return rearrangement `number` of a run in closed form; its itinerary is checked.
-
-    Raises `InputError` if the run has no such rearrangement, or if a limit comes first.
-    """
+    """Return rearrangement `number` of a run in closed form (its itinerary is checked)."""
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
         left = limits.after(simulation.tally.events)

@@ -83,10 +83,7 @@ def run_data(run: Creep) -> dict[str, Any]:
 
 
 def motion_data(avalanche: RunAvalanche) -> dict[str, Any]:
-    """Return the motion of a rearrangement, ready for JSON.
-
-    It has some hundred instants and the events; the page interpolates between them with cubics.
-    """
+    """Return a rearrangement at its events and some hundred instants, ready for JSON."""
     motion, chain = avalanche.rearrangement, avalanche.experiment.chain
     events = np.array([float(event.time) for event in motion.events])
     spread = np.linspace(0.0, float(motion.duration), _MOMENTS)

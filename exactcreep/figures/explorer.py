@@ -93,11 +93,7 @@ def prepare() -> None:
 
 
 def preset_size(values: Mapping[str, Any], name: str) -> float:
-    """Return the size of the drive for one of `PRESETS`, in thousandths, to three digits.
-
-    It is nan if the sliders describe no chain, the chain has no threshold, or the size is outside
-    the slider's range.
-    """
+    """Return the size of the drive for one of `PRESETS`, in thousandths; nan if there is none."""
     try:
         threshold = threshold_of(experiment_of({**values, "size": 1.0}))
     except InputError:

@@ -299,10 +299,7 @@ def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any],
 
 @styled
 def draw_descent(descent: Descent, title: str = "") -> Figure:
-    """Draw the temperatures and the descent of the solid over time, for some years year by year.
-
-    A second panel compares the solid's contacts, many contacts, and the measured descent.
-    """
+    """Draw temperatures and descent over time, beside many contacts and the measured descent."""
     drive, moved = descent.result.drive, descent.millimetres
     dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
     time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]

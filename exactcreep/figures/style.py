@@ -60,10 +60,7 @@ def new_figure(width: float, height: float, title: str = "", dpi: int | None = N
 
 
 def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> None:
-    """Write a figure as PNG, PDF or SVG by the ending of its name, or raise `InputError`.
-
-    The file appears only when it is complete.
-    """
+    """Write a figure as PNG, PDF or SVG in one piece, or raise `InputError`."""
     target = Path(path)
     check_picture(target)
     drawn = io.BytesIO()

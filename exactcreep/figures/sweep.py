@@ -159,10 +159,7 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
 
 
 def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """Return the points of members of a scene without laws; each is the mean over the seeds.
-
-    `settings`: what varies among the members, by the keys of a scene; one mapping for each run.
-    """
+    """Return the points of members of a scene without laws; each is the mean over the seeds."""
     groups: dict[tuple[tuple[str, Any], ...], list[Creep]] = {}
     for run, setting in zip(runs, settings, strict=False):
         own = {key: value for key, value in setting.items() if key != SEED}

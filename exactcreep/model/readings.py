@@ -75,10 +75,7 @@ class Readings:
         cls, table: DataFrame, hours: Sequence[Fraction], *, file: str, unit: str, scale: Fraction,
         decimal: str, date_format: str,
     ) -> Readings:  # fmt: skip
-        """Return the readings of a table: its first column has the times, others temperatures.
-
-        For two columns of temperatures, `hours` are the hours after the date of a row.
-        """
+        """Return the readings of a table: times, and temperatures at `hours` after them."""
         rows, names, maximum = table.iloc[:, 0], [str(name) for name in table.columns[1:]], None
         times = _times_of(rows, date_format)
         if len(names) == 2:

@@ -85,11 +85,7 @@ class RecordFormat(NamedTuple):
 
 
 def guessed(path: Path) -> RecordFormat:
-    """Return the probable format of a CSV file of temperatures.
-
-    Raises `InputError` if it cannot be read, or has no column of times or of temperatures; the
-    sentence names the option that can specify it.
-    """
+    """Return the probable format of a CSV file; `InputError` names the option that is needed."""
     shown, doubts = str(path), dict[str, str]()
     data = unpacked(content_of(path, "file", MOST_BYTES), "file", shown, MOST_BYTES)
     try:

@@ -30,11 +30,7 @@ def unlike(parameters: Mapping[str, Any]) -> frozenset[str]:
 
 
 def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[str] = ()) -> None:
-    """Raise `InputError` for a chain that differs along its length in a respect not in `takes`.
-
-    `parameters`: as `Chain.parameters` returns them; `what`: the quantity that is derived for equal
-    sliders, as the subject of the sentence.
-    """
+    """Raise `InputError`, about `what`, if a chain differs in a respect that is not in `takes`."""
     differs = unlike(parameters)
     for name in (FRICTION, END_FORCES, EXPANSION):
         if name in differs and name not in takes:

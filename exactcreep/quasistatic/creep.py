@@ -273,10 +273,7 @@ def run_alone(
     limits: Limits = NO_LIMITS,
     checkpoint: Checkpoint | None = None,
 ) -> Creep:
-    """Run one experiment in this thread; Ctrl-C raises `Interrupted`.
-
-    If `checkpoint` was read from a file, the run continues from there.
-    """
+    """Run one experiment in this thread, or continue it from a checkpoint that was read."""
     kept = nullcontext() if checkpoint is None else checkpoint.writing([experiment])
     with kept, interrupts.deferred() as interrupted:
         own = replace(limits, interrupted=interrupted)

@@ -60,11 +60,7 @@ class _Room:
 
 
 class Group(Mapping[str, NDArray[Any]]):
-    """A dataset in an open file: its attributes, and its arrays by name, read on demand.
-
-    Labels, units and dimensions are not read. They take xarray most of its time to open a file, and
-    a result does not need them.
-    """
+    """A dataset in an open file, read on demand: attributes, and arrays by name, without labels."""
 
     def __init__(self, group: h5py.Group, room: _Room) -> None:
         self._group, self._room, self._read = group, room, dict[str, NDArray[Any]]()

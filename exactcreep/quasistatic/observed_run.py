@@ -210,10 +210,7 @@ class ObservedRun:
     def _velocity(
         self, ended: Behaviour, burn_in: int, mean: Enclosure | None
     ) -> tuple[float, float, Enclosure | None]:
-        """Return the velocity of a run that ended so, its standard error, and all its digits.
-
-        `mean` is the mean velocity after `burn_in` targets.
-        """
+        """Return the velocity of a run that ended so, its standard error, and all its digits."""
         if ended.outcome is Outcome.RUNAWAY:
             return math.copysign(math.inf, self.experiment.chain.heading), math.nan, None
         if mean is None:

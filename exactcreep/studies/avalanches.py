@@ -118,10 +118,7 @@ def edges_of(measure: str, low: float, high: float) -> Floats:
 
 
 def distribution(found: Avalanches, measure: str, edges: Floats | None = None) -> Distribution:
-    """Return the distribution of one of `MEASURES`; a logarithmic scale leaves out zeros.
-
-    The standard error is first order, from ratios of sums over blocks; nan for one block.
-    """
+    """Return the distribution of one of `MEASURES`, with errors from ratios of sums over blocks."""
     values, logarithmic = found.values[measure], MEASURES[measure].scale == "log"
     counted = (values > 0) | (not logarithmic)
     held = values[counted]

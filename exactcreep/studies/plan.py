@@ -183,11 +183,7 @@ def plan_scene(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
-    """Return the settings and the plan of every member of a scene that `max_seconds` allows.
-
-    A member whose pilot runs exceed the time has no plan. A scene that does not name a `record`
-    asks only for the velocity.
-    """
+    """Return the settings and the plan of every member of a scene that `max_seconds` allows."""
     plans: list[tuple[Mapping[str, Any], Plan]] = []
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     total, run = len(scene.settings()), scene.tables["run"]
@@ -356,10 +352,7 @@ def _pilots(
 
 
 def _total(half_cycles: int, pilots: Sequence[tuple[int, float]]) -> float:
-    """Return the cost of all half-cycles: further ones cost as much as the last pilot's.
-
-    The difference of the last two pilots excludes transients and the overhead of every run.
-    """
+    """Return the cost of all half-cycles, by the difference of the last two pilots."""
     (before, less), (reached, most) = [(0, 0.0), *pilots][-2:]
     rate = min(max(most - less, 0) / max(reached - before, 1), most / reached)
     return most + rate * (half_cycles - reached)

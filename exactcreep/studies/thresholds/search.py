@@ -175,10 +175,7 @@ def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
 
 
 def _in_floats(question: Question, low: Fraction, high: Fraction, begins: bool) -> Edge:
-    """Return an edge bisected in float64, or between points of the scan where creep never settles.
-
-    There the length of a transient changes from float to float, and bisection finds no edge.
-    """
+    """Return an edge bisected in float64, or between points of the scan if creep never settles."""
     if question.unsettled(high if begins else low):
         return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
     *_, bracket = bisected(low, high, _NARROW, lambda a: question.creeps(a) == begins)
@@ -267,10 +264,7 @@ class _Decimals(NamedTuple):
 
 
 def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> Edge:
-    """Return the edge between two neighbouring decimals, shown by two runs.
-
-    The search starts at the guess, then uses the float64 bracket, then looks outside it.
-    """
+    """Return the edge between neighbouring decimals: by the guess, the bracket, or outside it."""
     below, above = decimals.around(*bracket)
     if guess is not None:
         below, above = decimals.cell(guess)
