@@ -135,6 +135,7 @@ def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
 
 def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> None:
     results, target = [creep(TWO, SHORT, seed=seed) for seed in range(3)], tmp_path / "a.nc"
+    assert results[0] == creep(TWO, SHORT)
     results[1].save(target)
     with pytest.raises(ec.InputError):
         ec.Creep.load(tmp_path)
