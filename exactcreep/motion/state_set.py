@@ -301,6 +301,9 @@ def _fastest(haste: float, late: float) -> float:
 def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> tuple[float, float]:
     """Take the rows of a set through a motion and to its event; return the spread of its time.
 
+    State by state the event is later by ``-row / rate``, where `row` is the event's function, and
+    each number changes by its own rate times this delay.
+
     `rate`: slope of the event's function; `rows`: of a `StateSet`, in units of `unit`, changed in
     place; `own`: whether the rows are the set itself, and determine the event times of its states
     (else they are differences of states). Returns the distance of event times from the middle's, in

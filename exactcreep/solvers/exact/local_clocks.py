@@ -6,14 +6,15 @@ spreads by one slider every two orders. So a long window is expanded as a whole 
 *epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from their
 state at that time, and all others keep their series.
 
-With the remaining time r of the epoch, the neglected effect of an event eight sliders away is
-``J r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to
-fifteen away as if those beyond did not move: a velocity v at sixteen changes the stored margins by
-at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all movers
-``|w'| <= 2 w``, because K has the norm 4: J and v stay below ``exp(2 EPOCH)`` times the largest
-w seen. The sum over the events of an epoch is kept below `_BUDGET` friction forces, a quarter of
-the smallest rounding bound of a margin at rest; a velocity gains one more order, ``t / 17`` of
-that. Once half of it is spent, or a window is wilder than `_CALM`, all sliders are expanded anew.
+With the remaining time r of the epoch, the neglected effect of an event eight sliders away is ``J
+r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to fifteen
+away as if those beyond did not move: a velocity v at sixteen changes the stored margins by at most
+``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all movers ``|w'| <=
+2 w``, because ``|2 v'| <= 2 w`` and ``|v''| = |K v| <= 4 |v| <= 2 w``: J and v stay below ``exp(2
+EPOCH)`` times the largest w seen. The sum over the events of an epoch is kept below `_BUDGET`
+friction forces, a quarter of the smallest rounding bound of a margin at rest; the effect on a
+velocity is smaller by the factor t/17. Once half of it is spent, or a window is wilder than
+`_CALM`, all sliders are expanded anew.
 
 Each slider has a *key*: the time until which its margin is certified to stay in its range, or the
 time of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
@@ -62,7 +63,8 @@ _SIXTH, _SEVENTH = (EPOCH**k / math.factorial(k) for k in (6, 7))
 _TAIL = sum(2.0 ** (k - 8) * EPOCH**k / math.factorial(k) for k in range(8, 40))
 """Sum of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
 orders multiply a mover's by at most 4, and a force at rest has twice its neighbours' before."""
-_PIECES = 8
+_PIECES = 8  # most intervals in which one look examines a margin
+# work of an event and of a strip that begins an epoch, in units of about 5 ns
 _EVENT_WORK = 120
 _STRIP_WORK = 20
 _EARLY = 0.9
@@ -289,6 +291,7 @@ def _renew(cell, clock, series, now):
 
 @inlined
 def _soonest(cell, clock, now):
+    """Return the column with the first key; -1 if there is none."""
     blocks = _blocks(cell)
     first = blocks + now.epoch.left // 8
     last = blocks + now.epoch.right // 8
@@ -309,6 +312,7 @@ def _soonest(cell, clock, now):
 
 @inlined
 def _alone(cell, clock, now, time):
+    """Return whether only one slider has a key up to a time."""
     blocks = _blocks(cell)
     strip = -1
     for b in range(blocks + now.epoch.left // 8, blocks + now.epoch.right // 8 + 1):

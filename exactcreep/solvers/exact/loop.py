@@ -35,7 +35,7 @@ from exactcreep.solvers.exact.ramps import next_start, next_uneven_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
-_start_direction, _reversal, _is_before, _order, _, _driven = FLOATS
+_start_direction, _reversal, _is_before, _order, _leaves, _driven = FLOATS
 
 STEP_WORK = 40
 """Work of a step of a cluster, in units of about 5 ns."""
@@ -249,7 +249,8 @@ def _lone(cell, whole, deviate, now, log):
             return True
         length = speed * speed / (-2.0 * drive)
     elif speed == 0.0:
-        length = 2.0 * drive / stiff
+        at_once, _ = _leaves(drive, True, 0.0)
+        length = 0.0 if at_once else 2.0 * drive / stiff
     else:
         swing = math.sqrt(drive * drive + stiff * speed * speed)
         length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)

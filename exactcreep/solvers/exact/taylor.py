@@ -13,6 +13,11 @@ On ``[0, t]`` a margin is the cubic through its value and slope at both ends plu
 it stays in range if five numbers do. They are computed for eight sliders at a time; only a slider
 that fails is examined alone.
 
+The *candidate* is the slider whose margin seems to end first. All others are its *rivals*; a rival
+whose five numbers do not prove its margin is a *suspect*. A *fresh* slider has just started, with
+velocity zero; without any force beyond friction it is *forceless*. The *blur* of an event is the
+uncertainty of its time.
+
 Source: Eqs. 5-10; derivations/modes.py.
 """
 
@@ -51,7 +56,7 @@ _REACH = np.array(
     + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
     + [HORIZON]
 )
-"""Time for which the terms before order p suffice: the first neglected term is equally small."""
+"""Time for which the terms before order p suffice: the first neglected one is `_NEGLECTED`."""
 _SHORTEST = 12
 _LONGER = 4
 """A series has 12, 16, 20 or 24 terms, by the expected time of its event."""
@@ -172,7 +177,8 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
 
     The series' rows at the end of the step hold the values at t. The search uses Newton steps and
     bisection, with a certificate for every piece left behind. A piece as short as a rounding error
-    that is neither clear nor crossed is a graze: undecided, no crossing.
+    that is neither clear nor crossed is a graze: undecided; a mover stops there, a resting slider
+    stays.
     """
     moving = cell[layout.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
@@ -371,7 +377,8 @@ def _together(cell, whole, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
     Returns their number, and the blur of t. All contenders are examined again once t is known,
-    because the order of finding them must not matter.
+    because the order of finding them must not matter: the first
+    turn finds how far t is off, the second keeps the sliders within it.
     """
     missed = 0.0  # distance from the end of their range of the margins that determine t
     blur = 0.0
@@ -506,7 +513,7 @@ def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, ev
 
 
 @inlined
-def _look_after(cell, whole, series, now, first, strips, events, blur, t):
+def _count_possible_ties(cell, whole, series, now, first, strips, events, blur, t):
     """Count the sliders whose event may come before the events at t, which are known to `blur`."""
     for s in range(strips):
         i = first + WIDTH * s
@@ -568,7 +575,7 @@ def step(cell, whole, series, now, first, last):
         if own_event or soonest <= t:
             events, blur = _together(cell, whole, series, now, first, contenders, t)
     if events > 0:
-        _look_after(cell, whole, series, now, first, strips, events, blur, t)
+        _count_possible_ties(cell, whole, series, now, first, strips, events, blur, t)
     for s in range(strips):
         i = first + WIDTH * s
         row = SERIES * s
