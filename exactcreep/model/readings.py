@@ -35,6 +35,7 @@ _FIRST_YEAR, _LAST_YEAR = 1700, 2200  # the range of dates counted in nanosecond
 _ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
 _UNITS = {"C": "degrees Celsius", "K": "kelvin"}
 _NONE = np.array([], np.intp)
+_DAY = 86400  # seconds
 
 
 class RecordWarning(UserWarning):
@@ -186,7 +187,8 @@ class Readings:
         if kind == "late":
             said = f"must be later than {self.written[k - 1]} before it{many}"
         elif kind == "gap":
-            unit, size = (" days", 86400) if self.dated else ("", 1)
+            unit, size = (" hours", 3600) if self._usual < _DAY else (" days", _DAY)
+            unit, size = (unit, size) if self.dated else ("", 1)
             step, usual = self._steps[k] / size, self._usual / size
             after = self._at(k - 1).partition(" ")[2]
             said = f"is {step:.4g}{unit} after {after}, where {usual:.4g} is usual, a gap{many}"
