@@ -385,7 +385,8 @@ def pipeline(
 ) -> Pipeline:
     """Return a pipeline on a seabed with its chain (``pipeline(...).chain``).
 
-    With cells of length a, forces have the unit W a, lengths ``W a^2/EA``, and ``l0 = EA/(W a)``.
+    The pipe is cut into cells of length a, with one slider each. The unit of force is ``W a``, the
+    unit of length is ``W a^2/EA``, and ``l0 = EA/(W a)``.
 
     Parameters
     ----------

@@ -630,8 +630,9 @@ def physical(
     section : number
         Cross section S, m^2. It does not affect the descent.
     mu_d, mu_s : number or pair of numbers
-        Friction coefficients. A pair is an interval: the chain has its middle, and
-        `Descent.interval` has the rates at both ends of `mu_d`, with all friction scaled alike.
+        Friction coefficients. A pair is the lower and upper end of an interval; the chain has its
+        middle. `Descent.interval` has the descents per year at both ends of `mu_d`, with all
+        friction scaled by the same factor.
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
     material : str

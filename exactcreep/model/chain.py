@@ -74,7 +74,8 @@ class Chain(Shown):
     tan_alpha : number
         Tangent of the angle of the incline; if negative, slider 1 is the lower one.
     end_forces : two numbers
-        Constant forces on the first and on the last slider, positive downhill, unit ``m g``.
+        Constant forces on the first and on the last slider, unit ``m g``; positive towards the last
+        slider, which is downhill if `tan_alpha` > 0.
     expansion : sequence of number, shape (n - 1,), optional
         Expansion of each spring relative to theta: spring k has the natural length
         ``l0 (1 + expansion[k] theta)``. Default: 1 for every spring.

@@ -200,7 +200,8 @@ class Cycles(Drive):
     Parameters
     ----------
     amplitude : number
-        The largest dilation A, ``kappa`` times the temperature change; not negative, exact.
+        Largest dilation A: the thermal expansion coefficient times half the difference between the
+        highest and the lowest temperature; not negative, exact.
     cycles : int
         At least 1.
 

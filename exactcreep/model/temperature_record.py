@@ -82,11 +82,11 @@ class TemperatureRecord(Listed):
     Raises
     ------
     InputError
-        If an option is out of range; or if a reading is missing, is not later than the previous
-        one, follows a gap (a step longer than 1.5 times the usual step, which nine steps in ten do
-        not exceed), or is an outlier (it differs from the median of its four neighbours by 15 K,
-        and by 5 times as much as nine readings in ten); or if the minimum is above the maximum on
-        more than one day in a hundred.
+        If an option is out of range; if a reading is missing, is not later than the previous one,
+        follows a gap, or is an outlier; or if the minimum is above the maximum on more than one day
+        in a hundred. Nine steps in ten do not exceed the usual step; a gap is longer than 1.5 usual
+        steps. An outlier differs by more than 15 K from the median of five readings (itself and two
+        on each side), and by more than 5 times what nine readings in ten do not exceed.
 
     Attributes
     ----------

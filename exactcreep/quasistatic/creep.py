@@ -131,8 +131,8 @@ def creep(
     solver : str
         A name in `exactcreep.solvers.registry.SOLVERS`.
     start : State, optional
-        Initial state. Default: the relaxed chain. If sliders exceed their threshold, they first
-        move until all rest, at the same theta.
+        Initial state. Default: the relaxed chain (theta = 0, no tensions). If the force on a slider
+        exceeds its static friction, the sliders first move until all rest; theta stays the same.
     record : sequence of str
         Any of ``x_G`` (displacement of the centre of mass), ``x`` (of each slider), ``tension`` (of
         each spring), ``slips`` (of each slider), at every target; and the tables ``events``,
@@ -143,8 +143,9 @@ def creep(
         cycles. Default: none for a Path or a TemperatureRecord; for other drives a tenth of the
         targets, at least 2.
     twin : bool
-        Whether the perturbed copies, which give `trusted_half_cycles`, are followed until one of
-        them differs from the run. Default: for at most 16,384 events of each copy.
+        Slightly perturbed copies of the run show up to which half-cycle its trajectory is known
+        (`Creep.trusted_half_cycles`). True: follow the copies until one of them differs from the
+        run. Default: follow each copy for at most 16,384 events.
     accuracy : number, optional
         Stop when the mean velocity has this relative error at 95 %. The error is tested after 128
         targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the
@@ -172,8 +173,8 @@ def creep(
         - ``RUNAWAY``: proved: no slider ever stops again, or the chain never comes to rest
           (`reason` says which);
         - ``LIMIT``: a limit was reached; `reason` says which. Recorded data may take half of the
-          free memory. If friction cannot hold the chain (equal sliders: tan_alpha >= mu_d), or
-          |theta| reaches 1, about a million events without reaching a target end the run;
+          free memory. The run also ends after about a million events without a new target if
+          friction cannot hold the chain (equal sliders: tan_alpha >= mu_d) or |theta| reaches 1;
         - ``AT_REST``: no event in the last whole cycle, hence never again; for drives other than
           Cycles, no event after the burn-in;
         - ``CREEPING``: every slider has moved in the same direction between two cycle ends at which

@@ -72,8 +72,9 @@ def sweep(
     Parameters
     ----------
     scene : Scene, name of a built-in scene, path, or list
-        The grid is spanned by `[vary]`, which may include ``run.seed``. A list of experiments, or
-        of pairs of a chain and a drive, is numbered along the dimension ``experiment``.
+        The table `[vary]` of the scene lists values of its keys, e.g. of ``run.seed``. Each
+        combination is a member of the scene, and its run is a cell of the grid. A list of
+        experiments, or of pairs of a chain and a drive, is numbered along ``experiment``.
     executor : concurrent.futures.Executor, optional
         Computes the cells: threads, processes, or a cluster (see
         `exactcreep.studies.dask_cluster`). It is not shut down.

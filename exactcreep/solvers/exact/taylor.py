@@ -13,10 +13,9 @@ On ``[0, t]`` a margin is the cubic through its value and slope at both ends plu
 it stays in range if five numbers do. They are computed for eight sliders at a time; only a slider
 that fails is examined alone.
 
-The *candidate* is the slider whose margin seems to end first. All others are its *rivals*; a rival
-whose five numbers do not prove its margin is a *suspect*. A *fresh* slider has just started, with
-velocity zero; without any force beyond friction it is *forceless*. The *blur* of an event is the
-uncertainty of its time.
+The *candidate* is the slider whose margin seems to end first, its *rivals* are all others. A
+*suspect* is a rival whose five numbers do not prove its margin. A *fresh* slider has just started,
+with velocity zero; without any force beyond friction it is *forceless*.
 
 Source: Eqs. 5-10; derivations/modes.py.
 """

@@ -64,14 +64,13 @@ def fate(
     amplitude : number
         Amplitude A of the cycles +A, -A.
     start : State, optional
-        Default: the relaxed chain. If sliders exceed their threshold, they first move until all
-        rest, at the same theta.
+        Initial state, as for `creep`. Default: the relaxed chain (theta = 0, no tensions).
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) detects
-        that the forces return with a period up to 1000: exactly, or to within rounding in 100
-        successive cycles.
+        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) looks
+        for forces that return after at most 1000 cycles: in all digits, or to within rounding in
+        100 successive cycles.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional

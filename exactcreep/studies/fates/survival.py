@@ -326,6 +326,8 @@ def survival(
 ) -> Survival:
     """Follow many starts under temperature cycles and return how long each start creeps.
 
+    A start is an initial state: the chain at theta = 0 with small random tensions.
+
     Parameters
     ----------
     chain : Chain
@@ -366,9 +368,10 @@ def survival(
 
     Notes
     -----
-    Without disorder a start is arrested when its tensions return without an advance, or approach
-    such a cycle like 1/k (see `Fate.marginal`). With disorder tensions never return, and only rest
-    counts: a chain in which only the ends slip is dormant, and may wake up.
+    Without disorder a start is arrested when its tensions return without an advance, or when their
+    distance from such a cycle falls like 1/k in cycle k (see `Fate.marginal`). With disorder
+    tensions never return; a start is then arrested if no slider slips any more. A chain in which
+    only the end sliders slip is dormant, and may creep again.
 
     Guarantee: results do not depend on the executor or the number of threads. A chaotic
     float64 trajectory is not the exact solution; its statistics are those of exact solutions.

@@ -182,15 +182,16 @@ def threshold(
 ) -> Threshold:
     """Find the first amplitude in a scan above which a relaxed chain creeps for ever.
 
-    Above this amplitude there may be ranges in which the chain rests. With `after`, find the first
-    amplitude above which the chain advances in cycle `after`; later it may stop advancing. For long
-    chains, which creep chaotically, use `survival`; for chains with disorder, use `intercept`.
+    This amplitude is called the edge; above it there may be ranges in which the chain rests. With
+    `after`, find the first amplitude above which the chain advances in cycle `after`; the chain may
+    stop advancing later. For long chains, which creep chaotically, use `survival`; for chains with
+    disorder, use `intercept`.
 
     Parameters
     ----------
     chain : Chain
-        Without disorder, and unless `after` is given with at most five sliders. Friction and
-        expansion may differ, and end forces may act.
+        Without disorder. At most five sliders, unless `after` is given or ``mu_s = mu_d``. Friction
+        may differ from slider to slider, expansion from spring to spring; end forces may act.
     after : int, optional
         Number of cycles. In the last one x_G has to advance by more than 1e-6 g tau_dyn**2
         downhill, or in the direction of weight and end forces. Default: the chain has to creep for
@@ -198,9 +199,9 @@ def threshold(
     digits : int
         Number of known significant digits of the edge; `lower` and `upper` have two more.
     low, high : number, optional
-        Ends of the scan. Default: 1/2 and 2 times Eq. 22, extended to N times the amplitude at
-        which the relaxed chain first slips if nothing creeps, and to 0 if the chain creeps at the
-        lower end.
+        Ends of the scan. Default: 1/2 and 2 times Eq. 22. If nothing creeps there, the scan goes on
+        to N times the amplitude at which the relaxed chain first slips. If the chain creeps at the
+        lower end, the scan is extended down to 0.
     points : int
         Number of equal steps of the scan.
     bracket : pair of numbers, optional
@@ -231,8 +232,8 @@ def threshold(
     Notes
     -----
     Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
-    advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan:
-    nothing is claimed between its points. With ``mu_s = mu_d`` the sliding limit decides exactly:
+    advance in that cycle) at `lower`, and does at `upper`. The edge is the first one in the scan;
+    the scan may miss edges between two of its points. With ``mu_s = mu_d`` the result is exact:
     creep for ever begins at N m/(2 l0); odd chains with ``N abs(tan_alpha) <= mu_d`` never creep.
 
     Examples
