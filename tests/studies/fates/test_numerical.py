@@ -41,6 +41,18 @@ def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude:
     assert kinds["stop"] == kinds["start"] == run.recorded["slips"][2 * settled :].sum()
 
 
+@pytest.mark.parametrize(("n", "amplitude"), [(4, "0.00095"), (5, "0.000765")])
+def test_forces_that_return_to_within_rounding_tell_the_proved_period_undecided(
+    n: int, amplitude: str
+) -> None:
+    """Five sliders come to their cycle from either side, so that two periods return first."""
+    found, proved = (fate(captions(n), amplitude, solver=s) for s in ("exact", "certified"))
+    assert (found.evidence, proved.evidence) == (Evidence.UNDECIDED, Evidence.PROVED)
+    assert "not bit for bit" in found.reason
+    assert (found.outcome, found.period) == (proved.outcome, proved.period)
+    assert found.velocity == pytest.approx(proved.velocity, rel=1e-12)
+
+
 @pytest.mark.parametrize("solver", ["certified", "exact"])
 @pytest.mark.parametrize("scale", [1, Fraction(1, 10**12), Fraction(1, 10**40)])
 def test_a_chain_with_hardly_any_friction_advances_as_others_do(
