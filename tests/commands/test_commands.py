@@ -158,8 +158,10 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
-        ("sweep two-sliders-cycles --set vary.run.seed=[1] --workers 2 --scheduler x",
-         "workers = '2': cannot be given together"),
+        (
+            "sweep two-sliders-cycles --set vary.run.seed=[1] --workers 2 --scheduler x",
+            "workers = '2': cannot be given together",
+        ),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among"),
         ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep
 from exactcreep.figures.style import VELOCITY
-from exactcreep.figures.sweep import STAIRCASE, draw_sweep
+from exactcreep.figures.sweep import STAIRCASE, draw_sweep, points_of
 from exactcreep.laws import differing_velocity, sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
@@ -121,3 +121,17 @@ def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> Non
             exactcreep.plot_sweep(part)
     with pytest.raises(InputError, match="other than the seed"):
         exactcreep.plot_sweep(swept(vary__run__seed=[1, 2]))
+
+
+def test_the_sliding_limit_of_the_same_random_steps_takes_their_scatter_out() -> None:
+    vary = {"vary.chain.tan_alpha": ["0.2"], "vary.run.seed": [*range(8)], "drive.steps": 4}
+    grid = sweep(load_scene("two-sliders-angle").with_settings(vary), workers=1)
+    scatter = np.random.default_rng(1).normal(0, 5, grid.velocity.shape)
+    given = {"n": 2, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.2, "sigma_theta": 0.01}
+    law = float(sliding_velocity_random(**given))
+    own = grid.assign(velocity=grid.velocity * 0 + scatter + law + 0.25)
+    known = own.assign(velocity_sliding=own.velocity * 0 + scatter + law)
+    (alone,), (beside,) = points_of(own), points_of(known)
+    assert beside.measured == pytest.approx(law + 0.25, abs=1e-12)
+    assert beside.error < 1e-12
+    assert alone.measured == pytest.approx(law + 0.25 + scatter.mean(), abs=1e-12)
