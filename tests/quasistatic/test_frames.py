@@ -32,6 +32,11 @@ def test_the_frames_of_a_run_have_its_rows(run: Creep) -> None:
     assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
 
 
+def test_every_quantity_of_a_run_says_its_unit_and_what_it_is(run: Creep) -> None:
+    for quantity in run.dataset.data_vars.values():
+        assert {"units", "long_name"} <= quantity.attrs.keys()
+
+
 def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> None:
     still = creep(CHAIN, Cycles("0.00001", 1), record=tuple(LOGS))
     for table in LOGS:
