@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -36,8 +36,9 @@ def run_members(
         (experiment,) = experiments
         return [run_alone(experiment, progress=progress, limits=limits, checkpoint=checkpoint)]
     continued: Mapping[int, Any] = {} if checkpoint is None else checkpoint.runs
-    experiments = experiments if checkpoint is None else [*experiments]
-    kept = nullcontext() if checkpoint is None else checkpoint.writing([*experiments])
+    kept: AbstractContextManager[None] = nullcontext()
+    if checkpoint is not None:
+        kept = checkpoint.writing(experiments := [*experiments])
     results: dict[int, Creep] = {}
     heard: dict[int, Progress] = {}
     say = reporter(progress)

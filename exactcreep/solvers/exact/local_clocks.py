@@ -6,14 +6,14 @@ spreads by one slider every two orders. So a long window is expanded as a whole 
 *epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from their
 state at that time, and all others keep their series.
 
-With the remaining time r of the epoch, the neglected effect of an event eight sliders away is ``J
-r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to fifteen
-away as if those beyond did not move: a velocity v at sixteen changes the stored margins by at most
-``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all movers ``|w'| <=
-2 w``, because ``|2 v'| <= 2 w`` and ``|v''| = |K v| <= 4 |v| <= 2 w``: J and v stay below ``exp(2
-EPOCH)`` times the largest w seen. The sum over the events of an epoch is kept below `_BUDGET`
-friction forces, a quarter of the smallest rounding bound of a margin at rest; the effect on a
-velocity is smaller by the factor t/17. Once half of it is spent, or a window is wilder than
+With the remaining time r of the epoch, the neglected effect of an event eight sliders away is
+``J r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to
+fifteen away as if those beyond did not move: a velocity v at sixteen changes the stored margins by
+at most ``v r**17 / 17!``, less than the jump does. With ``w = max(2 |v|, |v'|)`` over all movers
+``|w'| <= 2 w``, because ``|2 v'| <= 2 w`` and ``|v''| = |K v| <= 4 |v| <= 2 w``: J and v stay below
+``exp(2 EPOCH)`` times the largest w seen. The sum over the events of an epoch is kept below
+`_BUDGET` friction forces, a quarter of the smallest rounding bound of a margin at rest; the effect
+on a velocity is smaller by the factor t/17. Once half of it is spent, or a window is wilder than
 `_CALM`, all sliders are expanded anew.
 
 Each slider has a *key*: the time until which its margin is certified to stay in its range, or the

@@ -376,8 +376,8 @@ def _together(cell, whole, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound.
 
     Returns their number, and the blur of t. All contenders are examined again once t is known,
-    because the order of finding them must not matter: the first
-    turn finds how far t is off, the second keeps the sliders within it.
+    because the order of finding them must not matter: the first turn finds how far
+    t is off, the second keeps the sliders within it.
     """
     missed = 0.0  # distance from the end of their range of the margins that determine t
     blur = 0.0
