@@ -1,11 +1,9 @@
 """Checkpoints: a run goes on from its file bit for bit, and a file that is none is refused."""
 
+import itertools
 import os
 import random
 import socket
-import sys
-import warnings
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,9 +16,10 @@ from exactcreep import Path as Targets
 from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
 from exactcreep.quasistatic.creep import resume, run_alone
 from tests.paper import paper_chain
-from tests.processes import begun, wait_until
+from tests.processes import PROGRAM, begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO
 
+pytestmark = pytest.mark.filterwarnings("ignore")
 ALL = (*RECORDS, "rearrangements", "slip_table")
 LONG = paper_chain(100)
 RUNS: list[dict[str, Any]] = [
@@ -35,13 +34,6 @@ RUNS: list[dict[str, Any]] = [
     {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips"),
      "start": State.prepared(SIX, theta=Fraction(1, 3000))},
 ]  # fmt: skip
-
-
-@pytest.fixture(autouse=True)
-def _quietly() -> Iterator[None]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
 
 
 @pytest.mark.parametrize("run", RUNS, ids=range(len(RUNS)))
@@ -108,37 +100,23 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file, whole = tmp_path / "run.ckpt", creep(SIX, Cycles("0.005", 20))
-    sync, calls = os.fsync, []
+    calls = itertools.count(1)
 
     def full(descriptor: int) -> None:
-        calls.append(descriptor)
-        if len(calls) > 2:  # the file is begun, and its folder knows of it
+        if next(calls) > 2:  # the file is begun, and its folder knows of it
             raise OSError(28, "No space left on device")
-        sync(descriptor)
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.warns(
-        CheckpointWarning, match="resume goes on from what it holds; the run"
-    ) as seen:
+    with pytest.warns(CheckpointWarning, match="resume goes on from what it holds") as seen:
         result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0, force=True)
     assert len(seen) == 1
-    assert result == whole
-    assert resume(file) == whole
+    assert result == whole == resume(file)
 
 
-_ENDLESS = """
-import sys
-from exactcreep import Chain, Cycles, creep
-creep(Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), Cycles("0.01", 10**9),
-      checkpoint=sys.argv[1], every=0)
-"""
-
-
-def test_a_second_process_is_refused_while_a_run_writes_and_goes_on_when_it_was_killed(
-    tmp_path: Path,
-) -> None:
+def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path) -> None:
     file, linked = tmp_path / "run.ckpt", tmp_path / "link"
-    with begun(sys.executable, "-c", _ENDLESS, str(file)) as process:
+    endless = "run two-sliders-cycles --set drive.cycles=1e9 --every 0 --checkpoint"
+    with begun(*PROGRAM, *endless.split(), str(file)) as process:
         wait_until(lambda: file.exists() and file.stat().st_size > 50_000, process)
         linked.symlink_to(file)
         named = f"is being written by process {process.pid} on {socket.gethostname()}"
@@ -151,11 +129,7 @@ def test_a_second_process_is_refused_while_a_run_writes_and_goes_on_when_it_was_
         process.kill()
         process.wait()
     assert str(process.pid) in (tmp_path / ".run.ckpt.lock").read_text()  # left behind
-    reached = resume(file, max_events=1)
-    assert reached.outcome is Outcome.LIMIT
-    assert reached.half_cycles > 0
-    further = resume(file, max_events=reached.event_count + 1000)
-    assert further.half_cycles > reached.half_cycles
+    assert resume(file, max_events=1).half_cycles > 0
 
 
 def test_a_file_that_was_written_since_it_was_read_is_not_written(tmp_path: Path) -> None:

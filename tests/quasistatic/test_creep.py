@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,19 +13,10 @@ import pytest
 import xarray as xr
 
 import exactcreep as ec
-from exactcreep import (
-    Chain,
-    Creep,
-    Cycles,
-    GaussianSteps,
-    InputError,
-    Outcome,
-    State,
-    creep,
-    resume,
-)
-from exactcreep.quasistatic.creep import PhysicsWarning
+from exactcreep import Creep, Cycles, Evidence, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep.quasistatic.creep import PhysicsWarning, resume, run_alone
 from exactcreep.quasistatic.creep_result import load_members, save_members
+from exactcreep.studies.compare import shortened
 from tests.paper import paper_chain
 from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
 
@@ -64,7 +54,7 @@ def test_an_outcome_says_what_the_chain_does(
     if outcome in (Outcome.CREEPING, Outcome.CYCLING):
         assert ("to the end" in result.course) == (outcome is Outcome.CREEPING)
     if outcome in (Outcome.RUNAWAY, Outcome.AT_REST):
-        assert result.outcome_evidence is ec.Evidence.COMPUTED
+        assert result.outcome_evidence is Evidence.COMPUTED
 
 
 def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_before() -> None:
@@ -94,7 +84,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
         start = with_coefficients(creep(TWO_SURE, cycle, start=start).state, 0.55, 0.55)
     first = creep(TWO_SURE, cycle, start=start, solver=solver)
     assert first.state.tensions.astype(float).tolist() == start.tensions.tolist()
-    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, ec.Evidence.UNDECIDED)
+    assert (first.outcome, first.outcome_evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
     later = creep(TWO_SURE, replace(cycle, cycles=9), start=start, solver=solver)
     assert (later.outcome, later.since) == (Outcome.AT_REST, 1)
 
@@ -109,26 +99,30 @@ SAVED: dict[str, dict[str, Any]] = {
     "accuracy": {"chain": SIX, "drive": Cycles("0.002", 20), "accuracy": "0.001"},
     "certified": {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "certified",
                   "record": RECORDS},
-    "sliding": {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding"},
+    "exact": {"chain": SIX, "drive": Cycles("0.004", 60), "seed": 3, "record": ("events", "x")},
+    "sliding": {"chain": SIX, "drive": GaussianSteps("0.002", 120), "solver": "sliding"},
 }  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
 @pytest.mark.parametrize("run", SAVED)
-def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
+def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
+    run: str, tmp_path: Path
+) -> None:
     given = SAVED[run]
     result = creep(**given)
     result.save(tmp_path / "a.nc")
-    loaded = ec.Creep.load(tmp_path / "a.nc")
+    loaded = Creep.load(tmp_path / "a.nc")
     assert loaded == result
     assert loaded != replace(result, slip_count=1)
     assert loaded.dataset.identical(result.dataset)
     assert loaded.summary() == result.summary()
     assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").identical(result.dataset)
     known = loaded.experiment
-    again = creep(known.chain, known.drive, seed=known.seed, start=known.start, solver=known.solver,
-                  record=known.record, accuracy=known.accuracy, **known.options)  # fmt: skip
-    assert again == result
+    assert run_alone(known) == result
+    for targets in (1, 2, result.half_cycles // 2, result.half_cycles):
+        short = replace(known, drive=shortened(known.drive, targets), accuracy=None)
+        assert result.state_at(short.drive.half_cycles) == run_alone(short).state
     if "start" in given:
         assert known.initial.tensions[0] == Fraction(1, 3)
 
@@ -137,15 +131,15 @@ def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> No
     results, target = [creep(TWO, SHORT, seed=seed) for seed in range(3)], tmp_path / "a.nc"
     assert results[0] == creep(TWO, SHORT)
     results[1].save(target)
-    with pytest.raises(ec.InputError):
-        ec.Creep.load(tmp_path)
-    with pytest.raises(ec.InputError, match="exists"):
+    with pytest.raises(InputError):
+        Creep.load(tmp_path)
+    with pytest.raises(InputError, match="exists"):
         results[0].save(target)
-    assert ec.Creep.load(target) == results[1]
+    assert Creep.load(target) == results[1]
     save_members(results, target, force=True)
     assert load_members(target) == results
-    with pytest.raises(ec.InputError, match="holds 3 members"):
-        ec.Creep.load(target)
+    with pytest.raises(InputError, match="holds 3 members"):
+        Creep.load(target)
 
 
 def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
@@ -162,45 +156,22 @@ def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
         assert creep(close, Cycles("0.001", 5), start=pressed).warnings["crossings"] == 10
 
 
-@pytest.mark.parametrize(
-    ("chain", "drive", "solver", "options"),
-    [
-        (SIX, Cycles("0.004", 60), "exact", {"record": ("events", "x")}),
-        (SIX, GaussianSteps("0.002", 120), "sliding", {}),
-        (TWO, GaussianSteps("0.001", 9), "certified", {}),
-        (TWO, Cycles("0.001", 5), "verlet", {"dt": "1/32"}),
-    ],
-)
-def test_the_state_after_any_half_cycle_is_that_of_a_run_that_ends_there(
-    chain: Chain, drive: Any, solver: str, options: Mapping[str, Any]
+def test_few_states_are_saved_from_which_all_follow_given_up_resumed_or_loaded(
+    tmp_path: Path,
 ) -> None:
-    run = creep(chain, drive, seed=3, solver=solver, **options)
-    experiment = run.experiment
-    simulation = experiment.algorithm.simulation(chain, experiment.initial, run.seed, ())
-    for half_cycle in range(1, run.half_cycles + 1):
-        simulation.follow(drive, half_cycle, 1)
-        if half_cycle in (1, 2, run.half_cycles // 2, run.half_cycles):
-            assert run.state_at(half_cycle) == simulation.state()
-
-
-def test_a_result_saves_few_states_one_of_them_of_its_later_half() -> None:
-    run = creep(SIX, Cycles("0.004", 3000), record=())
-    assert len(run.saved) < 40
-    assert run.half_cycles / 2 <= max(run.saved) <= run.half_cycles
-    late = max(target for target in run.saved if target < run.half_cycles) + 1
-    assert run.state_at(late) == replace(run, saved={}).state_at(late)
-
-
-def test_a_run_that_was_given_up_or_resumed_or_loaded_knows_its_states(tmp_path: Any) -> None:
-    drive, kept = Cycles("0.004", 40), tmp_path / "run.ckpt"
-    whole = creep(SIX, drive)
-    part = creep(SIX, drive, max_events=whole.event_count // 2, checkpoint=kept)
+    drive, kept = Cycles("0.004", 800), tmp_path / "run.ckpt"
+    whole = creep(SIX, drive, record=())
+    assert len(whole.saved) < 40
+    assert whole.half_cycles / 2 <= max(whole.saved) <= whole.half_cycles
+    part = creep(SIX, drive, record=(), max_events=whole.event_count // 2, checkpoint=kept)
     assert part.half_cycles < whole.half_cycles
     gone_on = resume(kept)
     gone_on.save(tmp_path / "run.nc")
     loaded = Creep.load(tmp_path / "run.nc")
-    for half_cycle in (0, 5, part.half_cycles):
-        state = whole.state_at(half_cycle)
-        assert all(run.state_at(half_cycle) == state for run in (part, gone_on, loaded))
+    late = max(target for target in whole.saved if target < whole.half_cycles) + 1
+    for half_cycle in (0, 5, part.half_cycles, late):
+        state = replace(whole, saved={}).state_at(half_cycle)
+        knowing = [run for run in (whole, part, gone_on, loaded) if run.half_cycles >= half_cycle]
+        assert all(run.state_at(half_cycle) == state for run in knowing)
     with pytest.raises(InputError, match="half_cycle"):
         part.state_at(part.half_cycles + 1)

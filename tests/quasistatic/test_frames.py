@@ -21,7 +21,7 @@ def run() -> Creep:
     return creep(CHAIN, Cycles("0.005", 4), seed=3, record=RECORD)
 
 
-def test_the_frames_of_a_run_have_its_rows(run: Creep) -> None:
+def test_the_frames_of_a_run_have_its_rows_with_units_and_names(run: Creep) -> None:
     events, avalanches = run.to_pandas("events"), run.to_pandas("rearrangements")
     assert len(avalanches) == run.rearrangements
     assert avalanches["slips"].sum() == run.slip_count == len(run.to_pandas("slip_table"))
@@ -31,15 +31,10 @@ def test_the_frames_of_a_run_have_its_rows(run: Creep) -> None:
     assert set(events["kind"]) == {"start", "stop"}
     assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
 
-
-def test_every_quantity_of_a_run_says_its_unit_and_what_it_is(run: Creep) -> None:
     for quantity in run.dataset.data_vars.values():
         assert {"units", "long_name"} <= quantity.attrs.keys()
-
-
-def test_a_run_in_which_nothing_happened_has_tables_without_rows(run: Creep) -> None:
     still = creep(CHAIN, Cycles("0.00001", 1), record=tuple(LOGS))
-    for table in LOGS:
+    for table in LOGS:  # nothing happened: no rows, and the same columns
         own = still.to_pandas(table)
         assert len(own) == 0
         assert own.dtypes.to_dict() == run.to_pandas(table).dtypes.to_dict()
