@@ -59,9 +59,10 @@ def shares(axes: Axes) -> list[tuple[float, float]]:
     return [(low, high) for low, high in ends.tolist() if np.isfinite(high - low) and high > low]
 
 
-def line(axes: Axes, label: str) -> np.ndarray:
-    """Return the places of the one line whose label has these words, shape (2, points)."""
-    (found,) = (one for one in axes.lines if label in str(one.get_label()))
+def line(axes: Axes, which: str | int) -> np.ndarray:
+    """Return the places of a line, by number or by words of its label alone, shape (2, points)."""
+    named = [one for one in axes.lines if str(which) in str(one.get_label())]
+    (found,) = [axes.lines[which]] if isinstance(which, int) else named
     return np.asarray(found.get_xydata()).T
 
 

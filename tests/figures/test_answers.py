@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import date, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -46,26 +45,25 @@ def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
     start = State.prepared(chain, ["0.1", "0.2"])
     settled = fate(chain, "0.00048", start=start, solver="exact")
     above, below = assert_shows_data(draw_fate(settled), framed=True).axes
-    course, edge = above.lines
     cycles = settled.settled_after + max(2 * settled.period, settled.settled_after // 5, 5)
     run = creep(chain, Cycles("0.00048", cycles), start=start, record=("x_G", "tension"))
-    assert_allclose(course.get_ydata(), [0.0, *run.recorded["x_G"][1::2]])
-    assert edge.get_xdata()[0] == below.lines[2].get_xdata()[0] == settled.settled_after
+    time, ends = np.arange(cycles + 1), slice(1, None, 2)
+    assert_allclose(line(above, 0), [time, [0.0, *run.recorded["x_G"][ends]]])
     for spring, first in enumerate((0.1, 0.2)):
-        tension = run.recorded["tension"][1::2, spring]
-        assert_allclose(below.lines[spring].get_ydata(), [first, *tension])
+        tension = run.recorded["tension"][ends, spring]
+        assert_allclose(line(below, spring), [time, [first, *tension]])
+    assert line(above, 1)[0, 0] == line(below, 2)[0, 0] == settled.settled_after
     assert settled.finding in above.figure.get_suptitle()
 
 
 def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> None:
     (axes,) = draw_survival(made([10, 20, 20, 50], [15, 60])).axes
-    curve, censored = axes.lines
-    assert_allclose(curve.get_xdata(), [0, 10, 15, 20, 50, 60])
-    assert_allclose(curve.get_ydata(), [1, 5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24])
-    assert_allclose(censored.get_xydata(), [[15, 5 / 6], [60, 5 / 24]])
+    steps = [[0, 10, 15, 20, 50, 60], [1, 5 / 6, 5 / 6, 5 / 12, 5 / 24, 5 / 24]]
+    assert_allclose(line(axes, 0), steps)
+    assert_allclose(line(axes, 1).T, [[15, 5 / 6], [60, 5 / 24]])  # censored
     lives = made(np.ceil(-1000 * np.log(1 - (np.arange(70) + 0.5) / 70)), [])
     (axes,) = assert_shows_data(draw_survival(lives), framed=True).axes
-    steps, moving = axes.lines[0].get_data()
+    steps, moving = line(axes, 0)
     times, constant = line(axes, "constant rate")
     rate = lives.rate
     assert (times[0], times[-1]) == (rate.cut, steps[-1])
@@ -74,8 +72,7 @@ def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> No
     (band,) = axes.collections
     edges = {*band.get_paths()[0].vertices[:, 1].tolist()}
     for bound, side in ((lives.curve.low, -1), (lives.curve.high, 1)):
-        known = bound[np.isfinite(bound)]
-        assert {*known.tolist()} <= edges
+        assert {*bound[np.isfinite(bound)].tolist()} <= edges
         assert (side * (bound - moving[1:])[5:-1] > 0).all()
 
 
@@ -99,20 +96,18 @@ def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> 
 def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     days: int, tmp_path: Path
 ) -> None:
-    path = tmp_path / "station.csv"
+    path, dates = tmp_path / "station.csv", np.datetime64("2000-01-01") + np.arange(days)
     readings = 10 + 8 * np.cos(np.arange(days)) - 9 * (np.arange(days) == days // 3)
-    rows = (f"{date(2000, 1, 1) + timedelta(k)},{t:.1f}" for k, t in enumerate(readings.tolist()))
+    rows = (f"{date},{reading:.1f}" for date, reading in zip(dates, readings, strict=True))
     path.write_text("\n".join(["date,temperature", *rows]))
     record = TemperatureRecord.readings(path, **guessed(path).options)
-    figure = assert_shows_data(draw_record(record, "station.csv"), framed=True)
-    (axes,) = figure.axes
-    (line,) = axes.lines
-    drawn = np.asarray(line.get_ydata())
+    (axes,) = assert_shows_data(draw_record(record, "station.csv"), framed=True).axes
+    _, shown = line(axes, 0)
     if days <= 300:
-        assert np.array_equal(drawn, record.temperatures)
+        assert np.array_equal(shown, record.temperatures)
     else:
         (band,) = axes.collections
-        assert drawn.mean() == pytest.approx(record.temperatures.mean(), abs=0.05)
+        assert shown.mean() == pytest.approx(record.temperatures.mean(), abs=0.05)
         heights = band.get_paths()[0].vertices[:, 1]
-        assert heights.min() == record.temperatures.min()
-        assert heights.max() == record.temperatures.max()
+        extremes = record.temperatures.min(), record.temperatures.max()
+        assert (heights.min(), heights.max()) == extremes

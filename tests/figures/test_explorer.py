@@ -90,7 +90,7 @@ def test_the_program_ends_with_its_server(number: int, status: int) -> None:
         wait_until(lambda: answers(port), process)
         process.send_signal(number)
         assert process.wait(PATIENCE) == status
-        assert not listens(port)
+        assert not answers(port)
 
 
 def answers(port: int) -> bool:
@@ -98,8 +98,3 @@ def answers(port: int) -> bool:
     with suppress(OSError), urlopen(f"http://127.0.0.1:{port}/", timeout=PATIENCE) as page:
         return page.status == HTTPStatus.OK
     return False
-
-
-def listens(port: int) -> bool:
-    with socket.socket() as visitor:
-        return visitor.connect_ex(("127.0.0.1", port)) == 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import functools
 import io
 import math
 import re
@@ -20,8 +19,6 @@ from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from tests.conftest import Command
 from tests.pictures import assert_shows_data
-
-pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 
 SEEDS = {"vary.run.seed": [1, 2]}
 TINY = {
@@ -47,39 +44,33 @@ CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
 SLOPE = {"tan_alpha": "0.25"}
 
 
-@functools.cache
-def tiny(name: str):
-    """Return a picture with its data, as short as it can be drawn."""
-    picture = PICTURES[name]
-    small = dataclasses.replace(picture, quick={scene: TINY[scene] for scene in picture.quick})
-    return small, small.data(quick=True, workers=2)
+CAPTIONS = {
+    "two-sliders-trace": {"n": 2, "sigma_theta": "0.1", **SLOPE},
+    "two-sliders-angle": {"n": 2, "sigma_theta": "0.01"},
+    "two-sliders-amplitude": {"n": 2, **SLOPE},
+    "chain-plateaus": {"sigma_theta": "0.01"},
+    "chain-amplitude": {"n": 30, **SLOPE},
+    "chain-amplitude-random": {"n": 30, **SLOPE},
+    "chain-size": {"amplitude": "0.005", **SLOPE},
+    # such dilations go as far as those cycles
+    "chain-size-random": {"sigma_theta": repr(0.005 * math.sqrt(math.pi)), **SLOPE},
+    "chain-jumps": {"n": 30, "sigma_mu": 0, **SLOPE},
+}
 
 
-@pytest.mark.parametrize(
-    ("scene", "said"),
-    [
-        ("two-sliders-trace", {"n": 2, "sigma_theta": "0.1", **SLOPE}),
-        ("two-sliders-angle", {"n": 2, "sigma_theta": "0.01"}),
-        ("two-sliders-amplitude", {"n": 2, **SLOPE}),
-        ("chain-plateaus", {"sigma_theta": "0.01"}),
-        ("chain-amplitude", {"n": 30, **SLOPE}),
-        ("chain-amplitude-random", {"n": 30, **SLOPE}),
-        ("chain-size", {"amplitude": "0.005", **SLOPE}),
-        # such dilations go as far as those cycles
-        ("chain-size-random", {"sigma_theta": repr(0.005 * math.sqrt(math.pi)), **SLOPE}),
-        ("chain-jumps", {"n": 30, "sigma_mu": 0, **SLOPE}),
-    ],
-)
-def test_a_scene_has_the_parameters_of_the_caption(scene: str, said: dict) -> None:
+@pytest.mark.parametrize("scene", CAPTIONS)
+def test_a_scene_has_the_parameters_of_the_caption(scene: str) -> None:
     loaded = load_scene(scene)
     given = {**loaded.tables["chain"], **loaded.tables["drive"]}
-    for name, value in {**CAPTION, **said}.items():
+    for name, value in {**CAPTION, **CAPTIONS[scene]}.items():
         assert float(exact_number(given[name], name)) == float(exact_number(value, name))
 
 
 @pytest.mark.parametrize("name", list(PICTURES))
 def test_a_picture_shows_and_keeps_every_number(name: str, tmp_path: Path) -> None:
-    picture, data = tiny(name)
+    picture = PICTURES[name]
+    short = dataclasses.replace(picture, quick={scene: TINY[scene] for scene in picture.quick})
+    data = short.data(quick=True, workers=2)
     tables = picture.write(data, tmp_path)
     for ending, begin in (("png", b"\x89PNG"), ("pdf", b"%PDF")):
         assert (tmp_path / f"{name}.{ending}").read_bytes().startswith(begin)

@@ -40,24 +40,18 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
         (top, 0, 0.0, theta), (bottom, 0, 2.0, run.recorded["x_G"]),
         (bottom, 1, 1.0, x[:, 0]), (bottom, 2, 3.0, x[:, 1]),
     ):  # fmt: skip
-        assert_array_equal(axes.lines[place].get_xdata(), np.arange(301))
-        assert_array_equal(axes.lines[place].get_ydata(), np.append(begin, values))
+        assert_array_equal(line(axes, place), [np.arange(301), np.append(begin, values)])
     (band,) = drawn([ec.creep(CHAIN, ec.Cycles("0.002", 201))])[0].collections  # of many cycles
     assert_array_equal(np.ptp(band.get_paths()[0].vertices, axis=0), (402, 0.004))
 
 
-def assert_law(run: ec.Creep, x: np.ndarray, y: np.ndarray) -> None:
-    """Assert that a line rises as the law says, from where x_G is after the burn-in."""
-    assert x.tolist() == [run.burn_in, run.half_cycles]
-    assert y[0] == run.recorded["x_G"][run.burn_in - 1]
-    assert np.diff(y) == pytest.approx(prediction(run.chain, run.drive).values * np.diff(x))
-
-
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
     run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
-    _, bottom = drawn([run])
-    law = prediction(run.chain, run.drive)
-    assert_law(run, *line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)"))
+    law, (_, bottom) = prediction(run.chain, run.drive), drawn([run])
+    x, y = line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)")
+    assert x.tolist() == [run.burn_in, run.half_cycles]
+    assert y[0] == run.recorded["x_G"][run.burn_in - 1]
+    assert np.diff(y) == pytest.approx(law.values * np.diff(x))
     (band,) = bottom.collections
     x, y = band.get_paths()[0].vertices.T
     wide = 2 * law.deviation * (run.half_cycles - run.burn_in)
@@ -85,7 +79,7 @@ def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
     axes = run.plot(solid=roof)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
     assert_shows_data(axes.figure, framed=True)
-    assert_array_equal(axes.lines[0].get_ydata(), 1000 * roof.metres(run.recorded["x_G"]))
+    assert_array_equal(line(axes, 0)[1], 1000 * roof.metres(run.recorded["x_G"]))
     (beside,) = (each for each in axes.figure.axes if each is not axes)
     assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
     assert_allclose(beside.lines[0].get_ydata(), record.temperatures)
@@ -107,7 +101,7 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
     assert "mm" in bottom.get_ylabel()
     span = 1 if several else descent.days / 365.25
     assert bottom.lines[1].get_ydata() == pytest.approx([measured * span] * 2)
-    _, few, one, many, other = (np.transpose(each.get_xydata()) for each in side.lines)
+    _, few, one, many, other = (line(side, k) for k in range(5))
     for place, (bar, mark) in enumerate(((few, one), (many, other))):
         rates = [descent.rates[descent.contacts[place], f] * span for f in roof.friction]
         assert_allclose(bar, [[place] * 3, rates])
@@ -135,18 +129,17 @@ def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: in
     assert_array_equal(seen.theta, [*begin, *DRIVE.targets(seen.first, 10)])
     assert (np.abs(seen.forces) <= seen.limits).all()
     (low, high), (least, most) = tension_bounds(SIX, "mu_s"), tension_bounds(SIX, "mu_d")
-    assert (low <= seen.state.tensions).all()
-    assert (seen.state.tensions <= high).all()
-    assert ((low < least) & (most < high)).all()
+    held = seen.state.tensions
+    assert ((low <= held) & (held <= high) & (low < least) & (most < high)).all()
     if half_cycle:
-        assert_array_equal(seen.state.tensions, full["tension"][half_cycle - 1])
+        assert_array_equal(held, full["tension"][half_cycle - 1])
     top, middle, space, *_ = draw_portrait(seen).axes
     time = np.arange(seen.first - 1, seen.first + 10)
-    for axes, values in ((top, seen.theta), (middle, seen.x_G)):
-        assert_array_equal(axes.lines[0].get_xydata().T, [time, values])
-        assert axes.get_xlim() == (time[0], time[-1])
+    assert_array_equal(line(top, 0), [time, seen.theta])
+    assert_array_equal(line(middle, 0), [time, seen.x_G])
+    assert top.get_xlim() == middle.get_xlim() == (time[0], time[-1])
     (inset,) = middle.child_axes
-    assert_array_equal(inset.lines[0].get_xydata().T, [np.arange(1, 41), full["x_G"]])
+    assert_array_equal(line(inset, 0), [np.arange(1, 41), full["x_G"]])
     mesh = space.collections[0]
     assert_array_equal(np.asarray(mesh.get_array()).reshape(6, 10), seen.slips.T)
 
@@ -166,12 +159,11 @@ def test_a_rearrangement_is_drawn_by_its_velocities_and_by_energies_that_balance
     above, below = motion.plot()
     assert_shows_data(above.figure, framed=True)
     mesh = above.collections[0]
-    times = line(below, "kinetic")[0]
+    times, kinetic = line(below, "kinetic")
     shown = np.asarray(mesh.get_array()).reshape(6, times.size)
     assert_array_equal(shown, motion.sol(times).velocities)
     assert mesh.norm.vmax == -mesh.norm.vmin == np.abs(shown).max()
     assert (times[0], times[-1]) == (0, motion.duration)
     assert above.get_xlim() == below.get_xlim()
-    kinetic = line(below, "kinetic")[1]
     assert_allclose(kinetic, (shown**2).sum(axis=0) / 2, atol=1e-12)
-    assert_allclose(sum(each.get_ydata() for each in below.lines[:4]), 0, atol=1e-10)
+    assert_allclose(sum(line(below, k)[1] for k in range(4)), 0, atol=1e-10)
