@@ -58,7 +58,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let the long studies take the time that they take, and begin with what takes longest."""
     for item in items:
-        if item.get_closest_marker("slow") or item.get_closest_marker("benchmark"):
+        if item.get_closest_marker("slow"):
             item.add_marker(pytest.mark.timeout(0))
     items.sort(key=lambda item: item.path.stem not in LONGEST)
 

@@ -1,4 +1,4 @@
-"""Tables of runs that take long: a row for each chain, rows that are there already are kept."""
+"""Tables of runs that take long: a row for each chain; rows that are there already are kept."""
 
 from __future__ import annotations
 
@@ -9,25 +9,16 @@ from typing import Any
 
 
 def rows(file: Path) -> list[dict[str, str]]:
-    """Return the rows of a table, none if it does not exist."""
-    if not file.exists():
-        return []
+    """Return the rows of a table."""
     with file.open(newline="", encoding="utf-8") as kept:
         return list(csv.DictReader(kept))
 
 
 def add_rows(file: Path, numbers: Iterable[int], measured: Callable[[int], dict[str, Any]]) -> None:
-    """Measure the chains that have no row yet, and add a row for each."""
-    known = {int(row["number"]) for row in rows(file)}
-    for number in numbers:
-        if number in known:
-            continue
-        row = {
-            name: f"{x:.7g}" if isinstance(x, float) else x for name, x in measured(number).items()
-        }
-        print(row, flush=True)
+    """Measure the chains that have no row yet, and add a row for each, by the names at the top."""
+    known = {row["number"] for row in rows(file)}
+    for number in (number for number in numbers if str(number) not in known):
+        row = [f"{x:.7g}" if isinstance(x, float) else x for x in measured(number).values()]
+        print(*row, flush=True)
         with file.open("a", newline="", encoding="utf-8") as table:
-            writer = csv.DictWriter(table, list(row), lineterminator="\n")
-            if table.tell() == 0:
-                writer.writeheader()
-            writer.writerow(row)
+            csv.writer(table, lineterminator="\n").writerow(row)

@@ -3,30 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
 
 from exactcreep import laws
+from tests.laws import sticking_chains
 from tests.laws.kept import rows
-from tests.laws.sticking_chains import FILE, cases, run
 
-
-def measured() -> Iterator[tuple[dict[str, str], dict[str, Any]]]:
-    """Yield the chains of the table that were held out of the fit, with their parameters."""
-    known = {case.number: case for case in cases()}
-    for row in rows(FILE):
-        case = known[int(row["number"])]
-        if case.held_out:
-            yield row, case.parameters
+ROWS = {int(row["number"]): row for row in rows(sticking_chains.FILE)}
 
 
 def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> None:
     """In each quarter of the range, by length, by G/D, by slope and by disorder."""
     off, limits, places = [], [], []
-    for row, about in measured():
+    for row in (row for number, row in ROWS.items() if sticking_chains.held_out(number)):
+        about = sticking_chains.parameters(row)
         if laws.beyond_sticking(about):
             continue
         found = laws.prediction_of(about)
@@ -53,13 +45,12 @@ def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:a static coefficient was drawn below mu_d")
-@pytest.mark.parametrize("number", [5, 9, 13, 14, 17])
-def test_chains_run_anew_have_the_velocity_of_the_table(number: int) -> None:
-    case = next(case for case in cases() if case.number == number)
-    row = next(row for row in rows(FILE) if row["number"] == str(number))
-    again = run(case)
-    error = math.hypot(float(row["error"]), again["error"])
-    assert abs(again["velocity"] - float(row["velocity"])) <= 5 * error
+def test_chains_run_anew_have_the_velocity_of_the_table() -> None:
+    again = {case["number"]: case for case in sticking_chains.cases()}
+    for number in (5, 9, 13, 14, 17):
+        row, found = ROWS[number], sticking_chains.run(again[number])
+        error = math.hypot(float(row["error"]), found["error"])
+        assert abs(found["velocity"] - float(row["velocity"])) <= 5 * error
 
 
 @pytest.mark.parametrize(
