@@ -122,18 +122,27 @@ assert laws is exactcreep.laws and disorder is exactcreep.disorder
     assert done.returncode == 0, done.stderr
 
 
+ASKED = "from exactcreep.cli import status; status({}.split())"
+
+
 @pytest.mark.parametrize(
     ("statement", "needed", "heavy"),
     [
         ("exactcreep", "exactcreep", "numpy numba scipy sympy mpmath xarray matplotlib flint"),
         ("exactcreep.creep", "numpy", "numba scipy.stats sympy xarray matplotlib pandas"),
         ("exactcreep.laws.critical_angle", "mpmath", "numba scipy sympy xarray flint"),
+        (ASKED.format("'walk'"), "cyclopts",
+         "numpy numba scipy sympy mpmath xarray matplotlib flint pygments markdown_it"),
+        (ASKED.format("'threshold --help'"), "numpy",
+         "numba scipy.stats scipy.linalg sympy xarray pandas matplotlib"),
+        (ASKED.format("'run two-sliders-cycles --set drive.cycles=1'"), "numba",
+         "scipy.special xarray pandas h5py h5netcdf sympy matplotlib rich.progress"),
     ],
-)
-def test_an_import_waits_for_nothing_heavy_that_it_does_not_need(
+)  # fmt: skip
+def test_what_is_imported_or_asked_for_loads_nothing_heavy_that_it_does_not_need(
     statement: str, needed: str, heavy: str
 ) -> None:
     script = f"import sys, exactcreep; {statement}; print(*sys.modules)"
-    loaded = finished(sys.executable, "-c", script).stdout.split()
+    loaded = finished(sys.executable, "-c", script).stdout.splitlines()[-1].split()
     assert needed in loaded
     assert not set(heavy.split()) & set(loaded)

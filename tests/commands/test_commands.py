@@ -221,27 +221,6 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
 
 
-# --- what is loaded ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("line", "left", "heavy"),
-    [
-        ("walk", 2, "numpy numba scipy sympy mpmath xarray matplotlib flint pygments markdown_it"),
-        ("threshold --help", 0, "numba scipy.stats scipy.linalg sympy xarray pandas matplotlib"),
-        ("run two-sliders-cycles --set drive.cycles=1", 0,
-         "scipy.special xarray pandas h5py h5netcdf sympy matplotlib rich.progress"),
-    ],
-)  # fmt: skip
-def test_a_command_loads_only_what_it_needs(line: str, left: int, heavy: str) -> None:
-    script = "import sys; from exactcreep.cli import status; code = status(sys.argv[1:])\n"
-    script += "print(*sys.modules); sys.exit(code)"
-    told = finished(sys.executable, "-c", script, *line.split())
-    assert told.returncode == left
-    *_, loaded = told.stdout.splitlines()
-    assert not {*heavy.split()} & {*loaded.split()}
-
-
 # --- how a line is read ---------------------------------------------------------------------------
 
 
@@ -322,9 +301,10 @@ def test_an_export_that_cannot_be_is_refused(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     creep(paper_chain(2), Cycles("0.005", 1)).save("run.nc")
-    told = command("export", "run.nc", "--to", "it.csv", "--table", "events")
-    assert 'needs record = ["events"]' in told.sentence
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    told = command("export", "run.nc", "--to", "it.parquet")
-    assert 'needs pyarrow: pip install ".[export]"' in told.sentence
+    for asked, said in (
+        ("it.csv --table events", 'needs record = ["events"]'),
+        ("it.parquet", 'needs pyarrow: pip install ".[export]"'),
+    ):
+        assert said in command(*f"export run.nc --to {asked}".split()).sentence
     assert command("export", "run.nc", "--to", "it.csv").code == 0
