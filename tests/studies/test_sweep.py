@@ -7,14 +7,10 @@ import os
 import signal
 import statistics
 import sys
-import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
-from importlib import import_module
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +24,7 @@ from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies.members import run_members
-from exactcreep.studies.sweep import finished_cell, sweep
+from exactcreep.studies.sweep import sweep
 from exactcreep.watch.limits import Limits
 from exactcreep.watch.progress import Progress
 from tests.paper import captions, paper_chain
@@ -176,14 +172,8 @@ import os, sys
 from exactcreep import sweep
 
 path, out, number = sys.argv[1:]
-
-
-def watch(told):
-    if told.done == 3:
-        os.kill(os.getpid(), int(number))
-
-
-sweep(path, out=out, workers=1, progress=watch)
+stop = lambda told: told.done == 3 and os.kill(os.getpid(), int(number))
+sweep(path, out=out, workers=1, progress=stop)
 """
 """A process that is sent a signal after its third cell, however fast the machine is."""
 
@@ -210,39 +200,33 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(
 
 
 class Faulty(ThreadPoolExecutor):
-    """An executor whose cells are computed by a function that may fail."""
+    """An executor in which an error ends the cells of six sliders with these seeds."""
 
-    def __init__(self, compute: Callable[[Experiment], Any]) -> None:
+    def __init__(self, error: Exception, seeds: set[int]) -> None:
         super().__init__(1)
-        self.compute = compute
+        self.error, self.seeds = error, seeds
 
-    def submit(self, function, /, *args, **kwargs):
-        return super().submit(self.compute, *args)
+    def submit(self, function, /, experiment, *signals):
+        def computed():
+            if experiment.chain.n == 6 and experiment.seed in self.seeds:
+                raise self.error
+            return function(experiment)
 
-
-def out_of_memory(experiment: Experiment) -> dict[str, object]:
-    if (experiment.chain.n, experiment.seed) == (6, 2):
-        raise MemoryError("of this worker")
-    return finished_cell(experiment)
-
-
-def lost(experiment: Experiment) -> dict[str, object]:
-    if experiment.chain.n == 6:
-        raise BrokenExecutor("a process was killed")
-    return finished_cell(experiment)
+        return super().submit(computed)
 
 
 @pytest.mark.parametrize(
-    ("compute", "said", "cells"),
+    ("error", "seeds", "said", "cells"),
     [
-        (out_of_memory, r"n = 6, .*amplitude = 0.005, run.seed = 2.*MemoryError.*2 of 12", 10),
-        (lost, r"'Faulty': was lost .*resume", 6),
+        (MemoryError("of this worker"), {2},
+         r"n = 6, .*amplitude = 0.005, run.seed = 2.*MemoryError.*2 of 12", 10),
+        (BrokenExecutor("a process was killed"), {1, 2, 3}, r"'Faulty': was lost .*resume", 6),
     ],
-)
+)  # fmt: skip
 def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
-    compute: Callable[[Experiment], Any], said: str, cells: int, grid: xr.Dataset, tmp_path: Path
+    error: Exception, seeds: set[int], said: str, cells: int, grid: xr.Dataset, tmp_path: Path
 ) -> None:
-    with Faulty(compute) as executor, pytest.raises(InputError, match=said):
+    with Faulty(error, seeds) as executor, pytest.raises(InputError, match=said):
         sweep(SCENE, executor=executor, out=tmp_path)
     assert len(cells_in(tmp_path)) == cells
     if cells == 10:
@@ -251,14 +235,9 @@ def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
     assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
 
 
+LENGTHS = ((6, 80, "exact"), (2, 5, "exact"), (3, 40, "sliding"), (4, 9, "exact"))
 MEMBERS = [
-    Experiment(captions(n), Cycles("0.003", cycles), solver=solver)
-    for n, cycles, solver in (
-        (6, 80, "exact"),
-        (2, 5, "exact"),
-        (3, 40, "sliding"),
-        (4, 9, "exact"),
-    )
+    Experiment(captions(n), Cycles("0.003", cycles), solver=solver) for n, cycles, solver in LENGTHS
 ]
 
 
@@ -287,55 +266,22 @@ def test_members_for_which_no_time_is_left_are_not_even_made() -> None:
     assert made == [0, 1]
 
 
-# a clean process that has imported once what its children need
-SERVERS = get_context("forkserver")
-SERVERS.set_forkserver_preload(["distributed", "exactcreep.studies.sweep"])
-
-
-def serve(log: Path, module: str, words: tuple[str, ...]) -> None:
-    """Be a scheduler or a worker of dask."""
-    handle = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-    for stream in (1, 2):
-        os.dup2(handle, stream)
-    os.chdir(log.parent)
-    import_module(f"distributed.cli.{module}").main(words, standalone_mode=False)
-
-
-@contextmanager
-def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Any, list[Any]]]:
-    """Yield the executor of a dask cluster on this machine, its scheduler and its workers."""
-    pytest.importorskip("distributed")
+def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     from exactcreep.studies.dask_cluster import cluster
 
-    address, log = folder / "scheduler.json", folder / "dask.log"
-    here = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address))
-    with ExitStack() as running:
-
-        def launched(module: str, *words: str) -> Any:
-            process = SERVERS.Process(target=serve, args=(log, module, (*words, *here)))
-            process.start()
-            running.callback(process.join)
-            running.callback(process.kill)
-            return process
-
-        scheduler = launched("dask_scheduler", "--port", "0", "--no-show")
-        while not address.exists():
-            assert scheduler.is_alive(), log.read_text()
-            time.sleep(0.02)
-        crowd = [launched("dask_worker", "--nthreads", "1", "--no-nanny") for _ in range(workers)]
-        executor = running.enter_context(cluster(str(address), timeout=PATIENCE))
-        executor._client.wait_for_workers(workers, timeout=PATIENCE)  # or the first hold all cells
-        yield executor, scheduler, crowd
-
-
-def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
-    scene, out = load_scene(written(tmp_path, cycles=300)), tmp_path / "out"
-    with dask(tmp_path, 2) as (executor, _, crowd):
+    scene, killed = load_scene(written(tmp_path, cycles=300)), []
+    with (
+        dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
+        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as crowd,
+        cluster(crowd.scheduler_address, timeout=PATIENCE) as executor,
+    ):
 
         def watch(progress: Progress) -> None:
-            if progress.done >= 3:
-                crowd[0].kill()
+            if progress.done >= 3 and not killed:
+                killed.append(crowd.workers[0].pid)
+                os.kill(killed[0], signal.SIGKILL)
 
-        grid = sweep(scene, executor=executor, out=out, progress=watch)
-        assert not crowd[0].is_alive()
+        grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
+        assert killed
     assert grid.identical(sweep(scene))
