@@ -49,30 +49,21 @@ def case(number: int) -> tuple[Chain, Cycles]:
     return chain, Cycles(f"{(float(least) + beyond) / 1000:.6f}", 40)
 
 
-def gain(chain: Chain, drive: Cycles) -> float:
-    """Return l0 A - h."""
-    least = laws.differing_intercept(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
-    return float(chain.l0 * drive.amplitude) - float(least)
-
-
 def measured(number: int) -> dict[str, float]:
     """Return the mean velocity of a chain by `exact`, its standard error, and the law."""
     chain, drive = case(number)
-    found = []
+    friction = {"mu_d": chain.each("mu_d"), "tan_alpha": chain.tan_alpha,
+                "end_forces": chain.end_forces}  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         few = creep(chain, drive, seed=number)
-        cycles = int(min(max(40 * SLIPS / max(few.slip_count, 1), 40), 4000))
-        for seed in range(SEEDS):
-            run = creep(chain, Cycles(drive.amplitude, cycles), seed=number + 1000 * seed)
-            found.append(run.velocity)
-    values = np.array(found)
-    law = laws.differing_velocity(
-        l0=chain.l0, mu_d=chain.each("mu_d"), tan_alpha=chain.tan_alpha,
-        amplitude=drive.amplitude, end_forces=chain.end_forces,
-    )  # fmt: skip
+        cycles = Cycles(drive.amplitude, min(max(40 * SLIPS // max(few.slip_count, 1), 40), 4000))
+        seeds = [number + 1000 * seed for seed in range(SEEDS)]
+        values = np.array([creep(chain, cycles, seed=seed).velocity for seed in seeds])
+    law = laws.differing_velocity(l0=chain.l0, amplitude=drive.amplitude, **friction)
+    gain = chain.l0 * drive.amplitude - laws.differing_intercept(**friction)
     error = float(values.std(ddof=1)) / math.sqrt(SEEDS)
-    about = {"number": number, "n": chain.n, "gain": gain(chain, drive)}
+    about = {"number": number, "n": chain.n, "gain": float(gain)}
     return about | {"velocity": float(values.mean()), "error": error, "law": float(np.mean(law))}
 
 

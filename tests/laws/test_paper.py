@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from fractions import Fraction
+from fractions import Fraction as F
 from functools import partial
 from inspect import signature
 from random import Random
@@ -18,7 +18,6 @@ from derivations.ledger import entries
 from derivations.notation import evaluated, read, symbol
 from exactcreep import laws
 from exactcreep.laws import creep_velocity, pivots, threshold_amplitude
-from tests.laws.parameters import CONTEXT, F, context, floats, in_context, random_parameters
 
 BY_NAME = {entry.name: entry for entry in entries()}
 CODE = {entry.name: entry.law for entry in entries() if entry.law}
@@ -32,30 +31,47 @@ HAIR = F(1, 10**50)
 TIE = {"n": 4, "l0": 1, "mu_d": F(1, 2), "tan_alpha": F(1, 4), "amplitude": 3}
 
 
-def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
+def context(digits: int) -> Any:
+    fresh = mpmath.mp.clone()
+    fresh.dps = digits
+    return fresh
+
+
+CONTEXT = context(60)
+
+
+def random_parameters(random: Random) -> dict[str, F | int]:
+    """Return a random chain and drive, all rational; i is an index of its plateau."""
+    n, mu_d = random.randint(2, 40), F(random.randint(1, 300), 200)
+    tan = mu_d * F(random.randint(1, 996), 997)
+    return {
+        "n": n,
+        "i": laws.pivot(n, tan, mu_d),
+        "l0": F(random.randint(1, 10**6), random.randint(1, 999)),
+        "mu_d": mu_d,
+        "mu_s": mu_d + F(random.randint(1, 300), 700),
+        "sigma_mu": F(random.randint(0, 100), 1001),
+        "tan_alpha": tan,
+        "amplitude": F(random.randint(1, 10**4), 10**6),
+        "sigma_theta": F(random.randint(1, 10**4), 10**6),
+    }
+
+
+def value_of(expression: Any, p: Mapping[str, F | int]) -> Any:
     """Return a derived expression at the parameters, to 60 digits; of I(h) to 15."""
-    tan = sp.Rational(p["tan_alpha"].numerator, p["tan_alpha"].denominator)
+    known = {name: sp.Rational(value) for name, value in p.items()}
+    tan, length = known["tan_alpha"], known["n"] * known["l0"]
     cosine = 1 / sp.sqrt(1 + tan**2)
     names = {
-        "n": "N", "i": "i", "l0": "l_0", "mu_d": "mu_d", "mu_s": "mu_s", "sigma_mu": "sigma_mu",
-        "amplitude": "A_theta", "sigma_theta": "sigma_theta",
+        "N": known["n"], "i": known["i"], "l_0": known["l0"], "A_theta": known["amplitude"],
+        "mu_d": known["mu_d"], "mu_s": known["mu_s"], "Delta_mu": known["mu_s"] - known["mu_d"],
+        "sigma_mu": known["sigma_mu"], "sigma_theta": known["sigma_theta"],
+        "c": cosine, "s": tan * cosine,
+        "g": 1, "rho": 1, "L": length, "Y": known["l0"] ** 2,  # the solid: g rho L/Y = N/l0
     }  # fmt: skip
-    values = {
-        symbol(name): sp.Rational(p[key].numerator, p[key].denominator)
-        for key, name in names.items()
-    }
-    values |= {symbol("c"): cosine, symbol("s"): tan * cosine}
-    expression = expression.subs({symbol("Delta_mu"): symbol("mu_s") - symbol("mu_d")})
-    # the solid in the chain's units: L = N l0, g rho L/Y = N/l0
-    chain_length = symbol("N") * symbol("l_0")
-    weight = symbol("g") * symbol("rho") * symbol("L")
-    stiffness = weight * symbol("l_0") / symbol("N")
-    expression = expression.subs(symbol("Y"), stiffness).subs(symbol("L"), chain_length)
-    whole = evaluated(expression).subs(values)
-    whole = sp.N(
-        whole.replace(sp.Function("I"), lambda h: sp.Float(laws.gaussian_integral(float(h)))), 70
-    )
-    number = whole if whole.is_number else sp.N(sp.cancel(expression).subs(values), 70)
+    number = evaluated(expression).subs({symbol(name): value for name, value in names.items()})
+    integral = sp.Function("I")
+    number = sp.N(number.replace(integral, lambda h: laws.gaussian_integral(float(h))), 70)
     assert number.is_number, expression
     return CONTEXT.mpf(str(number))
 
@@ -76,15 +92,16 @@ def stated(label: str, form: str) -> Any:
     return formula.right.subs(symbol("A_theta_star"), seuil)
 
 
-def coded(label: str, form: str, p: Mapping[str, Fraction | int]) -> Any:
-    """Return what the function gives that the ledger names."""
+def coded(label: str, form: str, p: Mapping[str, F | int], number: Callable[[F], Any]) -> Any:
+    """Return what the function gives that the ledger names, for numbers of a type."""
     name, _, replaced = CODE[label][form].partition("(")
     law, given = getattr(laws, name), dict(p)
     if replaced:
         assert replaced == "mu_d=mu_s)"
         given["mu_d"] = given["mu_s"]
-    given["coefficients"] = [given["mu_s"]] * given["n"]
-    return law(**{key: given[key] for key in signature(law).parameters if key in given})
+    values = {key: x if key in ("n", "i") else number(F(x)) for key, x in given.items()}
+    values["coefficients"] = [values["mu_s"]] * int(given["n"])
+    return law(**{key: values[key] for key in signature(law).parameters if key in values})
 
 
 @pytest.mark.parametrize(
@@ -95,13 +112,14 @@ def coded(label: str, form: str, p: Mapping[str, Fraction | int]) -> Any:
 def test_a_law_is_its_formula_in_the_ledger(label: str, form: str) -> None:
     """As printed, as the derivations correct it, and in its exact form."""
     right, random, positive = stated(label, form), Random(label + form), 0
-    digits = 12 if right.has(sp.Function("I")) else 50
+    integral = right.has(sp.Function("I"))
+    digits, number = (12, float) if integral else (50, CONTEXT.convert)
     for _ in range(6):
         p = random_parameters(random) | ({"n": 2, "i": 2} if "_th_2_" in label else {})
         if label == "locked_ends" and p["n"] * (p["mu_s"] - p["tan_alpha"]) <= 2 * p["mu_s"]:
             continue  # no locked cycle of the ends
         expected = value_of(right, p)
-        found = coded(label, form, in_context(p) if digits == 50 else floats(p))
+        found = coded(label, form, p, number)
         assert abs(found - expected) <= max(1, abs(expected)) * CONTEXT.mpf(10) ** -digits, p
         positive += expected > 0
     assert positive > 1
@@ -122,9 +140,6 @@ def test_a_plateau_lies_between_its_critical_angles_and_shares_windows_with_its_
             assert (window[2], window[3]) == above[:2]
 
 
-# --- the pivot ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("n", "tan", "mu_d", "expected"),
     [
@@ -137,9 +152,6 @@ def test_a_plateau_lies_between_its_critical_angles_and_shares_windows_with_its_
 )
 def test_ties_of_the_pivot_are_decided_exactly(n: int, tan: Any, mu_d: Any, expected: Any) -> None:
     assert pivots(n, tan, mu_d) == expected
-
-
-# --- arithmetic, and what is refused --------------------------------------------------------------
 
 
 @pytest.mark.parametrize("digits", [20, 90])
@@ -186,6 +198,10 @@ def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
         (partial(laws.staircase_two_sliders, 1000, 0.5, 0.6, 0.5, 0.01), ValueError, "tan_alpha"),
         (partial(laws.locked_ends_amplitude, n=4, l0=1, mu_d=0.5, mu_s=0.4, tan_alpha=0),
          ValueError, "mu_s must not be below mu_d"),
+        (partial(laws.pivot_sliders, [0.5] * 3, 0.5), ValueError, "friction must hold"),
+        (partial(laws.pivot_sliders, [0.5] * 3, 0, (1.5, 0)), ValueError, "friction must hold"),
+        (partial(laws.pivot_sliders, [], 0), ValueError, "mu_d must hold"),
+        (partial(laws.differing_slope, [0.5] * 3, 0.1, [1]), ValueError, "2 positive weights"),
     ],
 )  # fmt: skip
 def test_what_a_law_does_not_describe_is_refused(

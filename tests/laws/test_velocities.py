@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
+from fractions import Fraction as F
 from functools import partial
 from random import Random
 from typing import Any
 
+import mpmath
 import pytest
 
 from derivations.chain import RationalChain
@@ -17,10 +18,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.path import Path as Dilations
 from exactcreep.model.state import State
-from tests.laws.parameters import SLOPES, F, context
 from tests.paper import captions
 
-ABOUT = {"l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(23, 100)}
 ROUGH = partial(captions, sigma_mu="0.01")
 EXACT, MEASURED, UNKNOWN = 0.0, "measured", math.nan
 """Deviations: the law is exact, it was measured, it is not known how far chains are off."""
@@ -29,7 +28,8 @@ STICK = "sliders that stick and slip, measured"
 
 @pytest.mark.parametrize("h", ["0", "0.3", "6"])
 def test_the_gaussian_integral_agrees_with_quadrature(h: str) -> None:
-    ctx = context(30)
+    ctx = mpmath.mp.clone()
+    ctx.dps = 30
     half = ctx.mpf(h)
 
     def integrand(place: Any) -> Any:
@@ -41,27 +41,27 @@ def test_the_gaussian_integral_agrees_with_quadrature(h: str) -> None:
     assert gaussian_integral(float(h)) == pytest.approx(float(expected), rel=4e-15)
 
 
-@pytest.mark.parametrize(
-    ("drive", "size", "label", "printed", "exact"),
-    [
-        (Cycles("0.004", 100), {"amplitude": F(4, 1000)}, "Eq. 23",
-         laws.creep_velocity, laws.sliding_velocity),
-        (GaussianSteps("0.003", 100), {"sigma_theta": F(3, 1000)}, "Eq. 24",
-         laws.creep_velocity_random, laws.sliding_velocity_random),
-    ],
-)  # fmt: skip
-def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(
-    drive: Drive, size: dict[str, F], label: str, printed: Any, exact: Any
-) -> None:
-    for n in range(2, 11):
-        chain = captions(n, tan_alpha="0.23")
-        known = ABOUT | size | {"n": n, "i": laws.pivot(n, chain.tan_alpha, chain.mu_d)}
-        found, up = prediction(chain, drive), prediction(chain.mirrored(), drive)
-        assert found is not None
-        assert up is not None
-        assert found.label == label
-        assert found.printed == (float(printed(**known)),)
-        assert found.sliding == (float(exact(**known)),)
+def predicted(chain: Chain, drive: Drive, start: State | None = None) -> laws.Prediction:
+    found = prediction(chain, drive, start=start)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("n", range(2, 11))
+def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(n: int) -> None:
+    chain = captions(n, tan_alpha="0.23")
+    about = {"n": n, "l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(23, 100)}
+    about["i"] = laws.pivot(n, chain.tan_alpha, chain.mu_d)
+    cycles, random = about | {"amplitude": F("0.004")}, about | {"sigma_theta": F("0.003")}
+    for drive, label, printed, exact in (
+        (Cycles("0.004", 100), "Eq. 23",
+         laws.creep_velocity(**cycles), laws.sliding_velocity(**cycles)),
+        (GaussianSteps("0.003", 100), "Eq. 24",
+         laws.creep_velocity_random(**random), laws.sliding_velocity_random(**random)),
+    ):  # fmt: skip
+        found, up = predicted(chain, drive), predicted(chain.mirrored(), drive)
+        assert (found.label, found.printed) == (label, (float(printed),))
+        assert found.sliding == (float(exact),)
         assert (found.sticking is not None) == (n >= 8)
         for name in ("printed", "sliding", "values"):
             assert sorted(getattr(up, name)) == [-v for v in reversed(getattr(found, name))]
@@ -98,8 +98,7 @@ def test_a_prediction_names_the_law_that_holds_and_how_far_chains_are_from_it(
     chain: Chain, size: str, steps: list[float], law: str, deviation: float | str
 ) -> None:
     """A step of the velocity is l0 A - N m/2, on the plateau i there are N + 3 - 2 i of them."""
-    found = prediction(chain, Cycles(size, 1))
-    assert found is not None
+    found = predicted(chain, Cycles(size, 1))
     margin = float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha
     step = 1000 * float(size) - chain.n * margin / 2
     assert found.law == law + "; how far it is off is not known here" * (
@@ -116,14 +115,12 @@ def test_a_prediction_names_the_law_that_holds_and_how_far_chains_are_from_it(
 
 def test_two_relaxed_sliders_without_disorder_are_predicted_by_their_staircase() -> None:
     chain, drive = captions(2), Cycles("0.004", 1)
-    found = prediction(chain, drive)
-    assert found is not None
-    known = chain.parameters() | {"amplitude": F(4, 1000)}
-    del known["n"], known["sigma_mu"]
-    assert found.values == (found.staircase,) == (float(laws.staircase_two_sliders(**known)),)
+    found = predicted(chain, drive)
+    slope = {"mu_d": chain.mu_d, "mu_s": chain.mu_s, "tan_alpha": chain.tan_alpha}
+    law = laws.staircase_two_sliders(l0=1000, amplitude=drive.amplitude, **slope)
+    assert found.values == (found.staircase,) == (float(law),)
     assert (found.law, found.deviation) == ("staircase, exact", 0)
-    stretched = prediction(chain, drive, start=State.prepared(chain, ["0.01"]))
-    assert stretched is not None
+    stretched = predicted(chain, drive, State.prepared(chain, ["0.01"]))
     assert stretched.staircase is None
     assert stretched.values == stretched.sliding != found.values
 
@@ -135,48 +132,33 @@ def test_theory_says_nothing_of_a_path_and_beyond_mu_d() -> None:
     assert not law_values(laws.sliding_velocity, steep.parameters() | {"amplitude": F(1)})
 
 
-def _case(random: Random) -> dict[str, Fraction]:
-    slope = random.choice(SLOPES)
-    mu_d = slope * F(random.randint(21, 60), 20)
-    return {
-        "l0": F(random.randint(1, 400)),
-        "mu_d": mu_d,
-        "mu_s": mu_d + F(random.randint(1, 40), 50),
-        "tan_alpha": slope,
-        "amplitude": F(random.randint(1, 300), 10_000),
-        "r0": F(random.randint(-40, 40), 41),
-    }
-
-
 def test_the_staircase_is_what_two_sliders_do_slip_by_slip() -> None:
     random, creeping = Random(0), 0
-    for _ in range(200):
-        p = _case(random)
-        slope = p["tan_alpha"]
-        cosine = laws.cosine(slope)
-        reach = p["l0"] * p["amplitude"] / cosine
-        step = p["mu_s"] - p["mu_d"]
-        r0 = (p["r0"] / cosine + step) % (2 * step) - step
-        forces = [slope + r0, slope - r0]
-        pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], forces)
-        pair.to(reach)
-        pair.to(-reach)
-        start = sum(pair.x)
-        pair.to(reach)
-        pair.to(-reach)
-        found = staircase_two_sliders(**p)
-        assert sum(pair.x) - start == 4 * found / cosine
+    for _ in range(120):
+        slope = random.choice([F(3, 4), F(5, 12), F(8, 15), F(7, 24)])  # their cosine is rational
+        mu_d, step = slope * F(random.randint(21, 60), 20), F(random.randint(1, 40), 50)
+        chain = {"mu_d": mu_d, "mu_s": mu_d + step, "tan_alpha": slope}
+        cosine, start = laws.cosine(slope), F(random.randint(-40, 40), 41)
+        l0, amplitude = F(random.randint(1, 400)), F(random.randint(1, 300), 10_000)
+        found = staircase_two_sliders(l0=l0, amplitude=amplitude, r0=start, **chain)
+        r0 = (start / cosine + step) % (2 * step) - step
+        pair = RationalChain(2, slope, mu_d, mu_d + step, [slope + r0, slope - r0])
+        places = []
+        for _ in range(2):
+            pair.to(l0 * amplitude / cosine)
+            pair.to(-l0 * amplitude / cosine)
+            places.append(sum(pair.x))
+        assert places[1] - places[0] == 4 * found / cosine
         assert (pair.x[1] - pair.x[0]) % (2 * step) == 0
-        assert isinstance(found, Fraction | int)
+        assert isinstance(found, F | int)
         creeping += found > 0
-    assert 40 < creeping < 190
+    assert 20 < creeping < 110
 
 
 def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
-    ctx, scale = context(80), 10**75
-    cosine = 1 / ctx.sqrt(ctx.mpf(17) / 16)
-    edge = cosine * ctx.mpf("0.35")
-    below = int(ctx.floor(edge * scale))
+    ctx, scale = mpmath.mp.clone(), 10**75
+    ctx.dps = 80
+    below = int(ctx.floor(ctx.mpf("0.35") * 4 / ctx.sqrt(17) * scale))  # 0.35 cos(alpha)
     chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
     assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0
     assert staircase_two_sliders(**chain, amplitude=F(below + 1, scale)) > 0
