@@ -11,11 +11,10 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Cycles
+from exactcreep import Chain, Cycles, Experiment
 from exactcreep.figures.animation import RunAvalanche, find_avalanche
 from exactcreep.figures.avalanche_page import page as page_of
 from exactcreep.figures.avalanche_page import run_to_draw
-from exactcreep.quasistatic.experiment import Experiment
 from tests.browser.chromium import MARKS, Page, new_browser
 from tests.conftest import Command
 

@@ -17,11 +17,9 @@ import pyarrow.parquet as pq
 import pytest
 from matplotlib.figure import Figure
 
-from exactcreep import Cycles, Evidence, Outcome, State, creep
+from exactcreep import Cycles, Evidence, Fate, Outcome, State, Threshold, creep
 from exactcreep.cli import COMMANDS
 from exactcreep.solvers.tables import LOGS
-from exactcreep.studies.fates.fate_result import Fate
-from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished

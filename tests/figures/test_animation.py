@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from PIL import Image
 
-from exactcreep import Creep, Cycles, Progress, creep
+from exactcreep import Creep, Cycles, Experiment, InputError, Progress, creep
 from exactcreep.figures import avalanche_page
 from exactcreep.figures.animation import (
     RunAvalanche,
@@ -20,8 +20,6 @@ from exactcreep.figures.animation import (
     largest_avalanche,
     moments_of,
 )
-from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.experiment import Experiment
 from tests.paper import paper_chain
 
 CHAIN = paper_chain(6)

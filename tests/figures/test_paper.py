@@ -13,10 +13,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from exactcreep import load_scene
 from exactcreep.figures.paper import PICTURES, Table, to_csv
 from exactcreep.figures.sweep import Point, deviation
 from exactcreep.model.numbers import exact_number
-from exactcreep.scene import load_scene
 from tests.conftest import Command
 from tests.pictures import assert_shows_data
 

@@ -13,12 +13,10 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep
+from exactcreep import InputError, load_scene, sweep
 from exactcreep.figures.style import VELOCITY
 from exactcreep.figures.sweep import STAIRCASE, draw_sweep, points_of
 from exactcreep.laws import differing_velocity, sliding_velocity, sliding_velocity_random
-from exactcreep.model.numbers import InputError
-from exactcreep.scene import load_scene
-from exactcreep.studies.sweep import sweep
 from tests.pictures import assert_shows_data
 
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep, resume
 from exactcreep import Path as Targets
 from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
-from exactcreep.quasistatic.creep import resume, run_alone
+from exactcreep.quasistatic.creep import run_alone
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO

@@ -12,10 +12,9 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep import Cycles, Evidence, Experiment, GaussianSteps, Method, compare, creep
+from exactcreep import Cycles, Event, Evidence, Experiment, Method, compare, creep
 from exactcreep import Path as ThetaPath
-from exactcreep.model.contacts import Event
-from exactcreep.studies.compare import ladder, shortened
+from exactcreep.studies.compare import ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
 from exactcreep.studies.trajectory import Trajectory, agree, drive_with_rests, trajectory
 from exactcreep.watch.limits import Limits
@@ -157,16 +156,6 @@ def test_rates_quartiles_and_biases_of_known_numbers() -> None:
     assert interval_of_mean([1, 2, 3]) == pytest.approx((2, 2 - 2.48414, 2 + 2.48414), rel=1e-5)
     assert all(math.isnan(part) for part in interval_of_mean([1]))
     assert 30 * rate_of(0, 30).upper == pytest.approx(3.6889, abs=1e-4)
-
-
-def test_a_shortened_drive_has_the_first_targets_at_least_one() -> None:
-    for drive, least in (EXPERIMENT.drive, 1), (Cycles("0.01", 9), 2), (GaussianSteps("1", 9), 1):
-        for targets in (0, 3, 100):
-            short = shortened(drive, targets)
-            most = min(max(targets, 1), drive.half_cycles)
-            assert short.half_cycles == max(most // least * least, least)
-            whole = drive.targets(1, short.half_cycles, 5)
-            assert np.array_equal(short.targets(1, short.half_cycles, 5), whole)
 
 
 def test_without_slips_the_sliding_limit_is_all_there_is() -> None:

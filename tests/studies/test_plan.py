@@ -8,9 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from exactcreep import Chain, Cycles, GaussianSteps, State, creep, load_scene, plan
-from exactcreep.model.drive import Drive
-from exactcreep.scene import Scene
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, Scene, State, creep, load_scene, plan
 from exactcreep.studies.plan import plan_scene
 from tests.paper import PAPER, captions, paper_chain
 

@@ -17,16 +17,11 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_equal
 
-from exactcreep import Cycles, creep
-from exactcreep.model.numbers import InputError
+from exactcreep import Cycles, Experiment, InputError, Progress, Scene, creep, load_scene, sweep
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.creep import run_alone
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.scene import Scene, load_scene
 from exactcreep.studies.members import run_members
-from exactcreep.studies.sweep import sweep
 from exactcreep.watch.limits import Limits
-from exactcreep.watch.progress import Progress
 from tests.paper import captions, paper_chain
 from tests.processes import PATIENCE, finished
 

@@ -8,11 +8,9 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
-from exactcreep.model.enclosure import Enclosure
+from exactcreep import Chain, Cycles, Enclosure, Evidence, Fate, Outcome, State, creep, fate
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.proof import Passed, ProvedFate, contraction, proved_fate, two_norm
 from exactcreep.studies.thresholds.questions import Lasting, parting
 from tests.oracle.rearrangement import follow

@@ -7,10 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
+from exactcreep import Chain, Cycles, Outcome, State, Survival, creep, fate, survival
 from exactcreep.laws.stopping import stopping_time
 from exactcreep.studies.fates import survival as study
-from exactcreep.studies.fates.survival import StartRecord, Survival
+from exactcreep.studies.fates.survival import StartRecord
 from tests.paper import captions
 
 SIX = captions(6)

@@ -9,15 +9,10 @@ from typing import Any
 
 import pytest
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError
-from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
-from exactcreep.studies.fates.fate_result import Fate
+from exactcreep import Chain, Evidence, Fate, InputError, Outcome, State, Threshold, threshold
 from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
-from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.conftest import OutOfTime
 from tests.paper import captions
 
