@@ -59,6 +59,8 @@ SITUATIONS = [
      "start +3, stop +3"),
     ("one at threshold stays where two movers cancel", "-3/8 7/16 19/16 3/8",
      "3/4 3/4 3/4 3/4 3/4", 0, "start +2 -4, stop +2 -4"),
+    ("and where two movers cancel that start their other neighbours", "-3/8 0 1 7/4 3/4 3/8",
+     "3/4 3/4 3/4 3/4 3/4 3/4 3/4", 0, "start +3 -5, start +2 -6, ..."),
 ]  # fmt: skip
 
 
