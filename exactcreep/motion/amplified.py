@@ -5,7 +5,8 @@ changes them (saltation). If the force on a resting slider is off by e, the slid
 too early, where F' is the rate of the force; with its initial acceleration A this gives a velocity
 error ``A e / F'``. Next to a graze F' almost vanishes, and digits are lost that no comparison sees.
 A stop removes the error of the velocity, and turns the error of the stopping distance into an error
-of the place. A few directions at random are followed.
+of the place. A few random directions are followed. Their roundings are normally distributed,
+because two roundings of one size and opposite signs would cancel.
 
 The estimate holds while the events and their order do. A *margin*, the speed of a moving slider or
 the distance of a resting slider from its threshold, must stay larger than its error: at the events
@@ -28,12 +29,12 @@ from exactcreep.motion.modes import forces_of, frictions_of, loads_of
 from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
 
 DIRECTIONS = 4
-"""Number of random errors that are followed; their signs are the same every time."""
+"""Number of random errors that are followed, the same every time."""
 MARGIN = 2.0
 """Ratio of the estimate and the largest error followed (or one rounding per event)."""
 LOST = 1e-3
 """An error of this size is not small: nothing is known from there on."""
-_SIGNS = np.random.default_rng(20110603).choice((-1.0, 1.0), 4099)
+_RANDOM = np.random.default_rng(20110603).standard_normal(4099)
 _FLOAT64 = FLOAT64.roundoff
 _HALVINGS = 40
 _TIME, _SLIDER, _SIGN, _HELD, _NUMBER = range(5)
@@ -67,7 +68,7 @@ def amplified_error(
     springs[-1] -= 1.0
     limits = contacts.thresholds(initial.coefficients.astype(float), FLOAT64)
     friction = frictions_of(FLOAT64, chain)
-    error, number = _carried(np.array(rows), forces, springs, limits, friction, roundoff, _SIGNS)
+    error, number = _carried(np.array(rows), forces, springs, limits, friction, roundoff, _RANDOM)
     return float(error), int(number)
 
 
@@ -107,7 +108,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
 
 @njit(cache=True)
 def _round(table, i, size, random, word):
-    """Add a rounding of this size to the errors of slider i; return the next word of signs."""
+    """Add a rounding of this size to the errors of slider i; return the next random number."""
     for c in range(1, table.shape[1]):
         table[i, c] += size * random[word % random.size]
         word += 1

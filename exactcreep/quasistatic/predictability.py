@@ -13,6 +13,7 @@ median run that becomes undecided is decided for 6 half-cycles, and trusted for 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ class Predictability(Observer):
 
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive = experiment.drive
-        self._most_events = 2**62 if experiment.twin else MOST_EVENTS
+        self._most_events = None if experiment.twin else MOST_EVENTS
         self._made = simulation.copies  # called at the first target, since copies may be large
         self.copies: PerturbedCopies | None = None
         self.limits = NO_LIMITS  # of the run
@@ -83,8 +84,8 @@ class Predictability(Observer):
         if self.copies is None:
             self.agreed = first - 1 + stretch.completed
             return
-        most, apart = self._most_events, TRUSTED / MARGIN
-        distance, whole = self.copies.follow(self.drive, first, stretch, most, apart, self.limits)
+        apart, limits = TRUSTED / MARGIN, replace(self.limits, events=self._most_events, used=0)
+        distance, whole = self.copies.follow(self.drive, first, stretch, apart, limits)
         self._doubt(first, MARGIN * distance > TENSION_TOLERANCE)
         parts = distance > apart
         self.parted = bool(parts.any())

@@ -92,16 +92,15 @@ class PerturbedCopies(ABC):
 
     @abstractmethod
     def follow(
-        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float,
-        limits: Limits,
-    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+        self, drive: Drive, first: int, stretch: Stretch, apart: float, limits: Limits
+    ) -> tuple[NDArray[np.float64], bool]:
         """Follow the copies beside a simulation, from target `first` of the drive on.
 
         `stretch` is the result of the simulation, with its tensions and slips. The copies stop
-        after `most_events` since their start, at the target at which one of them is more than
-        `apart` off, and, if they are slow, at the `limits` of the run. Returns for each target
-        reached the largest distance of a tension (relative to the largest tension if this exceeds
-        1; inf if other sliders have slipped), and whether all copies have come to the end.
+        after the events of `limits`, counted from their start, at the target at which one of them
+        is more than `apart` off, and, if they are slow, at the time of `limits`. Returns for each
+        target reached the largest distance of a tension (relative to the largest tension if this
+        exceeds 1; inf if other sliders have slipped), and whether all copies came to the end.
         """
 
     @abstractmethod
@@ -281,7 +280,7 @@ def compile_for(
         drive = Cycles("1/10", 1)
         stretch = simulation.follow(drive, 1, 2)
         if (copies := simulation.copies()) is not None:
-            copies.follow(drive, 1, stretch, 2**62, math.inf, NO_LIMITS)
+            copies.follow(drive, 1, stretch, math.inf, NO_LIMITS)
         _COMPILED.add(kind)
 
 

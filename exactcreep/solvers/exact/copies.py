@@ -90,9 +90,8 @@ class ExactCopies(PerturbedCopies):
         self._deviate[1:] = self._deviate[0]  # all copies have the same draws ahead
 
     def follow(
-        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float,
-        limits: Limits,
-    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+        self, drive: Drive, first: int, stretch: Stretch, apart: float, limits: Limits
+    ) -> tuple[NDArray[np.float64], bool]:
         """Compare the copies with a run; see `PerturbedCopies.follow`."""
         high, low = self._targets(drive, first, stretch.completed, self._seed)
         tensions, slips = stretch.recorded["tension"], stretch.recorded["slips"]
@@ -105,8 +104,8 @@ class ExactCopies(PerturbedCopies):
         tense = self._origin.numbers[TENSION : TENSION_LOW + 1].any()
         # a comparison settled by the rules makes later targets undecided anyway
         if first == 1 and tense and not settled_by_rules:
-            at_first = self._near_start([rows[:1] for rows in passed], legs[:1], most_events)
-        distance, whole = self._pass(passed, legs, most_events, apart)
+            at_first = self._near_start([rows[:1] for rows in passed], legs[:1], limits.events_left)
+        distance, whole = self._pass(passed, legs, limits.events_left, apart)
         both = min(distance.size, at_first.size)
         distance[:both] = np.maximum(distance[:both], at_first[:both])
         return distance, whole

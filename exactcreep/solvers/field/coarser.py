@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,15 +24,13 @@ class CoarserRun(PerturbedCopies):
         self.simulation = simulation
 
     def follow(
-        self, drive: Drive, first: int, stretch: Stretch, most_events: int, apart: float,
-        limits: Limits,
-    ) -> tuple[NDArray[np.float64], bool]:  # fmt: skip
+        self, drive: Drive, first: int, stretch: Stretch, apart: float, limits: Limits
+    ) -> tuple[NDArray[np.float64], bool]:
         """Compare the copy with a run; see `PerturbedCopies.follow`."""
         distances: list[float] = []
         while len(distances) < stretch.completed and max(distances, default=0.0) <= apart:
             k, own = len(distances), self.simulation
-            allowed = replace(limits, events=most_events, used=own.tally.events)
-            passed = own.follow(drive, first + k, 1, allowed)
+            passed = own.follow(drive, first + k, 1, limits.after(own.tally.events))
             if passed.completed:
                 distances.append(_distance(stretch.recorded, k, passed.recorded))
             elif passed.stop is Stop.RUNAWAY:
