@@ -47,8 +47,7 @@ def test_what_is_drawn_is_what_it_always_was_a_word_of_philox_inverted():
     for (seed, n, k), value in COEFFICIENTS.items():
         assert disorder.static_coefficient(CHAIN, seed, n, k) == value
         deviate = normal_of(word_of(seed, disorder.STREAM_COEFFICIENT, n, k))
-        expected = deviate / 100 + mpmath.mpf(6) / 10
-        assert abs(value - expected) < 2 * math.ulp(value), (seed, n, k)
+        assert abs(value - deviate / 100 - mpmath.mpf(6) / 10) < 2 * math.ulp(value), (seed, n, k)
     for (seed, q), value in DILATIONS.items():
         assert disorder.dilation(DRIVE, seed, q) == value
         assert DRIVE.exact_target(q, seed) == Fraction(value)
@@ -57,18 +56,14 @@ def test_what_is_drawn_is_what_it_always_was_a_word_of_philox_inverted():
 
 
 def test_the_compiled_words_are_those_of_numpy_and_deviates_are_accurate_into_both_tails() -> None:
-    rng = np.random.default_rng(4)
     drawn = [0, 1 << 11, 2**63 - 1, 2**64 - 2**12, 2**52, 3 << 40, 2**62]
-    for seed, stream, n, block in rng.integers(0, 2**63, (20, 4)).tolist():
-        words = deviates.philox(np.uint64(seed), np.uint64(stream), np.uint64(n), np.uint64(block))
-        theirs = np.random.Philox(key=[seed, stream], counter=[block, n, 0, 0]).random_raw(4)
-        assert list(words) == theirs.tolist()
-        drawn += theirs.tolist()
+    for key in np.random.default_rng(4).integers(0, 2**63, (20, 4)).tolist():
+        words = [int(word) for word in deviates.philox(*map(np.uint64, key))]
+        assert words == [word_of(*key[:3], 4 * key[3] + k) for k in range(4)]
+        drawn += words
     for word in drawn:
-        deviate, mirrored = (
-            float(deviates.normal_deviate(np.uint64(each))) for each in (word, ~word % 2**64)
-        )
-        assert deviate == -mirrored
+        deviate = float(deviates.normal_deviate(np.uint64(word)))
+        assert deviate == -float(deviates.normal_deviate(np.uint64(~word % 2**64)))
         expected = normal_of(word)
         assert abs(deviate - expected) <= 6 * math.ulp(abs(float(expected)))
 
@@ -86,10 +81,9 @@ def test_seeded_tensions_are_the_centres_of_cells_between_minus_one_and_one() ->
     seeds = (0, 1, 2**63 - 1, 2**63, 2**64 - 2, 2**64 - 1)
     tensions = np.array([disorder.uniform_tensions(seed, 50) for seed in seeds])
     assert np.unique(tensions).size == tensions.size
-    for seed, row in zip(seeds, tensions, strict=True):
-        key = np.array([seed, disorder.STREAM_TENSION], dtype=np.uint64)
-        words = np.random.Philox(key=key, counter=[0, 0, 0, 0]).random_raw(50).tolist()
-        assert row.tolist() == [float(Fraction((word >> 11) * 2 + 1, 2**53) - 1) for word in words]
+    for seed, row in zip(seeds, tensions.tolist(), strict=True):
+        words = [word_of(seed, disorder.STREAM_TENSION, 0, k) for k in range(50)]
+        assert row == [float(Fraction((word >> 11) * 2 + 1, 2**53) - 1) for word in words]
 
 
 def test_without_disorder_a_coefficient_is_the_rational_mu_s():

@@ -67,12 +67,9 @@ def test_bytes_that_are_no_utf_8_and_packed_files_are_read(tmp_path: Path) -> No
     text = german(DAYS).replace("Datum", "Tag des Märzes")
     tmp_path.joinpath("a.csv").write_bytes(text.encode("latin-1"))
     tmp_path.joinpath("b.csv.gz").write_bytes(gzip.compress(text.encode("utf-8-sig")))
-    for name, encoding in (("a.csv", "latin-1"), ("b.csv.gz", "utf-8")):
+    for name, encoding in (("a.csv", {"encoding": "latin-1"}), ("b.csv.gz", {})):
         found = guessed(tmp_path / name).options
-        assert (found.get("encoding", "utf-8"), found["time_column"]) == (
-            encoding,
-            "Tag des Märzes",
-        )
+        assert found == GERMAN | {"time_column": "Tag des Märzes"} | encoding
         record = TemperatureRecord(tmp_path / name, kappa=1, T0=0, **found)
         assert record.temperatures[:4].tolist() == [-1.5, 8.25, 0.5, 9.25]
         assert record.half_cycles == 80

@@ -9,9 +9,11 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 
+import exactcreep as ec
 from exactcreep import Chain, Cycles, GaussianSteps, InputError, Path, State, disorder
 from exactcreep.model.numbers import exact_number, whole_number
 from exactcreep.model.user_files import content_of, text_of, unpacked
+from exactcreep.solvers import Verlet
 
 PAPER = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 CHAIN = Chain(**PAPER)
@@ -110,3 +112,42 @@ def test_a_file_is_read_and_unpacked_up_to_a_size_to_the_byte(tmp_path: File) ->
             read()
     with pytest.raises(InputError, match="line 2 holds another byte"):
         text_of("Tag\nMärz".encode("latin-1"), "file", "a")
+
+
+LEVEL = {name: value for name, value in PAPER.items() if name not in ("tan_alpha", "sigma_mu")}
+ROOF = {"length": 8, "section": "0.003", "mu_d": "0.6", "mu_s": "0.7", "material": "lead"}
+DRIVE = Cycles("0.005", 5)
+
+
+@pytest.mark.parametrize(
+    ("mistaken", "mend"),
+    [
+        (lambda: Chain(**LEVEL, alpha=14), "is the slope, the tangent of the angle: 0.249"),
+        (lambda: ec.threshold(n=3), r"n = 3: belongs to a chain: threshold\(Chain\(n=3, \.\.\.\)"),
+        (lambda: ec.creep(DRIVE, n=3), r"creep\(Chain\(n=3"),
+        (lambda: Chain(**PAPER | {"mu_s": [0.6] * 9}), "numbers, of each slider"),
+        (lambda: ec.physical(**ROOF, tan_alpha=1).creep(DRIVE, time_unit=9), "must exceed tan"),
+        (lambda: ec.creep(CHAIN, DRIVE, seed=None), "no run is random; default 0"),
+    ],
+)
+def test_a_mistake_that_everybody_makes_is_answered_with_its_mend(mistaken, mend):
+    with pytest.raises(InputError, match=mend):
+        mistaken()
+
+
+@pytest.mark.parametrize(
+    ("implausible", "said"),
+    [
+        (lambda: Chain(**LEVEL, tan_alpha=-20), "tan_alpha = -20: a slope of 87 degrees"),
+        (lambda: Chain(**PAPER | {"mu_s": 50}), "mu_s = 50: .* between 0.1 and 1"),
+        (lambda: Chain(**PAPER | {"sigma_mu": 5}), "sigma_mu = 5: .* less than 0.1"),
+        (lambda: ec.physical(**ROOF, tan_alpha="0.3", kappa=30), "kappa = 30: .* per kelvin"),
+        (lambda: ec.Experiment(CHAIN, Cycles(2, 1)), "theta.* reaches 1"),
+        (lambda: ec.Experiment(Chain(**PAPER | {"n": 600_000}), DRIVE), "= 600000: .* of memory"),
+        (lambda: ec.Experiment(CHAIN, Cycles("0.005", 10**12)), "= .*e.14: .* more than a day"),
+        (lambda: Verlet(dt=1e-12), "steps = 1e.12: "),
+    ],
+)
+def test_what_is_implausible_is_remarked_in_one_place(implausible, said):
+    with pytest.warns(ec.PhysicsWarning, match=said):
+        implausible()

@@ -65,12 +65,13 @@ def test_a_direction_is_that_of_the_slope_and_on_the_level_that_of_the_axis(
     advance: float, slope: float, way: str
 ) -> None:
     assert direction_of(advance, slope) == way
-    gone = "creeping" if way == "none" else f"creeping {way}"
-    found = found_text(Outcome.CREEPING, way, f"after {cycles_text(2)}", Evidence.PROVED)
-    assert found == f"{gone}, after 2 cycles (proved)"
-    assert found_text(Outcome.AT_REST, "none", cycles_text(1), Evidence.COMPUTED) == (
-        "at rest, 1 cycle (computed)"
-    )
+
+
+def test_what_was_found_is_said_with_its_direction_and_its_evidence() -> None:
+    found = found_text(Outcome.CREEPING, "uphill", f"after {cycles_text(2)}", Evidence.PROVED)
+    assert found == "creeping uphill, after 2 cycles (proved)"
+    found = found_text(Outcome.AT_REST, "none", cycles_text(1), Evidence.COMPUTED)
+    assert found == "at rest, 1 cycle (computed)"
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import gzip
-from datetime import datetime, timedelta
 from fractions import Fraction
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError
-from exactcreep.model.path import Path
-from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
-from exactcreep.quasistatic.creep import creep
+from exactcreep import Chain, InputError, Path, TemperatureRecord, creep
+from exactcreep.model.temperature_record import RecordWarning
 from exactcreep.quasistatic.creep_result import Creep
 
 KAPPA = "29e-6"
@@ -62,7 +58,13 @@ def test_dates_become_seconds_columns_are_found_by_name_and_kelvin_is_celsius(wr
 DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
 DAY = "day,high,low\n1878-01-01,66,14\n"
 ONE = HEAD + "0,1\n"
-REFUSED = [
+ARRAYS = [
+    ([[1, 2, 3]], {"times": [0]}, "must have one dimension"),
+    (np.zeros((3, 2)), {"times": [0, 1, 2]}, "must be a date, where a row has the minimum"),
+    ([1, 2], {"times": [[0, 1]]}, "times = 2: must be as many as temperatures, 2"),
+    ([1, None], {"times": [0, 1]}, "temperature = .*: is missing, or .* at 1"),
+]
+FILES = [
     (HEAD + "0,1\n1,\n2\n3,NaN\n", {}, "temperature = nan: .*at 1, and 2 more; pandas"),
     (HEAD + "0,1\n,2\n", {}, r"time = nan: .*\(row 2\)"),
     (HEAD + "0,1\n1,warm\n2,\n", {}, "temperature = 'warm': .*at 1, and 1"),
@@ -85,24 +87,15 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("content", "options", "said"), REFUSED)
-def test_a_bad_row_file_or_option_is_refused_by_its_name_and_value(write, content, options, said):
+@pytest.mark.parametrize(("content", "options", "said"), FILES + ARRAYS)
+def test_a_bad_row_file_array_or_option_is_refused_by_its_name_and_value(
+    write, content, options, said
+):
+    file = isinstance(content, str | bytes)
+    given = {"file": write(content)} if file else {"temperatures": content}
+    make = TemperatureRecord if file else TemperatureRecord.of
     with pytest.raises(InputError, match=said):
-        TemperatureRecord(**{"file": write(content), "kappa": KAPPA, "T0": 0} | options)
-
-
-@pytest.mark.parametrize(
-    ("values", "about", "sentence"),
-    [
-        ([[1, 2, 3]], {"times": [0]}, "must have one dimension"),
-        (np.zeros((3, 2)), {"times": [0, 1, 2]}, "must be a date, where a row has the minimum"),
-        ([1, 2], {"times": [[0, 1]]}, "times = 2: must be as many as temperatures, 2"),
-        ([1, None], {"times": [0, 1]}, "temperature = .*: is missing, or .* at 1"),
-    ],
-)
-def test_arrays_that_are_no_record_are_refused(values, about, sentence):
-    with pytest.raises(InputError, match=sentence):
-        TemperatureRecord.of(values, KAPPA, 0, **about)
+        make(**given | {"kappa": KAPPA, "T0": 0} | options)
 
 
 # --- what real files are like --------------------------------------------------------------------
@@ -143,19 +136,19 @@ def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
         record(half, **DAYS)
 
 
-def swapped(count: int, of: int) -> str:
-    days = [(datetime(1990, 1, 1) + timedelta(days=k)).date() for k in range(of)]
-    return "day,high,low\n" + "".join(
-        f"{day},{high},{-high}\n"
-        for day, high in zip(days, [-5] * count + [5] * (of - count), strict=True)
-    )
-
-
 def test_a_minimum_above_its_maximum_is_a_warning_and_on_many_days_an_error(write):
+    def swapped(count, of):
+        days = np.datetime64("1990-01-01") + np.arange(of)
+        rows = (
+            f"{day},{high},{-high}"
+            for day, high in zip(days, [-5] * count + [5] * of, strict=False)
+        )
+        return record(write("\n".join(["day,high,low", *rows])), **DAYS)
+
     with pytest.warns(RecordWarning, match="on 1 of 100 days, first on 1990-01-01"):
-        assert record(write(swapped(1, 100)), **DAYS).half_cycles == 200
+        assert swapped(1, 100).half_cycles == 200
     with pytest.raises(InputError, match=r"low': is above high on 2 of 199 days, .* be swapped"):
-        record(write(swapped(2, 199)), **DAYS)
+        swapped(2, 199)
 
 
 @pytest.mark.parametrize(
