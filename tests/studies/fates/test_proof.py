@@ -1,6 +1,6 @@
 """Fates that are proved for ever."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -147,26 +147,22 @@ def period_of(found: Fate) -> list[object]:
     return [event for _, itinerary in found.itinerary or () for event in itinerary]
 
 
-def settled_fates(count: int, cycles: int) -> list[Fate]:
-    """Return fates of random chains that are known after `cycles` and do not rest."""
+def settled_fates(count: int, cycles: int) -> Iterator[Fate]:
+    """Yield fates of random chains that are known after `cycles` and do not rest."""
     rng = np.random.default_rng(5)
-    out: list[Fate] = []
-    while len(out) < count:
+    while count:
         mu_d = rng.uniform(0.3, 0.6)
-        changed = {
-            "mu_d": f"{mu_d:.3f}",
-            "mu_s": f"{mu_d + rng.uniform(0.05, 0.2):.3f}",
-            "tan_alpha": f"{mu_d * rng.uniform(0.3, 0.9):.3f}",
-        }
-        chain = captions(int(rng.integers(2, 6)), **changed)
+        mu_s, tan_alpha = mu_d + rng.uniform(0.05, 0.2), mu_d * rng.uniform(0.3, 0.9)
+        friction = {"mu_d": f"{mu_d:.3f}", "mu_s": f"{mu_s:.3f}", "tan_alpha": f"{tan_alpha:.3f}"}
+        chain = captions(int(rng.integers(2, 6)), **friction)
         law = chain.n * float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha / 2000
         amplitude = f"{law * rng.uniform(1, 2.5):.6f}"
         floats = fate(chain, amplitude, cycles=600, solver="exact")
         if floats.outcome not in (Outcome.LIMIT, Outcome.AT_REST):
             found = fate(chain, amplitude, cycles=cycles)
             if found.settled_after is not None and found.settled_after <= 40:
-                out.append(found)
-    return out
+                count -= 1
+                yield found
 
 
 @pytest.mark.parametrize(
@@ -179,9 +175,8 @@ def test_an_integration_goes_through_the_proved_period_and_advances_as_proved(
         assert found.evidence is Evidence.PROVED
         targets = [found.amplitude, -found.amplitude] * (found.settled_after + 2 * found.period)
         log, places = follow(found.chain, State.relaxed(found.chain), targets, 0)
-        events = [event for _, event in log]
         twice = 2 * period_of(found)
-        assert events[len(events) - len(twice) :] == twice
+        assert [event for _, event in log][-len(twice) :] == twice
         x_g = np.mean(places, axis=1)[1::2]
         middle, radius = found.advance_enclosure
         assert abs(x_g[-1] - x_g[-1 - found.period] - float(middle)) < float(radius) + 1e-9
