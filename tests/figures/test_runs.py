@@ -133,7 +133,7 @@ def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: in
     assert ((low <= held) & (held <= high) & (low < least) & (most < high)).all()
     if half_cycle:
         assert_array_equal(held, full["tension"][half_cycle - 1])
-    top, middle, space, *_ = draw_portrait(seen).axes
+    top, middle, space, tensions, forces, _ = draw_portrait(seen).axes
     time = np.arange(seen.first - 1, seen.first + 10)
     assert_array_equal(line(top, 0), [time, seen.theta])
     assert_array_equal(line(middle, 0), [time, seen.x_G])
@@ -142,6 +142,9 @@ def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: in
     assert_array_equal(line(inset, 0), [np.arange(1, 41), full["x_G"]])
     mesh = space.collections[0]
     assert_array_equal(np.asarray(mesh.get_array()).reshape(6, 10), seen.slips.T)
+    assert_array_equal(line(tensions, 4), [np.arange(1, 6), held])
+    assert_array_equal(line(forces, 0), [np.arange(1, 7), seen.forces])
+    assert_array_equal(line(forces, 1)[0], np.arange(7) + 0.5)  # steps of mu_d
 
 
 def test_what_the_run_does_not_have_or_repeat_is_refused(run: ec.Creep) -> None:
