@@ -8,7 +8,7 @@ import io
 import json
 import time
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -120,8 +120,8 @@ def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
     name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for path in ("secret", "run.nc"):
-        Path("other.nc" if path == "run.nc" else path).write_bytes((folder / path).read_bytes())
+    for source, copy in (("secret", "secret"), ("run.nc", "other.nc")):
+        Path(copy).write_bytes((folder / source).read_bytes())
     data = io.BytesIO((folder / "run.nc").read_bytes()[:-84])
     with h5py.File(data, "r+") as file:
         RESULTS[name](file)
@@ -132,20 +132,13 @@ def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
     assert not Path("sent.csv").exists()
 
 
-def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
-    """Yield damaged copies: a bit turned, and a part lost, doubled, or written over."""
-    random = Random(seed)
-    for _ in range(count):
-        at = random.randrange(len(data))
-        end = min(len(data), at + random.choice([1, 8, 512, 4096]))
-        flipped = bytes([data[at] ^ 1 << random.randrange(8)]) + data[at + 1 : end]
-        part = random.choice([flipped, bytes(end - at), b"", 2 * data[at:end]])
-        yield data[:at] + part + random.choice([data[end:], b""])
-
-
 def test_a_result_that_was_damaged_anywhere_is_refused(folder: Path, tmp_path: Path) -> None:
-    good, path = (folder / "run.nc").read_bytes(), tmp_path / "sent.nc"
-    for bad in mutations(good, 60, 1):
+    good, path, random = (folder / "run.nc").read_bytes(), tmp_path / "sent.nc", Random(1)
+    for _ in range(60):  # a part is lost, doubled or written over, or the rest is
+        at = random.randrange(len(good))
+        end = at + random.choice([1, 8, 512, 4096])
+        part = random.choice([bytes([good[at] ^ 8]), bytes(end - at), b"", 2 * good[at:end]])
+        bad = good[:at] + part + random.choice([good[end:], b""])
         path.write_bytes(bad)
         assert bad == good or "checksum" in said_of(lambda: Creep.load(path), path)
 
@@ -164,9 +157,6 @@ def put(*keys: Any, value: Any) -> Change:
     return change
 
 
-DEEP: Any = []
-for _ in range(500):
-    DEEP = [DEEP]
 CHECKPOINTS: dict[str, Change] = {
     "division by zero": put(0, "experiments", 0, "chain", "l0", value={"$fraction": ["1", "0"]}),
     "other arguments": put(0, "experiments", 0, "chain", "evil", value=1),
@@ -185,10 +175,9 @@ CHECKPOINTS: dict[str, Change] = {
 }  # fmt: skip
 
 
-def lines_of(records: list[Any]) -> bytes:
+def lines_of(texts: Iterable[str]) -> bytes:
     data, digest = checkpoint.LINE, ""
-    for record in records:
-        text = json.dumps(record)
+    for text in texts:
         digest = hashlib.sha256(f"{digest}{text}".encode()).hexdigest()
         data += f"{digest} {text}\n".encode()
     return data
@@ -198,24 +187,24 @@ def records_of(data: bytes) -> list[Any]:
     return [json.loads(line.partition(b" ")[2]) for line in data.splitlines()[1:]]
 
 
-@pytest.mark.parametrize("name", CHECKPOINTS)
+NESTED = ["[" * 10**6, '{"a":' * 10**6, "[" + "[]," * 10**7 + "[]]"]
+
+
+@pytest.mark.parametrize("name", [*CHECKPOINTS, *range(len(NESTED))])
 def test_a_forged_checkpoint_is_refused(
-    name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: Any, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
-    records = records_of((folder / "run.ckpt").read_bytes())
-    CHECKPOINTS[name](records)
+    if name in CHECKPOINTS:
+        records = records_of((folder / "run.ckpt").read_bytes())
+        CHECKPOINTS[name](records)
+        data = lines_of(map(json.dumps, records))
+    else:
+        data = lines_of([NESTED[name]])
     path = tmp_path / "sent.ckpt"
-    path.write_bytes(lines_of(records))
+    path.write_bytes(data)
     said_of(lambda: resume(path), path)
     assert status(["resume", str(path)]) == 2
-
-
-@pytest.mark.parametrize("text", ["[" * 10**6, '{"a":' * 10**6, "[" + "[]," * 10**7 + "[]]"])
-def test_a_checkpoint_of_nested_or_countless_parts_is_refused(text: str, tmp_path: Path) -> None:
-    path, digest = tmp_path / "sent.ckpt", hashlib.sha256(text.encode()).hexdigest()
-    path.write_bytes(checkpoint.LINE + f"{digest} {text}\n".encode())
-    said_of(lambda: resume(path), path)
 
 
 CELLS: dict[str, Change] = {
@@ -238,7 +227,7 @@ def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: 
     else:
         records = records_of(cell.read_bytes())
         records[0]["value"][name] = VALUES[name]
-        cell.write_bytes(lines_of(records))
+        cell.write_bytes(lines_of(map(json.dumps, records)))
     said_of(lambda: sweep(SCENE, out=made, resume=True, workers=1), made if name in CELLS else cell)
 
 

@@ -39,7 +39,9 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
     assert result.half_cycles == drive.half_cycles
     mean = (x[-1] - x[left_out]) / (drive.half_cycles - left_out)
     assert result.velocity == pytest.approx(mean, rel=1e-13, abs=0)
-    assert result.velocity_units.endswith("half-cycle" if drive.cyclic else "target")
+    named = "half-cycle" if drive.cyclic else "target"
+    assert result.velocity_units.endswith(named)
+    assert f"from {named} {left_out + 1} on" in result.finding
 
 
 def record_at(hours: list[float]) -> TemperatureRecord:
