@@ -207,6 +207,7 @@ def follow_copies(
     only on the numbers of copy and target, so that calls may end anywhere: soon after `max_work`,
     or when several sliders move and there are no `series`. Returns whether there is more to do.
     """
+    single = max_work < 0  # never; the constant would make `follow` compile again
     for number in range(scalars.size):
         now = scalars[number]
         work_limit = now.counts.work + now.counts.events + max_work
@@ -220,7 +221,7 @@ def follow_copies(
             reason, passed = follow(
                 cell[number], whole[number], deviate[number], None, series,
                 scalars[number : number + 1], log, theta[q : q + 1], theta_low[q : q + 1], target,
-                most_events - now.counts.events, work, False,
+                most_events - now.counts.events, work, single,
             )  # fmt: skip
             away = 0.0
             if passed == 1:

@@ -103,7 +103,7 @@ class Origin(NamedTuple):
         total, error = two_sum.py_func(numbers[..., TENSION, :], -high)
         numbers[..., TENSION, :] = total
         numbers[..., TENSION_LOW, :] += error - low
-        shares = np.transpose([split(share) for share in leg.expansion(chain)])
+        shares = np.array([split(share) for share in leg.expansion(chain)]).T.copy()
         return self._replace(numbers=numbers, expansion=shares, load=(0.0, 0.0))
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
