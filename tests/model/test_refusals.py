@@ -53,7 +53,8 @@ def test_a_whole_number_out_of_its_range(value):
 
 CHAINS = [
     ("n", 0), ("n", 1_000_001), ("l0", 0), ("l0", "1e400"), ("mu_d", "-0.1"), ("mu_s", "0.4"),
-    ("sigma_mu", -1), ("sigma_mu", 1e308), ("tan_alpha", NAN),
+    ("sigma_mu", -1), ("sigma_mu", 1e308), ("tan_alpha", NAN), ("mu_d", ["0.5"]),
+    ("end_forces", "12"), ("expansion", [1, 1, 1]), ("l0", [1, 2, 3]),
 ]  # fmt: skip
 STATES = [
     ("tensions", ["0.1", "0.2"]), ("tensions", [1j, 0]), ("tensions", [True, False]),
@@ -70,6 +71,8 @@ STATES = [
     [
         *((Chain, PAPER | {field: value}, field) for field, value in CHAINS),
         *((State, REST | {field: value}, f"state.{field}") for field, value in STATES),
+        (Chain, PAPER | {"mu_d": ["0.5", -1, 0]}, "mu_d[1]"),
+        (Chain, PAPER | {"mu_s": ["0.6", "0.4", 1]}, "mu_s[1]"),
         (Cycles, (-1, 3), "amplitude"),
         (Cycles, ("0.1", 0), "cycles"),
         (GaussianSteps, (-0.1, 3), "sigma_theta"),
