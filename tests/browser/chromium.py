@@ -13,6 +13,8 @@ import matplotlib.image as mpimg
 import numpy as np
 import pytest
 
+from tests.processes import PATIENCE
+
 selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 DRIVER = shutil.which("chromedriver")
@@ -26,7 +28,6 @@ FLAGS = (
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
     "--window-size=1280,1150",
 )  # fmt: skip
-PATIENCE = 300
 
 
 def new_browser(profile: Path) -> Any:
@@ -78,10 +79,7 @@ class Page:
         pixels = mpimg.imread(io.BytesIO(found.screenshot_as_png))
         return pixels[5:-5, 5:-5]
 
-    def colours(self, name: str) -> int:
+    def colours(self, element: Any) -> int:
         """Return how many colours are seen in a picture; one: that of the paper."""
-        return count_colours(self.seen(name))
-
-
-def count_colours(pixels: Any) -> int:
-    return len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0))
+        pixels = self.seen(element)
+        return len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.browser.chromium import MARKS, Page, count_colours, new_browser
+from tests.browser.chromium import MARKS, Page, new_browser
 from tests.processes import PROGRAM, begun
 
 pytest.importorskip("marimo", reason="marimo is not installed")
@@ -31,15 +31,11 @@ def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         begun(*PROGRAM, "explore", "--headless") as process,
         new_browser(tmp_path_factory.mktemp("profile")) as browser,
     ):
-        try:
-            url = re.compile(r"http://localhost:\d+\S*")
-            (address,) = next(filter(None, map(url.findall, process.stdout)))
-            visitor = Page(browser, address)
-            visitor.until(lambda: visitor.script(DESCRIBED))
-            yield visitor
-        finally:
-            process.terminate()
-            process.wait()
+        url = re.compile(r"http://localhost:\d+\S*")
+        (address,) = next(filter(None, map(url.findall, process.stdout)))
+        visitor = Page(browser, address)
+        visitor.until(lambda: visitor.script(DESCRIBED))
+        yield visitor
 
 
 def focus_on(app: Page, words: str) -> None:
@@ -54,8 +50,7 @@ def focus_on(app: Page, words: str) -> None:
 def test_it_begins_with_a_chain_in_motion(app: Page) -> None:
     app.until(lambda: app.script(FRAME + "return page.eval('now') > 0"))
     assert "Law that holds" in app.browser.find_element("tag name", "body").text
-    frame = app.browser.find_element("tag name", "iframe")
-    assert count_colours(app.seen(frame)) > 20
+    assert app.colours(app.browser.find_element("tag name", "iframe")) > 20
 
 
 def test_the_keyboard_alone_changes_a_parameter_and_the_run(app: Page) -> None:

@@ -118,6 +118,8 @@ def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its
         run = creep(CHAIN, GIVEN.drive, seed=6, solver=method.solver, record=(), **method.options)
         assert (there.velocity, there.bias) == (run.velocity, run.velocity - exact.velocity)
     assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
+    radii = data().truth_radius.values
+    assert 0 < radii.min() <= radii.max() < 1e-15
 
 
 def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() -> None:

@@ -44,7 +44,7 @@ def three() -> Threshold:
         # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000
         (captions(2), Fraction(35 * 4, 100 * 1000) ** 2 / 17, 1000, {}),
         # mu_s c - s = 0.64 - 0.6: at a decimal the slider stays, and that is known in Q(c)
-        (Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4"), Fraction("0.00004") ** 2, 30, {}),
+        (Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4"), Fraction("0.00004") ** 2, 12, {}),
     ],
 )
 def test_two_sliders_creep_above_their_first_slip_alone(

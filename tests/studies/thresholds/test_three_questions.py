@@ -24,7 +24,9 @@ def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
         sides = [ec.fate(chain, side, solver=solver).outcome for side in (edge.lower, edge.upper)]
         assert [side is ec.Outcome.CREEPING for side in sides] == [not edge.begins, edge.begins]
     assert "the first of 3 edges" in found.finding
-    assert [one["creep"] for one in found.summary()["windows"]] == ["begins", "ends", "begins"]
+    told = found.summary()
+    assert [one["creep"] for one in told["windows"]] == ["begins", "ends", "begins"]
+    assert told["sensitive"] == [*found.sensitive]
 
 
 @pytest.mark.parametrize(("n", "amplitude"), [(4, Fraction("0.00065")), (6, Fraction("0.00098"))])
