@@ -26,6 +26,7 @@ hypothesis.settings.register_profile("untimed", deadline=None)  # no verdict dep
 hypothesis.settings.load_profile("untimed")
 COMPILED = """
 from exactcreep import Cycles, State, creep, fate, rearrange
+from exactcreep.solvers.exact.layout import LONGEST_SHORT
 from tests.paper import captions
 drive = Cycles("0.001", 1)
 """
@@ -34,13 +35,13 @@ PARTS = (
 for n in (3, 2):
     for record in ((), ("rearrangements",)):
         creep(captions(n, "0.01"), drive, record=record)
+creep(captions(LONGEST_SHORT + 1), drive)
 """,
     """
 for each in ("certified", "verlet", "sliding"):
     creep(captions(3), drive, solver=each)
 fate(captions(3), "0.001", solver="exact")
 rearrange(captions(3), State.relaxed(captions(3)), direction=1).evidence
-creep(captions(81), drive)
 """,
 )
 """What most tests need compiled, each once, in two processes that take about as long."""

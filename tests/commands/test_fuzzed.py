@@ -13,6 +13,7 @@ import pytest
 
 from tests.warm import Warm, warm_process
 
+pytestmark = pytest.mark.xdist_group("warm")  # one warm process
 LINES = (
     "run two-sliders-cycles --set drive.cycles=3 --json",
     "run two-sliders-cycles --set chain.n=3 --set drive.amplitude=0.001 --plot p.png --force",

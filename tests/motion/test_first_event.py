@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-import numpy as np
 import pytest
 
-from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
+from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of
 from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.modes import Flow
 
 FRICTION = Fraction(1, 2)
-ARITHMETICS = [FLOAT64, digits_of(120), balls_of(120)]
-every_arithmetic = pytest.mark.parametrize("arithmetic", ARITHMETICS, ids=lambda a: a.name)
 
 
 def flow_of(arithmetic, forces, moving, velocities=None):
@@ -30,26 +27,6 @@ def first_time(arithmetic, flow, thresholds):
     search = Search(flow, flow.runs(), arithmetic.vector(thresholds), {})
     found = search.first()
     return found, root_time(search, found[0]), search
-
-
-@every_arithmetic
-def test_no_slider_acts_before_the_first_event(arithmetic):
-    rng = np.random.default_rng(31)
-    with arithmetic.active():
-        for _ in range(8):
-            forces = rng.uniform(-0.5, 0.5, 7).tolist()
-            signs, speeds = {}, {}
-            for n in (1, 2, 3, 5):
-                signs[n] = int(rng.choice([-1, 1]))
-                speeds[n] = signs[n] * float(rng.uniform(0.05, 0.9))
-            flow = flow_of(arithmetic, forces, signs, speeds)
-            found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 7)
-            runs = flow.runs()
-            for fraction in np.linspace(0.01, 0.99, 20):
-                for candidate in Search(flow, runs, search.thresholds, {}).functions:
-                    value, _ = candidate(arithmetic.number(float(fraction)) * time)
-                    assert float(value) > 0
-            assert abs(float(found[0](time)[0])) < 1e-14
 
 
 def test_a_graze_is_undecided_and_roots_closer_than_the_precision_are():

@@ -43,6 +43,8 @@ SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
     "verlet": ({"dt": 2e-4, "locate": True}, 1e-5),
 }
 """Options, and how far a tension may be off."""
+ONE_OF = {"mpmath": 4}
+"""A slow solver, which shares all but its numbers with `reference`, takes one case of so many."""
 
 
 def unlike(rng: random.Random, least: int = 40) -> Chain:
@@ -86,7 +88,7 @@ def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_rearrangement_follows_the_equations_of_motion(solver: str) -> None:
     options, bound = SOLVERS[solver]
-    for chain, state, way, seed, truth in known():
+    for chain, state, way, seed, truth in known()[:: ONE_OF.get(solver, 1)]:
         if solver == "verlet" and any(len(who) > 1 for _, who, _ in truth.itinerary):
             continue  # it sees no ties
         found = rearrange(chain, state, direction=way, seed=seed, solver=solver, **options)
@@ -180,7 +182,7 @@ def proved() -> list[Creep]:
 def test_runs_along_vectors_and_of_symmetric_chains_are_the_proved_ones(solver: str) -> None:
     options, bound = SOLVERS[solver]
     assert len(proved()) >= 10
-    for run in proved():
+    for run in proved()[:: ONE_OF.get(solver, 1)]:
         symmetric = run.chain in SYMMETRIC
         if symmetric and solver == "verlet":  # which sees no ties
             continue

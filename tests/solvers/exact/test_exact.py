@@ -57,7 +57,7 @@ def test_the_mirror_image_of_a_chain_moves_as_its_mirror_image_bit_for_bit(
     """On the level its own: both ends slip at once, which a rule has settled."""
     chain = Chain(n, 1000, "0.5", "0.6", tan_alpha=tan_alpha)
     tensions = np.random.default_rng(n).normal(0, reach, n - 1)
-    drive = Cycles(amplitude, 20 if n < 300 else 1)
+    drive = Cycles(amplitude, 20 if n < 30 else 1)
     one, other = (
         creep(which, drive, start=State.prepared(which, start))
         for which, start in ((chain, tensions), (chain.mirrored(), tensions[::-1].copy()))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import random
 from fractions import Fraction
 from itertools import pairwise
 
 import pytest
 
-from exactcreep import Chain, Outcome, State, rearrange
+from exactcreep import Chain, State
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.pack import Origin, dilation, placed
-from tests.paper import paper_chain
 
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
 
@@ -33,21 +31,3 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
         assert cell[layout.REST, k] == cell[layout.FORCE, k]
     assert origin.read(work)[0].tolist() == [float(t) for t in tensions]
     assert dilation(chain, origin.load) == float(theta)
-
-
-@pytest.mark.parametrize("n", [1, 2, 6])
-def test_what_was_computed_before_in_the_same_arrays_changes_no_bit(n: int) -> None:
-    rng, states = random.Random(n), []
-    for seed in range(20):
-        for chain in (
-            paper_chain(n, tan_alpha="0.499"),
-            Chain(n, 10, "0.3", "0.6", tan_alpha="0.1"),
-        ):
-            tensions = [rng.uniform(-2, 2) for _ in range(n - 1)]
-            states.append((chain, State.prepared(chain, tensions, seed=seed)))
-    known = [rearrange(chain, state, direction=1) for chain, state in states]
-    for k in rng.sample(range(len(states)), len(states)):
-        chain, state = states[k]
-        given_up = rearrange(*states[0], direction=1, max_events=2)
-        assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
-        assert rearrange(chain, state, direction=1) == known[k]
