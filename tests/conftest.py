@@ -145,6 +145,14 @@ def out_of_time(monkeypatch: pytest.MonkeyPatch) -> OutOfTime:
     return after
 
 
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    """Close what a test has drawn."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
+
+
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """Return the list of the figures that are written to files."""

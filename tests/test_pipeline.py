@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -87,7 +86,6 @@ def test_the_picture_draws_forces_and_displacements_of_the_walk() -> None:
     assert len(moved.lines) == 8
     for line, row in zip(moved.lines, walk.displacement, strict=True):
         assert np.array_equal(line.get_ydata(), row)
-    plt.close("all")
 
 
 @pytest.mark.parametrize(

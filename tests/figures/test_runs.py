@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -18,12 +16,6 @@ from tests.pictures import assert_shows_data, line
 
 CHAIN, SIX, VARIED = paper_chain(2), paper_chain(6), paper_chain(6, "0.02")
 DRIVE = ec.Cycles("0.004", 20)
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def drawn(runs: list[ec.Creep], **about: object):

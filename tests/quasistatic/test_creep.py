@@ -128,19 +128,16 @@ def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
         assert known.initial.tensions[0] == Fraction(1, 3)
 
 
-def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> None:
+def test_a_file_of_members_is_loaded_as_that_and_only_force_overwrites(tmp_path: Path) -> None:
     results, target = [creep(TWO, SHORT, seed=seed) for seed in range(3)], tmp_path / "a.nc"
-    assert results[0] == creep(TWO, SHORT)
-    results[1].save(target)
-    with pytest.raises(InputError):
-        Creep.load(tmp_path)
+    save_members(results, target)
     with pytest.raises(InputError, match="exists"):
         results[0].save(target)
-    assert Creep.load(target) == results[1]
-    save_members(results, target, force=True)
     assert load_members(target) == results
     with pytest.raises(InputError, match="holds 3 members"):
         Creep.load(target)
+    results[1].save(target, force=True)
+    assert Creep.load(target) == results[1]
 
 
 def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -21,12 +18,6 @@ ZERO = {"undecided", "end_forces"}
 @pytest.fixture(scope="module")
 def run() -> Creep:
     return creep(CHAIN, Cycles("0.003", 40), seed=2, record=("x_G", "slips", "rearrangements"))
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:

@@ -61,15 +61,6 @@ def test_two_sliders_creep_above_their_first_slip_alone(
         assert found.evidence is found.outcome_evidence is Evidence.PROVED
 
 
-def test_springs_that_expand_by_seven_tenths_need_an_amplitude_as_much_larger() -> None:
-    alike, part = captions(3), captions(3, expansion=["0.7", "0.7"])
-    whole, less = (threshold(chain, digits=8, points=60) for chain in (alike, part))
-    assert whole.evidence is less.evidence is Evidence.PROVED
-    (low, high), (below, above) = bounds(whole), bounds(less)
-    assert below * 7 / 10 <= high
-    assert low <= above * 7 / 10
-
-
 @pytest.mark.parametrize(
     ("n", "digits", "below"),
     [
