@@ -64,6 +64,7 @@ def cells_in(folder: Path) -> dict[Path, int]:
 
 def test_a_cell_is_the_run_of_its_member(grid: xr.Dataset) -> None:
     assert dict(grid.sizes) == {"n": 2, "amplitude": 2, "seed": 3}
+    assert grid.attrs.items() >= {"l0": "1000", "tan_alpha": "1/4", "cycles": 10}.items()
     for member in SCENE.members():
         own = member.experiment
         run = creep(own.chain, own.drive, seed=own.seed)

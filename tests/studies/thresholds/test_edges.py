@@ -43,14 +43,16 @@ def three() -> Threshold:
         (PAIR, ONSET**2, 9, {"solver": "exact", "low": "1e-6", "high": "1e-3"}),
         # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000
         (captions(2), Fraction(35 * 4, 100 * 1000) ** 2 / 17, 1000, {}),
+        # without slips, for ever: (mu_d - tan) cos / l0
+        (captions(2, mu_s="0.5"), Fraction(25 * 4, 100 * 1000) ** 2 / 17, 9, {"after": None}),
         # mu_s c - s = 0.64 - 0.6: at a decimal the slider stays, and that is known in Q(c)
         (Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4"), Fraction("0.00004") ** 2, 12, {}),
     ],
 )
 def test_two_sliders_creep_above_their_first_slip_alone(
-    chain: Chain, square: Fraction, digits: int, given: dict[str, str]
+    chain: Chain, square: Fraction, digits: int, given: dict[str, Any]
 ) -> None:
-    found = threshold(chain, after=20, digits=digits, **given)
+    found = threshold(chain, **{"after": 20, "digits": digits} | given)
     lower, upper = bounds(found)
     assert lower**2 <= square < upper**2
     assert upper - lower <= lower / 10**digits * (1 if not given else 10)
