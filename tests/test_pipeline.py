@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from exactcreep import InputError, Pipeline, laws, load_scene, pipeline
+from exactcreep import InputError, Pipeline, load_scene, pipeline
 from exactcreep.figures.pipeline import friction_bounds
 from tests.conftest import Command
 
@@ -45,21 +44,6 @@ def test_a_pipe_walks_as_the_continuum_whatever_the_number_of_cells(name: str) -
     assert pipe.walk(60).millimetres.shape == (1,)
     if len(pipe.friction) == 1:
         assert pipe.continuum_walk(60) == pytest.approx(formula(pipe, 60), rel=1e-12)
-
-
-def test_equal_cells_from_end_to_end_come_near_the_formula_as_one_over_their_number() -> None:
-    """Whole pivots: a slider between two anchors is worth a cell."""
-    pipe, share = pipeline(**SLOPE), 0.035 / 0.5
-
-    def error(n: int) -> float:
-        cell, unit = 2000 / n, 500 * 2000 / n
-        about = {"l0": 4e9 / unit, "mu_d": [0.5] * n, "tan_alpha": 0.035}
-        law = laws.differing_velocity(**about, amplitude=30 * 1.17e-5)
-        return max(abs(2000 * v * unit * cell / 4e9 / formula(pipe, 60) - 1) for v in law)
-
-    for n in (100, 1000):
-        worst = max(error(n + more) for more in range(0, n // 10, n // 100 + 1))
-        assert 0.3 < worst * n * share < 1.1
 
 
 @pytest.mark.parametrize("name", PIPES)
@@ -107,12 +91,11 @@ def test_a_pipe_that_is_none_is_refused_by_field(changed: dict[str, Any], field:
     assert refused.value.field == field
 
 
-def test_the_scene_prints_and_draws_millimetres(command: Command) -> None:
-    told = command("run", "pipeline-walk", "--plot", "walk.png", "--json").json
+def test_the_scene_prints_millimetres(command: Command) -> None:
+    told = command("run", "pipeline-walk", "--json").json
     (member,) = load_scene("pipeline-walk").members()
     assert member.pipe is not None
     assert told["walk"]["millimetres"][-1] == pytest.approx(member.pipe.continuum_walk(60))
-    assert Path("walk.png").stat().st_size > 10_000
 
 
 def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
@@ -131,22 +114,17 @@ def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
     assert walked(11, 60) == pytest.approx(walked(11, 30), rel=0.05)
 
 
-def test_the_same_heating_all_along_a_pipe_is_one_number() -> None:
+def test_the_same_heating_all_along_a_pipe_is_one_number_and_sliding_takes_no_other() -> None:
     pipe = pipeline(**ROUGH, contacts=20)
-    walks = (pipe.walk(heat, cycles=3) for heat in ([60, 40], [[[60, 60]], [[40, 40]]]))
-    assert (next(walks).displacement == next(walks).displacement).all()
-    with pytest.raises(InputError, match=r"drive\.theta"):
-        pipe.walk([[60, 50]])
+    one, same = (pipe.walk(heat, cycles=3) for heat in ([60, 40], [[[60, 60]], [[40, 40]]]))
+    assert (one.displacement == same.displacement).all()
     for wrong in ([], [[60, 50], [40]], [60, -1]):
         with pytest.raises(InputError, match="heatings"):
             pipe.walk(wrong)
-
-
-def test_a_profile_of_heating_is_refused_where_only_sliding_follows_the_pipe() -> None:
-    pipe = pipeline(**SLOPE, profile=[(0, 1), (2000, "0.6")])
-    assert pipe.chain.expansion[0] > pipe.chain.expansion[-1]
+    with pytest.raises(InputError, match=r"drive\.theta"):
+        pipe.walk([[60, 50]])
     with pytest.raises(InputError, match="expansion"):
-        pipe.walk(60)
+        pipeline(**SLOPE, profile=[(0, 1), (2000, "0.6")]).walk(60)
 
 
 def test_a_profile_of_heating_has_the_slope_of_the_heating_between_the_anchors() -> None:

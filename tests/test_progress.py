@@ -9,15 +9,9 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Method, compiling
-from exactcreep.model.drive import Cycles
-from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.scene import load_scene
-from exactcreep.studies.compare import compare
+import exactcreep as ec
+from exactcreep import Cycles, creep
 from exactcreep.studies.members import run_members
-from exactcreep.studies.sweep import sweep
-from exactcreep.studies.thresholds.threshold import threshold
 from exactcreep.watch import display, preparation
 from exactcreep.watch.display import Display
 from exactcreep.watch.progress import Progress, reporter
@@ -25,8 +19,8 @@ from tests.paper import captions
 
 CHAIN = captions(2)
 DRIVE = Cycles("0.01", 40)
-GIVEN, METHODS = Experiment(CHAIN, DRIVE), [Method("exact")]
-SCENE = load_scene("two-sliders-cycles")
+GIVEN, METHODS = ec.Experiment(CHAIN, DRIVE), [ec.Method("exact")]
+SCENE = ec.load_scene("two-sliders-cycles")
 SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
 
 
@@ -35,9 +29,9 @@ SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
     [
         (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
         (lambda hear: run_members([GIVEN] * 3, 3, progress=hear), "members"),
-        (lambda hear: sweep(SMALL, progress=hear), "cells"),
-        (lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
-        (lambda hear: compare(GIVEN, METHODS, seeds=1, events=20, progress=hear), "runs"),
+        (lambda hear: ec.sweep(SMALL, progress=hear), "cells"),
+        (lambda hear: ec.threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
+        (lambda hear: ec.compare(GIVEN, METHODS, seeds=1, events=20, progress=hear), "runs"),
     ],
 )
 def test_every_long_computation_hands_on_the_same_kind_of_progress(
@@ -88,7 +82,7 @@ def test_the_time_of_a_study_does_not_count_what_is_compiled_or_loaded(
 
 def test_what_the_compiler_does_is_preparation() -> None:
     before = preparation.seconds()
-    compiling.njit()(lambda number: number + 1)(1)
+    ec.compiling.njit()(lambda number: number + 1)(1)
     assert preparation.seconds() > before
 
 

@@ -15,6 +15,7 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -104,10 +105,7 @@ def _drawn(rng: random.Random, n: int, sigma: str, most_events: int) -> Start:
         if max(map(abs, forces)) <= reach * limit:
             break
         reach *= 1.02
-    tensions, tension = [], 0.0
-    for force in forces[:-1]:
-        tension += force - chain.sin_alpha
-        tensions.append(tension)
+    tensions = [*accumulate(force - chain.sin_alpha for force in forces[:-1])]
     return Start("edge", known, tensions, direction, rng.randrange(10**6), most_events)
 
 
@@ -146,10 +144,7 @@ def _halved(
     at_rest = {first.outcome, last.outcome} == {Outcome.AT_REST}
     if not at_rest or first.itinerary == last.itinerary:
         return math.nan, math.nan
-    while abs(high - low) > apart:
-        middle = low + (high - low) / 2
-        if middle in (low, high):
-            break
+    while abs(high - low) > apart and (middle := low + (high - low) / 2) not in (low, high):
         if at(middle).rearranged(solver).itinerary == first.itinerary:
             low = middle
         else:

@@ -116,6 +116,7 @@ def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight(
 
 
 def test_a_chain_runs_away_in_the_direction_of_its_heading():
+    """Downhill, and uphill, where its ends are pulled."""
     random, seen = Random(8), Counter()
     for seed in range(60):
         n, slope = random.randint(2, 5), Fraction(random.randint(-90, 89) or 90, 100)
@@ -129,6 +130,6 @@ def test_a_chain_runs_away_in_the_direction_of_its_heading():
         run = creep(chain, Path([0, "0.001"]), seed=seed, max_events=20_000)
         if run.outcome is Outcome.RUNAWAY:
             assert np.sign(run.velocity) == chain.heading == np.sign(run.x_G)
-            assert run.direction == {1: "downhill", -1: "uphill"}[chain.heading * np.sign(slope)]
-            seen[chain.heading == np.sign(slope)] += 1
-    assert min(seen[True], seen[False]) > 3
+            seen[run.direction] += 1
+            assert (run.direction == "downhill") is (chain.heading == np.sign(slope))
+    assert min(seen["uphill"], seen["downhill"]) > 3
