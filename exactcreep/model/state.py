@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.enclosure import is_finite, same_numbers
+from exactcreep.model.enclosure import as_float, floats, is_finite, same_numbers
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -131,6 +131,16 @@ class State(Shown):
     def n(self) -> int:
         """Number of sliders."""
         return self.displacements.size
+
+    @property
+    def springs(self) -> int:
+        """Number of springs of which `theta` holds the dilation; 0: all have the same."""
+        return self.theta.size if isinstance(self.theta, np.ndarray) else 0
+
+    @property
+    def near_theta(self) -> Any:
+        """`theta` in float64."""
+        return floats(self.theta) if self.springs else as_float(self.theta)
 
     def require_finite(self) -> None:
         """Raise `InputError` unless every number is finite; too large a dt in Verlet breaks this.

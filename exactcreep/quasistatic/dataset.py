@@ -17,10 +17,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import (
     Enclosure,
-    as_float,
     as_written,
     exact_value,
-    floats,
     quantity,
 )
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
@@ -118,9 +116,7 @@ def _labelled(
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
-    each = isinstance(state.theta, np.ndarray)
-    theta = floats(state.theta) if each else as_float(state.theta)
-    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": theta}
+    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": state.near_theta}
     for name in ("tension", "displacement", "coefficient"):
         values, full = getattr(state, f"{name}s"), moment + name
         written |= as_written(full, values, digits)

@@ -12,7 +12,6 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.path import Listed, Path
@@ -133,8 +132,7 @@ class Experiment:
     @property
     def theta(self) -> Any:
         """The dilation at which the chain starts: a float, or an array of one for each spring."""
-        theta = 0.0 if self.start is None else self.start.theta
-        return floats(theta) if isinstance(theta, np.ndarray) else as_float(theta)
+        return 0.0 if self.start is None else self.start.near_theta
 
     @cached_property
     def widest(self) -> float:
@@ -244,9 +242,9 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
     """Raise `InputError` if dilations of springs do not fit to chain, start or solver."""
     theta = 0 if start is None else start.theta
     if not drive.springs:
-        if isinstance(theta, np.ndarray):
+        if start is not None and start.springs:
             allowed = "must be one number for a drive whose targets are numbers"
-            raise InputError("start.theta", theta.tolist(), allowed)
+            raise InputError("start.theta", start.theta.tolist(), allowed)
         return
     if drive.springs != chain.n - 1:
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"

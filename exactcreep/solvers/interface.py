@@ -221,7 +221,7 @@ class Solver(ABC):
 
         The outcome is `LIMIT` if the limits end it.
         """
-        if isinstance(state.theta, np.ndarray):
+        if state.springs:
             allowed = "must be one number: theta ramps alike for all springs"
             raise InputError("state.theta", state.theta.tolist(), allowed)
         return self.rearrange_from(self._start(chain, state, seed), direction, limits)

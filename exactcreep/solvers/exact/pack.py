@@ -71,7 +71,7 @@ class Origin(NamedTuple):
                 continue
             for i, value in enumerate(values.tolist()):
                 numbers[row : row + 2, i] = split(rational(value))
-        if isinstance(state.theta, np.ndarray):  # forces without theta: see `turn`
+        if state.springs:  # forces without theta: see `turn`
             return cls(state, numbers, *_of_chain(chain), (0.0, 0.0))
         theta = state.theta if type(state.theta) is float else rational(state.theta)
         numerator, denominator = theta.as_integer_ratio()

@@ -99,7 +99,7 @@ class ChainAtRest(ABC):
     def _at_start(self, state: State) -> Rest:
         vector = self.arithmetic.vector
         tensions, exact, leg = vector(state.tensions), None, None
-        if isinstance(state.theta, np.ndarray):
+        if state.springs:
             leg = Leg(*2 * (tuple(exact_value(theta) for theta in state.theta.tolist()),))
             state = replace(state, theta=0)
         if self.arithmetic.encloses:

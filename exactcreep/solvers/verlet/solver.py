@@ -94,7 +94,7 @@ def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
 
 def _dilation(state: State) -> float:
     """Return the dilation of a state; 0 at the beginning of a leg, if springs have their own."""
-    return 0.0 if isinstance(state.theta, np.ndarray) else float(state.theta)
+    return 0.0 if state.springs else float(state.theta)
 
 
 def _driven(
