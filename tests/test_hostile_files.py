@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 
 from exactcreep import Creep, Cycles, InputError, TemperatureRecord, creep, load_scene, sweep
-from exactcreep.cli import status
 from exactcreep.model.record_format import guessed
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import resume
+from tests.conftest import Command
 from tests.paper import paper_chain
 
 SECRET = "root:x:0:0"
@@ -117,9 +117,8 @@ def said_of(read: Callable[[], object], path: Path) -> str:
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
-    name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, folder: Path, tmp_path: Path, command: Command
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     for source, copy in (("secret", "secret"), ("run.nc", "other.nc")):
         Path(copy).write_bytes((folder / source).read_bytes())
     data = io.BytesIO((folder / "run.nc").read_bytes()[:-84])
@@ -128,7 +127,7 @@ def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
     path = tmp_path / "sent.nc"
     path.write_bytes(sealed(data.getvalue()))
     said_of(lambda: Creep.load(path), path)
-    assert status(["export", "sent.nc", "--to", "sent.csv"]) == 2
+    assert "sent.nc" in command("export", "sent.nc", "--to", "sent.csv").sentence
     assert not Path("sent.csv").exists()
 
 
@@ -192,19 +191,19 @@ NESTED = ["[" * 10**6, '{"a":' * 10**6, "[" + "[]," * 10**7 + "[]]"]
 
 @pytest.mark.parametrize("name", [*CHECKPOINTS, *range(len(NESTED))])
 def test_a_forged_checkpoint_is_refused(
-    name: Any, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: Any, folder: Path, tmp_path: Path, command: Command
 ) -> None:
-    monkeypatch.chdir(folder)
+    Path("secret").write_bytes((folder / "secret").read_bytes())
     if name in CHECKPOINTS:
         records = records_of((folder / "run.ckpt").read_bytes())
         CHECKPOINTS[name](records)
-        data = lines_of(map(json.dumps, records))
+        texts = [*map(json.dumps, records)]
     else:
-        data = lines_of([NESTED[name]])
+        texts = [NESTED[name]]
     path = tmp_path / "sent.ckpt"
-    path.write_bytes(data)
+    path.write_bytes(lines_of(texts))
     said_of(lambda: resume(path), path)
-    assert status(["resume", str(path)]) == 2
+    assert "sent.ckpt" in command("resume", str(path)).sentence
 
 
 CELLS: dict[str, Change] = {
@@ -262,27 +261,23 @@ def test_a_text_of_somebody_else_is_refused(name: str, reader: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    "words",
+    "line",
     [
-        ["run", "a.toml", "--checkpoint", "a.toml"],
-        ["run", "linked.toml", "--checkpoint", "a.toml"],
-        ["export", "run.csv", "--to", "run.csv"],
-        ["show", "run.png"],
-        ["run", "a.toml", "--out", "result.txt"],
-        ["compare", "a.toml", "--out", "compared.txt"],
+        "run a.toml --checkpoint a.toml",
+        "run linked.toml --checkpoint a.toml",
+        "export run.csv --to run.csv",
+        "show run.png",
+        "run a.toml --out result.txt",
+        "compare a.toml --out compared.txt",
     ],
 )
 def test_no_output_replaces_an_input_or_has_a_name_of_another_kind(
-    words: list[str], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    line: str, folder: Path, tmp_path: Path, command: Command
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("a.toml").write_text(
-        "chain = { n = 2, tan_alpha = 0.25, l0 = 1000, mu_d = 0.5, mu_s = 0.6 }\n"
-        'drive = { kind = "cycles", amplitude = 0.01, cycles = 3 }\n'
-    )
+    Path("a.toml").write_text(command("scenes", "two-sliders-cycles").out)
     Path("linked.toml").symlink_to("a.toml")
     for name in ("run.csv", "run.png"):
         Path(name).write_bytes((folder / "run.nc").read_bytes())
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
-    assert status([*words, "--force"]) == 2
+    assert command(*line.split(), "--force").sentence
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
