@@ -9,7 +9,6 @@ import pytest
 
 from exactcreep import load_scene
 from tests.processes import PATIENCE, PROGRAM, begun, finished
-from tests.test_book import README
 
 RUN = ("run", "chain-amplitude", "--set", "drive.cycles=2")
 FEW_EVENTS = ("run", "two-sliders-cycles", "--max-events", "50")
@@ -54,15 +53,3 @@ def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
     assert re.search(r"velocity per half-cycle +\d+\.\d+ \+- 0\.\d+\n", told.stdout)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert finished(*PROGRAM, "fate", "--help", **forbidding).returncode == 0
-
-
-@pytest.mark.slow
-def test_the_readme_shows_what_a_pipe_gets(tmp_path: Path) -> None:
-    text = README.read_text("utf-8")
-    words = re.search(r"exactcreep (run .*) --plot \S+ --force$", text, re.MULTILINE)
-    shown = re.search(r"^```text\n(six-sliders-cycles: .*?)^```$", text, re.MULTILINE | re.DOTALL)
-    assert words is not None
-    assert shown is not None
-    untimed = re.compile(r"[\d.]+ s$", re.MULTILINE)
-    told = finished(*PROGRAM, *words[1].split(), "--plot", str(tmp_path / "a.png"), COLUMNS="")
-    assert untimed.sub("", told.stdout) == untimed.sub("", shown[1])

@@ -14,6 +14,7 @@ from exactcreep import Creep, Outcome, resume
 from exactcreep.quasistatic.creep_result import load_members
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
+from tests.test_book import README
 
 SIX, TWO = ("run", "six-sliders-cycles"), ("run", "two-sliders-cycles")
 JUMPS = ("run", "chain-jumps")
@@ -54,16 +55,21 @@ def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None
     assert velocity.startswith("9.70142500145331")
 
 
-def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
-    command: Command, drawn: list[Figure]
+def test_the_readme_shows_what_is_printed_where_no_terminal_folds_it(
+    command: Command, drawn: list[Figure], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = command(*SIX, *cycles(80), "--plot", "a.png").out
-    assert drawn[0].get_suptitle() == "six-sliders-cycles with drive.cycles=80"
-    assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told)
-    assert re.search(r"paper, Eq\. 23 +27\.8172", told)
-    # the measured law, for six sliders in the middle of a plateau
-    assert re.search(r"law that holds +2[78]\.\d+ ± 0\.\d+ \(sliders that stick and slip", told)
-    assert re.search(r"trajectory known to 1e-9 up to half-cycle \d+; averages hold", words(told))
+    monkeypatch.delenv("COLUMNS")
+    text = README.read_text("utf-8")
+    line = re.search(r"exactcreep (run .*)$", text, re.MULTILINE)
+    shown = re.search(r"^```text\n(six-sliders-cycles: .*?)^```$", text, re.MULTILINE | re.DOTALL)
+    untimed = re.compile(r"[\d.]+ s$", re.MULTILINE)
+    assert line is not None
+    assert shown is not None
+    assert untimed.sub("", command(*line[1].split()).out) == untimed.sub("", shown[1])
+    assert f": {drawn[0].get_suptitle()}\n" in shown[1]
+
+
+def test_below_its_threshold_the_equation_of_the_paper_says_nothing(command: Command) -> None:
     for slope in ("1/4", "-1/4", "0"):
         given = "--set", "drive.amplitude=1e-5", "--set", f"chain.tan_alpha={slope}"
         below = command(*SIX, *cycles(5), *given).out

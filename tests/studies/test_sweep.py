@@ -113,6 +113,7 @@ def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own(tmp_path: Path) -> 
     alone = [creep(*pair).velocity for pair in pairs]
     assert grid.velocity.dims == ("experiment",)
     assert grid.velocity.values.tolist() == alone
+    assert {*grid.coords} == {"experiment", "n", "amplitude"}  # what differs
     assert grid.n.values.tolist() == [2, 2, 3, 3]
     assert grid.amplitude.values.tolist() == [0.005, 0.01, 0.005, 0.01]
     sweep(pairs[:2], out=tmp_path)
