@@ -88,8 +88,10 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law() -> Non
     assert said["weather"] is None  # of one month
     n, many = descent.contacts
     assert n == 20
-    more = solid.altered(contacts=many).creep(month(solid)).millimetres_per_year
-    assert said["artefact_of_contacts"] == pytest.approx(descent.millimetres_per_year / more - 1)
+    finer = solid.altered(contacts=many).creep(month(solid))
+    assert finer.contacts == (many, 2 * many)
+    artefact = descent.millimetres_per_year / finer.millimetres_per_year - 1
+    assert said["artefact_of_contacts"] == pytest.approx(artefact)
     assert said["pivot_step"] == pytest.approx(2 / 9)  # N + 3 - 2 i, for i = 7
     numbered = month(solid, times=[0.5 * k for k in range(60)])  # without dates
     counted = solid.creep(numbered, time_unit=DAY)

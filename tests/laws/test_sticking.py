@@ -17,7 +17,7 @@ ROWS = {int(row["number"]): row for row in rows(sticking_chains.FILE)}
 def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> None:
     """In each quarter of the range, by length, by G/D, by slope and by disorder."""
     off, limits, places = [], [], []
-    for row in (row for number, row in ROWS.items() if sticking_chains.held_out(number)):
+    for row in filter(sticking_chains.held_out, ROWS.values()):
         about = sticking_chains.parameters(row)
         if laws.beyond_sticking(about):
             continue
@@ -46,9 +46,8 @@ def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:a static coefficient was drawn below mu_d")
 def test_chains_run_anew_have_the_velocity_of_the_table() -> None:
-    again = {case["number"]: case for case in sticking_chains.cases()}
     for number in (5, 9, 13, 14, 17):
-        row, found = ROWS[number], sticking_chains.run(again[number])
+        row, found = ROWS[number], sticking_chains.run(ROWS[number])
         error = math.hypot(float(row["error"]), found["error"])
         assert abs(found["velocity"] - float(row["velocity"])) <= 5 * error
 
