@@ -42,8 +42,6 @@ TINY = {
 }  # fmt: skip
 CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
 SLOPE = {"tan_alpha": "0.25"}
-
-
 CAPTIONS = {
     "two-sliders-trace": {"n": 2, "sigma_theta": "0.1", **SLOPE},
     "two-sliders-angle": {"n": 2, "sigma_theta": "0.01"},
