@@ -117,37 +117,22 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: TemperatureRecord(a, b, 20), lambda a, b: TemperatureRecord("none.csv", a, b),
         lambda a, b: TemperatureRecord("none.csv", 1, 20, unit=a, delimiter=b),
     ],
+    "run": [
+        lambda a, b, name=name: creep(CHAIN, RUN, **{name: a})
+        for name in ("seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
+                     "accuracy", "question", "every", "nonsense")
+    ],
 }  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
 @pytest.mark.parametrize("kind", CALLS)
 @FUZZ
 @given(WILD, WILD)
 def test_wild_arguments_are_used_or_refused_in_a_sentence(kind: str, one: Any, other: Any) -> None:
     for call in CALLS[kind]:
         refusal(lambda call=call: call(one, other))
-
-
-ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
-             "dt", "digits", "locate", "accuracy", "question", "checkpoint",
-             "every", "nonsense"]  # fmt: skip
-
-
-@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
-@FUZZ
-@given(st.sampled_from(ARGUMENTS), WILD, st.sampled_from(["exact", "verlet", "certified"]))
-def test_a_wild_argument_of_a_run_is_used_or_refused(
-    tmp_path_factory: pytest.TempPathFactory, name: str, value: Any, solver: str
-) -> None:
-    if name == "digits" and isinstance(value, (int, float)) and value > 100:
-        value = -value  # many digits are slow, not wrong
-    if name == "checkpoint" and isinstance(value, str):
-        value = None  # it would be written
-    call = {"solver": solver, name: value} if name != "solver" else {name: value}
-    if name == "every":
-        call["checkpoint"] = tmp_path_factory.mktemp("kept") / "a.ckpt"
-    refusal(lambda: creep(CHAIN, RUN, **call))
 
 
 @pytest.mark.parametrize("field", ["tensions", "displacements", "coefficients", "theta"])

@@ -17,7 +17,7 @@ from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
 from exactcreep.quasistatic.creep import run_alone
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, begun, wait_until
-from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO
+from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO, VECTORS
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 ALL = (*RECORDS, "rearrangements", "slip_table")
@@ -33,6 +33,7 @@ RUNS: list[dict[str, Any]] = [
     {"chain": TWO, "drive": Cycles("0.002", 900), "accuracy": "0.01", "record": ("x_G",)},
     {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips"),
      "start": State.prepared(SIX, theta=Fraction(1, 3000))},
+    {"chain": paper_chain(3), "drive": VECTORS, "seed": 5, "record": ALL},
 ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from exactcreep.quasistatic.creep import PhysicsWarning, resume, run_alone
 from exactcreep.quasistatic.creep_result import load_members, save_members
 from exactcreep.studies.compare import shortened
 from tests.paper import paper_chain
-from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
+from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE, VECTORS
 
 SHORT = Cycles("0.01", 5)
 
@@ -101,6 +101,7 @@ SAVED: dict[str, dict[str, Any]] = {
                   "record": RECORDS},
     "exact": {"chain": SIX, "drive": Cycles("0.004", 60), "seed": 3, "record": ("events", "x")},
     "sliding": {"chain": SIX, "drive": GaussianSteps("0.002", 120), "solver": "sliding"},
+    "vectors": {"chain": THREE, "drive": VECTORS, "record": RECORDS},
 }  # fmt: skip
 
 

@@ -27,7 +27,6 @@ from exactcreep import (
     State,
     creep,
     rearrange,
-    resume,
 )
 from exactcreep.model.enclosure import enclosure
 from exactcreep.studies.event_log import rearrangements
@@ -211,22 +210,5 @@ def test_vectors_along_one_profile_are_the_cycles_of_a_chain_that_has_it(solver:
         assert (slips[::2] + slips[1::2] == one.recorded["slips"]).all()
         tensions = (run.recorded["tension"].astype(float) for run in (one, other))
         assert next(tensions) == pytest.approx(next(tensions)[1::2], abs=10 * bound)
+        assert other.dataset.theta.to_numpy().tolist() == own.targets(1, 6).tolist()
         assert other.state.theta.astype(float) == pytest.approx(own.targets(6, 1)[0], rel=1e-12)
-
-
-def test_a_run_along_vectors_goes_on_from_checkpoints_and_files(tmp_path: Any) -> None:
-    rng = random.Random(3)
-    chain = unlike(rng)
-    drive = vectors(rng, chain.n - 1, 12)
-    about: dict[str, Any] = {"seed": 5, "record": ["x", "tension", "slip_table"]}
-    whole = creep(chain, drive, **about)
-    creep(chain, drive, checkpoint=tmp_path / "run", max_events=57, **about)
-    again = resume(tmp_path / "run")
-    assert again.state == whole.state
-    assert all((again.recorded[k] == v).all() for k, v in whole.recorded.items())
-    whole.save(tmp_path / "run.nc")
-    kept = Creep.load(tmp_path / "run.nc")
-    assert (kept.drive, kept.state) == (drive, whole.state)
-    assert kept.dataset.theta.to_numpy().tolist() == drive.targets(1, 12).tolist()
-    rest = creep(chain, Path(drive.theta[7:]), start=kept.state_at(7), **about)
-    assert rest.state.displacements == pytest.approx(whole.state.displacements, abs=1e-8)

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 import os
 import signal
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
 from exactcreep import (
-    Chain,
     Cycles,
     EventKind,
     Evidence,
@@ -65,44 +63,27 @@ def test_a_runaway_is_proved_and_returned_with_what_came_before(
         assert run.velocity == downhill * math.inf
 
 
-TEN = {"l0": 10, "tan_alpha": "1/2"}
-JUST_BELOW = TEN | {"tan_alpha": Fraction(1, 2) - Fraction(1, 10**12)}
-NEAR_MU_D: list[tuple[Chain, list[str], Outcome]] = [
-    *((captions(2, **near), [], Outcome.AT_REST) for near in (TEN, JUST_BELOW)),
-    *((paper_chain(6, **near), [], Outcome.AT_REST) for near in (TEN, JUST_BELOW)),
-    (captions(3, **TEN), ["0.45", "0.45"], Outcome.LIMIT),  # it goes round for ever
-    (captions(3, **TEN), ["0.6", "0.9"], Outcome.LIMIT),
-]
-
-
-@each_solver
-@pytest.mark.parametrize(("chain", "tensions", "outcome"), NEAR_MU_D)
-def test_up_to_mu_d_the_first_avalanche_ends_and_others_may_go_round_for_ever(
-    chain: Chain, tensions: list[str], outcome: Outcome, solver: str
-) -> None:
-    start = State.prepared(chain, tensions) if tensions else State.relaxed(chain)
-    most = 40 if tensions else 10**6
-    found = rearrange(chain, start, direction=0 if tensions else 1, solver=solver, max_events=most)
-    assert found.outcome is outcome
-    assert found.reason == ("max_events = 40 was reached" if tensions else "")
-    assert any(float(v) != 0 for v in found.velocities) == (outcome is Outcome.LIMIT)
-
-
 # Limits that were asked for
 
 
 @pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet"])
-def test_a_rearrangement_stops_at_the_events_asked_for(solver: str) -> None:
-    chain = paper_chain(6, tan_alpha="0.49")
-    state = State.perturbed(chain, "1/2", start_seed=2)
-    whole = rearrange(chain, state, direction=0, solver=solver)
-    assert (whole.outcome, whole.reason) == (Outcome.AT_REST, "")
-    assert len(whole.events) > 20
-    part = rearrange(chain, state, direction=0, solver=solver, max_events=10)
+@pytest.mark.parametrize("tensions", [[], ["0.45", "0.45"], ["0.6", "0.9"]])
+def test_at_mu_d_no_avalanche_is_a_runaway_and_it_stops_at_the_events_asked_for(
+    tensions: list[str], solver: str
+) -> None:
+    """The first avalanche of six sliders ends; others of three go round for ever."""
+    chain = paper_chain(*((3, "0") if tensions else (6,)), l0=10, tan_alpha="1/2")
+    start = State.prepared(chain, tensions) if tensions else State.relaxed(chain)
+    part, whole = (
+        rearrange(chain, start, direction=int(not tensions), solver=solver, max_events=most)
+        for most in (10, 40 if tensions else 10**6)
+    )
     assert (part.outcome, part.reason) == (Outcome.LIMIT, "max_events = 10 was reached")
     assert 10 <= len(part.events) < 20
     assert part.itinerary == whole.itinerary[: len(part.events)]
-    assert any(float(v) != 0 for v in part.velocities)
+    assert whole.outcome is (Outcome.LIMIT if tensions else Outcome.AT_REST)
+    for found in (part, whole):
+        assert (found.outcome is Outcome.LIMIT) == any(float(v) != 0 for v in found.velocities)
 
 
 FAR = Path(["0.9"])

@@ -59,7 +59,7 @@ CHAINS: dict[str, tuple[Chain, str]] = {
     "unlike": (UNLIKE, "0.004"),
 }
 OPTIONS: dict[str, dict[str, Any]] = {
-    "exact": {}, "reference": {}, "mpmath": {"digits": 20}, "certified": {"digits": 20},
+    "exact": {}, "reference": {}, "certified": {"digits": 20},
     "verlet": {"dt": "0.001", "locate": True},
 }  # fmt: skip
 
@@ -85,7 +85,7 @@ def tables(found: Creep) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any
 @pytest.mark.parametrize(
     ("solver", "which"),
     [*(("reference", which) for which in CHAINS),
-     *((solver, "three") for solver in ("mpmath", "certified", "verlet"))],
+     *((solver, "three") for solver in ("certified", "verlet"))],
 )  # fmt: skip
 def test_the_tables_of_a_run_are_those_of_exact(solver: str, which: str) -> None:
     allowed = 1e-4 if solver == "verlet" else 1e-9
