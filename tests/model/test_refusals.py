@@ -62,7 +62,7 @@ STATES = [
     ("tensions", np.array([1, "x"], dtype=object)), ("displacements", np.zeros((3, 1))),
     ("coefficients", {0.6}), ("draws", [1.5, 1, 1]), ("draws", [0, 1, 1]),
     ("draws", [2**63, 1, 1]), ("draws", [2**63 - 1, 1, 1]), ("draws", [True, True, True]),
-    ("theta", "0.1"), ("theta", 1j), ("theta", True),
+    ("theta", "0.1"), ("theta", 1j), ("theta", True), ("theta", [0.1]),
 ]  # fmt: skip
 
 
