@@ -73,6 +73,23 @@ def test_a_radius_is_written_rounded_up(radius):
 
 
 RATIONAL = st.fractions(min_value=-9, max_value=9, max_denominator=50)
+RADIUS = st.fractions(min_value=0, max_value=1, max_denominator=50)
+BALL = st.builds(Enclosure, RATIONAL, RADIUS)
+
+
+@given(first=BALL, last=BALL, span=st.integers(1, 9))
+def test_an_enclosure_holds_every_rate_and_is_written_as_far_as_it_is_known(
+    first: Enclosure, last: Enclosure, span: int
+) -> None:
+    ends = [[ball.middle - ball.radius, ball.middle + ball.radius] for ball in (first, last)]
+    rate = last.rate(first, span)
+    assert (rate.middle - rate.radius) * span == ends[1][0] - ends[0][1]
+    assert (rate.middle + rate.radius) * span == ends[1][1] - ends[0][0]
+    meet = ends[0][0] <= ends[1][1] and ends[1][0] <= ends[0][1]
+    assert last.apart(first) == (0 if meet else float(abs(last.middle - first.middle)))
+    if last.radius < abs(last.middle):
+        assert abs(Fraction(last.text(20)) - last.middle) <= 10 * last.radius + Fraction(1, 10**18)
+    assert last.radius <= Fraction(last.radius_text()) <= last.radius * Fraction(101, 100)
 
 
 @given(rational=RATIONAL, surd=RATIONAL, root=RATIONAL.filter(bool), cancels=st.booleans())
