@@ -38,6 +38,16 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
     assert run.known_half_cycles == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
 
 
+def test_a_start_within_some_roundings_of_where_a_slider_starts_is_undecided() -> None:
+    """At one rounding a rule settles it; at six a copy that is further off slips differently."""
+    chain = captions(2)
+    room = chain.times_cosine(chain.mu_s) - chain.sin_alpha
+    for roundings, told in ((1, (1, 1)), (6, (0, 1)), (40, (0, 0))):
+        start = State.prepared(chain, [room - roundings * 2.0**-50])
+        run = creep(chain, Cycles("1e-5", 1), start=start, burn_in=0)
+        assert (run.undecided, run.undecided_from) == told
+
+
 def held(run: Creep) -> tuple[float, float]:
     """Return the largest errors of tensions before `undecided_from`, and of trusted targets."""
     trusted, before = run.trusted_half_cycles, (run.undecided_from or run.half_cycles + 1) - 1
