@@ -98,20 +98,48 @@ def _differentiate(series, strips, begin, end):
     the derivative of the force on the sliders at rest. The row after the last complete row holds
     only the movers' part.
     """
-    if strips > 1:  # of one they stay in registers: a tenth of all time at N = 6
+    if strips > 2:
         # one more than requested: `begin` is odd if it is not the first
         for k in range(begin + begin % 2, end, 2):
             margins.two_orders(series, 0, SERIES, layout.MOVES, strips, k)
-        return
+    elif strips == 2:
+        _differentiate_two(series, begin, end)
+    else:
+        _differentiate_one(series, begin, end)
+
+
+@inlined
+def _differentiate_one(series, begin, end):
+    """Do the same in registers, for one strip; its outermost lanes rest."""
     moves, rests = take(series, layout.MOVES), take(series, layout.RESTS)
     holds = take(series, layout.HOLDS)
     y = moves * take(series, begin)
     after = take(series, begin + 1)
     for k in range(begin + 1, end):
-        around = from_left(y, y) + from_right(y, y)  # the outermost lanes rest
+        around = from_left(y, y) + from_right(y, y)
         put(series, k, fused(rests, around, after))
         y, after = after, fused(moves, around, holds * y)
     put(series, end, after)
+
+
+@inlined
+def _differentiate_two(series, begin, end):
+    """Do the same in registers, for two strips."""
+    moves, rests = take(series, layout.MOVES), take(series, layout.RESTS)
+    holds = take(series, layout.HOLDS)
+    moves_2, rests_2 = take(series, SERIES + layout.MOVES), take(series, SERIES + layout.RESTS)
+    holds_2 = take(series, SERIES + layout.HOLDS)
+    y, y_2 = moves * take(series, begin), moves_2 * take(series, SERIES + begin)
+    after, after_2 = take(series, begin + 1), take(series, SERIES + begin + 1)
+    for k in range(begin + 1, end):
+        around = from_left(y_2, y) + from_right(y, y_2)
+        around_2 = from_left(y, y_2) + from_right(y_2, y)
+        put(series, k, fused(rests, around, after))
+        put(series, SERIES + k, fused(rests_2, around_2, after_2))
+        y, after = after, fused(moves, around, holds * y)
+        y_2, after_2 = after_2, fused(moves_2, around_2, holds_2 * y_2)
+    put(series, end, after)
+    put(series, SERIES + end, after_2)
 
 
 @inlined
