@@ -181,7 +181,10 @@ def _fraction(x: Any) -> Fraction:
 
 def sign_of(x: Any) -> int:
     """Return the sign of a rational, or of a number of the field."""
-    return x.sign() if isinstance(x, Quadratic) else int(x > 0) - int(x < 0)
+    if isinstance(x, Quadratic):
+        return x.sign()
+    whole = x.numerator if isinstance(x, Fraction) else x  # compared without a common denominator
+    return int(whole > 0) - int(whole < 0)
 
 
 EXACTLY = rules(lambda x, slack: (sign_of(x), False))

@@ -46,6 +46,9 @@ class SearchLimit(ArithmeticError):
     """No event was found or excluded within `MOST_EVALUATIONS`."""
 
 
+Shifts = tuple[tuple[int, list[Any], list[Any]], ...]
+
+
 @dataclass(frozen=True)
 class FirstEvent:
     """The first event, and its time.
@@ -60,7 +63,7 @@ class FirstEvent:
     time: Any
     stops: tuple[int, ...]
     starts: tuple[tuple[int, int], ...]
-    shifts: tuple[tuple[int, list[Any], list[Any]], ...] | None = None
+    shifts: Shifts | None = None
     exact: bool = False
     alike: bool = False
 

@@ -184,9 +184,9 @@ class StateSet:
         for n, rational in rates.items():
             rate = nearest_float(rational)
             self.forces[n] += rate * way
-            self.errors[0, n] += abs(rate) * error
-            if abs(rate) != 1.0:  # the rounding of the rate and of its products
-                self.errors[0, n] += 2.0**-50 * abs(rate) * size
+            # the rounding of a rate that is not 1 or -1, and of its products
+            rounded = 0.0 if abs(rate) == 1.0 else 2.0**-50 * size
+            self.errors[0, n] += abs(rate) * (error + rounded)
             self.errors[0, n] += 2.0**-52 * float(abs(self.forces[n]).sum())
 
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:

@@ -246,10 +246,10 @@ class ChainAtRest(ABC):
 
     def room(self, n: int, sign: int) -> Any:
         """Return how far ``l0 theta`` can go until a slider (from 0) starts with `sign`."""
-        lacking, rate = self.lacking(n, sign), abs(self.rates[n])
-        if rate == 1:
+        lacking, rate = self.lacking(n, sign), self.rates[n]
+        if rate in (1, -1):
             return lacking
-        return lacking / (rate if self.rest.exact is not None else self.arithmetic.number(rate))
+        return lacking / abs(rate if self.rest.exact is not None else self.arithmetic.number(rate))
 
     def lacking(self, n: int, sign: int) -> Any:
         """Return the distance of a resting slider (from 0) from a start with `sign`."""
@@ -345,6 +345,7 @@ class ChainAtRest(ABC):
 
 
 def _at_rate(by: Any, rate: Fraction, number: Callable[[Fraction], Any] = Fraction) -> Any:
-    """Return ``rate by``, without a product if the rate is one."""
-    change = by if abs(rate) == 1 else number(abs(rate)) * by
-    return change if rate > 0 else -change
+    """Return ``rate by``, without a product if the rate is 1 or -1."""
+    if rate == 1:
+        return by
+    return -by if rate == -1 else number(rate) * by

@@ -21,7 +21,14 @@ from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.cosine_field import MOST_BITS
-from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
+from exactcreep.motion.first_event import (
+    FirstEvent,
+    Search,
+    SearchLimit,
+    Shifts,
+    lone_event,
+    root_time,
+)
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.runaway import escape_time
 from exactcreep.solvers.field.at_rest import ChainAtRest, Rest
@@ -167,8 +174,8 @@ class ChainIntegrator(ChainAtRest):
             if turned := self.ask((n,), self.rules.reversal, *of):
                 starts[n] = turned
 
-        in_turn(lambda n: flow.stop([n]), self._draw, test)(stops)
         if stops:
+            in_turn(lambda n: flow.stop([n]), self._draw, test)(stops)
             self.tally.slips += len(stops)
             self.rest.slips[stops] += 1
             yield self._event(EventKind.STOP, stops, list(ways.values()))
@@ -241,10 +248,14 @@ class ChainIntegrator(ChainAtRest):
 
 
 def event_of(
-    time: Any, stops: list[int], starts: list[tuple[int, int]], image_of: int | None
+    time: Any,
+    stops: list[int],
+    starts: list[tuple[int, int]],
+    image_of: int | None,
+    shifts: Shifts | None = None,
 ) -> FirstEvent:
     """Return the event of these sliders, and of their images in a chain of `image_of` sliders."""
     if image_of is not None:
         stops += [image_of - 1 - n for n in stops]
         starts += [(image_of - 1 - n, -sign) for n, sign in starts]
-    return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))
+    return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)), shifts)

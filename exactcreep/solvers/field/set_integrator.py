@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from itertools import accumulate
 from typing import Any, ClassVar
@@ -381,8 +381,8 @@ class SetIntegrator(ChainIntegrator):
             return None
         instant, shifts = enclosed
         stops, starts = ([slider], []) if side == 0 else ([], [acting])
-        event = event_of(instant, stops, starts, self.chain.n if self.rest.symmetric else None)
-        return replace(event, shifts=tuple(shifts))
+        image_of = self.chain.n if self.rest.symmetric else None
+        return event_of(instant, stops, starts, image_of, tuple(shifts))
 
     def _crossing(
         self,
