@@ -82,6 +82,7 @@ STATES = [
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 0), "q"),
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 2**62 + 1), "q"),
         (disorder.static_coefficient, (CHAIN, -1, 1, 0), "seed"),
+        (disorder.static_coefficient, (CHAIN, 2**64, 1, 0), "seed"),
         (disorder.static_coefficient, (CHAIN, 0, 0, 0), "n"),
         (disorder.static_coefficient, (CHAIN, 0, 1, -1), "k"),
         (State.prepared, (CHAIN, [1, 2, 3]), "tensions"),
