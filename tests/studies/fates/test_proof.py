@@ -13,6 +13,7 @@ from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.proof import Passed, ProvedFate, contraction, proved_fate, two_norm
 from exactcreep.studies.thresholds.questions import Lasting, parting
+from tests.conftest import OutOfTime
 from tests.oracle.rearrangement import follow
 from tests.paper import captions
 
@@ -44,10 +45,14 @@ def test_a_fate_is_proved_for_ever(
     assert [event for one in log for event in one.itinerary] == period_of(found)
 
 
-def test_what_runs_away_is_proved_and_what_has_not_settled_is_not() -> None:
+def test_what_runs_away_is_proved_and_what_may_never_settle_is_warned_of(
+    out_of_time: OutOfTime,
+) -> None:
     steep = fate(captions(3, tan_alpha="0.55"), "0.001")
     assert told(steep) == (Outcome.RUNAWAY, Evidence.PROVED, None, None)
-    short = fate(captions(6), "0.00099", cycles=5)
+    out_of_time(20)  # float64 has followed its first cycles
+    with pytest.warns(UserWarning, match="survival tells how long"):
+        short = fate(captions(6), "0.00099", max_seconds=1)
     assert told(short) == (Outcome.LIMIT, Evidence.UNDECIDED, None, None)
 
 
