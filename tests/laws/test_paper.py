@@ -125,7 +125,9 @@ def test_a_law_is_its_formula_in_the_ledger(label: str, form: str) -> None:
     assert positive > 1
 
 
-@pytest.mark.parametrize(("n", "mu_s"), [(3, F(3, 5)), (4, F(3, 5)), (9, F(3, 5)), (4, F(5, 4))])
+@pytest.mark.parametrize(
+    ("n", "mu_s"), [(3, F(3, 5)), (4, F(3, 5)), (9, F(3, 5)), (4, 1), (4, F(5, 4))]
+)
 def test_a_plateau_lies_between_its_critical_angles_and_shares_windows_with_its_neighbours(
     n: int, mu_s: F
 ) -> None:
