@@ -53,7 +53,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if getattr(session.config.option, "numprocesses", None):
         words = [(sys.executable, "-c", COMPILED + part) for part in PARTS]
         for process in [subprocess.Popen(each, env=environment()) for each in words]:
-            assert process.wait(PATIENCE) == 0
+            assert process.wait(3 * PATIENCE) == 0  # all that there is to compile
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
