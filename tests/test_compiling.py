@@ -105,7 +105,7 @@ from factors import FACTOR
 @compiling.njit(cache=True)
 def scaled(x):
     return FACTOR * x
-print(scaled(21.0), sum(scaled.stats.cache_hits.values()), flush=True)
+print(f"{scaled(21.0)} {sum(scaled.stats.cache_hits.values())}\\n", end="", flush=True)  # at once
 """
 FORKS = """
 import os, sys

@@ -137,7 +137,7 @@ def creep(
         Any of ``x_G`` (displacement of the centre of mass), ``x`` (of each slider), ``tension`` (of
         each spring), ``slips`` (of each slider), at every target; and the tables ``events``,
         ``rearrangements`` and ``slip_table``; `Creep.dataset` has their columns. With ``()`` the
-        run needs no more memory than the chain.
+        memory that a run needs does not grow with its length.
     burn_in : int, optional
         Number of targets that are left out of the mean velocity, for Cycles rounded up to whole
         cycles. Default: none for a Path or a TemperatureRecord; for other drives a tenth of the

@@ -31,7 +31,7 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
-_MOST_NUMBERS = 1 << 21  # in a column, recorded at once
+_MOST_NUMBERS = 1 << 18  # in a column, recorded at once
 _SAVED = 1.25  # factor between the targets of successive snapshots for `state_at`
 _FIRST_SAVED = 64  # target of the first snapshot; the next comes at most at twice the target
 _MOST_SAVED_SLIDERS = 2**17  # in all snapshots

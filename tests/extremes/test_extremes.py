@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 import warnings
 from collections.abc import Iterator
 from fractions import Fraction
@@ -165,3 +166,15 @@ def test_a_billion_slips_keep_the_remainder() -> None:
     result = creep(PAIR, drive, start=START, record=(), max_events=3 * 10**9)
     assert result.slip_count > 10**9
     assert remainder_error(result) < 1e-9
+
+
+def test_without_columns_the_memory_of_a_run_does_not_grow_with_its_length() -> None:
+    def peak(cycles: int) -> int:
+        tracemalloc.start()
+        creep(PAIR, Cycles("0.0001", cycles), record=())
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return most
+
+    peak(10)  # loads what is loaded once
+    assert peak(400_000) < 1.1 * peak(100_000)
