@@ -73,6 +73,7 @@ def test_velocities_over_the_amplitude_come_one_by_one_and_are_those_of_runs(dri
     assert own.measured == creep(experiment.chain, experiment.drive).velocity
     first, last = (explorer.velocity_picture(steps[k], experiment) for k in (0, -1))
     assert last.count("<use") > first.count("<use") + len(steps[0]) / 2
+    assert ("Eq. 22" in last, "Eq. 24" in last) == (name == "amplitude", name == "sigma_theta")
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
