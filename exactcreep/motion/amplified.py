@@ -98,7 +98,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
                 _move(f, x, springs, m, off[0])
                 word = _round(v, m, 2.0 * roundoff * size, random, word)
             now = time
-            if not _decided(f, v, springs, signs, held, friction, rows[row:end], late):
+            if not _decided(f, v, springs, signs, held, friction, roundoff, rows[row:end], late):
                 return np.inf, number
         if not _happen(f, v, x, springs, signs, held, friction, roundoff, rows[row:end], late):
             return np.inf, number
@@ -239,8 +239,12 @@ def _reach(errors, rate, late):
 
 
 @njit(cache=True)
-def _decided(f, v, springs, signs, held, friction, rows, late):
-    """Note the time errors of simultaneous events; return whether no other event may come first."""
+def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
+    """Note the time errors of simultaneous events; return whether no other event may come first.
+
+    A solver may have found the time only to within more than one rounding: then the speed of a
+    slider that stops is not zero, or a force is not at its threshold.
+    """
     a = _accelerations(f, signs, friction, 0, len(f))
     here = np.zeros(len(f), dtype=np.bool_)
     for row in range(len(rows)):
@@ -250,12 +254,14 @@ def _decided(f, v, springs, signs, held, friction, rows, late):
         here[i] = True
         if signs[i] != 0:
             off, rate, bend = v[i], a[i, 0], _beside(v, i, 0) - springs[i] * v[i, 0]
+            missed = v[i, 0]
         else:
             off, rate, bend = f[i], _beside(v, i, 0), _beside(a, i, 0)
+            missed = f[i, 0] - rows[row, _SIGN] * held[i]
         if rate * bend < 0.0 and rate * rate <= 2.0 * abs(bend) * _reach(off, 0.0, off):
             return False  # it may have turned before
         for c in range(1, off.size):
-            late[i, c] = -off[c] / rate
+            late[i, c] = -(off[c] + missed * (roundoff / _FLOAT64)) / rate
     for i in range(len(f)):
         if here[i]:
             continue
