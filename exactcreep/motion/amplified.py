@@ -240,13 +240,14 @@ def _reach(errors, rate, late):
 
 @njit(cache=True)
 def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
-    """Note the time errors of simultaneous events; return whether no other event may come first.
+    """Note the time errors of simultaneous events; return whether their order is certain.
 
     A solver may have found the time only to within more than one rounding: then the speed of a
     slider that stops is not zero, or a force is not at its threshold.
     """
     a = _accelerations(f, signs, friction, 0, len(f))
-    here = np.zeros(len(f), dtype=np.bool_)
+    here, early = np.zeros(len(f), dtype=np.bool_), np.zeros(len(f))
+    first = int(rows[0, _SLIDER])
     for row in range(len(rows)):
         i = int(rows[row, _SLIDER])
         if here[i]:
@@ -260,8 +261,15 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
             missed = f[i, 0] - rows[row, _SIGN] * held[i]
         if rate * bend < 0.0 and rate * rate <= 2.0 * abs(bend) * _reach(off, 0.0, off):
             return False  # it may have turned before
+        early[i] = missed * (roundoff / _FLOAT64) / rate
         for c in range(1, off.size):
-            late[i, c] = -(off[c] + missed * (roundoff / _FLOAT64)) / rate
+            late[i, c] = -off[c] / rate
+        apart = late[i] - late[first]
+        if abs(early[i] - early[first]) > 4.0 * _reach(apart, 0.0, apart):
+            return False  # they are not simultaneous
+    for i in np.flatnonzero(here):
+        for c in range(1, late.shape[1]):
+            late[i, c] -= early[i]
     for i in range(len(f)):
         if here[i]:
             continue
