@@ -243,7 +243,8 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
     """Note the time errors of simultaneous events; return whether their order is certain.
 
     A solver may have found the time only to within more than one rounding: then the speed of a
-    slider that stops is not zero, or a force is not at its threshold.
+    slider that stops is not zero, or a force is not at its threshold. The events of one instant
+    must lie together to within four times the errors of their times.
     """
     a = _accelerations(f, signs, friction, 0, len(f))
     here, early = np.zeros(len(f), dtype=np.bool_), np.zeros(len(f))
@@ -266,7 +267,7 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
             late[i, c] = -off[c] / rate
         apart = late[i] - late[first]
         if abs(early[i] - early[first]) > 4.0 * _reach(apart, 0.0, apart):
-            return False  # they are not simultaneous
+            return False  # the solver has merged them
     for i in np.flatnonzero(here):
         for c in range(1, late.shape[1]):
             late[i, c] -= early[i]
