@@ -268,9 +268,9 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
         apart = late[i] - late[first]
         if abs(early[i] - early[first]) > 4.0 * _reach(apart, 0.0, apart):
             return False  # the solver has merged them
-    for i in np.flatnonzero(here):
+    for k in np.flatnonzero(here):
         for c in range(1, late.shape[1]):
-            late[i, c] -= early[i]
+            late[k, c] -= early[k]
     for i in range(len(f)):
         if here[i]:
             continue
