@@ -35,7 +35,7 @@ MARGIN = 2.0
 LOST = 1e-3
 """An error of this size is not small: nothing is known from there on."""
 _RANDOM = np.random.default_rng(20110603).standard_normal(4099)
-_FLOAT64 = FLOAT64.roundoff
+_ROUNDOFF = 2.0**-53
 _HALVINGS = 40
 _TIME, _SLIDER, _SIGN, _HELD, _NUMBER = range(5)
 """Columns of events, a row for each slider: the number of the event, and the threshold after a
@@ -43,12 +43,11 @@ stop, -1 at a start."""
 
 
 def amplified_error(
-    chain: Chain, initial: State, events: Iterable[Event], contacts: Contacts, roundoff: float
+    chain: Chain, initial: State, events: Iterable[Event], contacts: Contacts
 ) -> tuple[float, int]:
     """Return an estimate of the largest error, and the number of the first event in doubt.
 
-    `initial` is at rest at theta_c; `contacts`: the coefficients drawn at stops; `roundoff`: the
-    largest relative error of one rounding. The error is of a displacement or a tension at the last
+    `initial` is at rest at theta_c; `contacts`: the coefficients drawn at stops. The error is of a displacement or a tension at the last
     event; inf if the order of events is in doubt. The number, from 0, is -1 if none is in doubt.
     """
     draws, rows = initial.draws.tolist(), []
@@ -68,12 +67,12 @@ def amplified_error(
     springs[-1] -= 1.0
     limits = contacts.thresholds(initial.coefficients.astype(float), FLOAT64)
     friction = frictions_of(FLOAT64, chain)
-    error, number = _carried(np.array(rows), forces, springs, limits, friction, roundoff, _RANDOM)
+    error, number = _carried(np.array(rows), forces, springs, limits, friction, _RANDOM)
     return float(error), int(number)
 
 
 @njit(cache=True)
-def _carried(rows, forces, springs, held, friction, roundoff, random):
+def _carried(rows, forces, springs, held, friction, random):
     """Carry the chain (column 0) and its errors (other columns) from event to event."""
     n, columns = forces.size, DIRECTIONS + 1
     f, v, x = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
@@ -81,7 +80,7 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
     f[:, 0] = forces
     size, word, now, row = np.abs(forces).max() + friction.max(), 0, 0.0, 0
     for i in range(n):
-        word = _round(f, i, 2.0 * roundoff * size, random, word)
+        word = _round(f, i, 2.0 * _ROUNDOFF * size, random, word)
     while row < len(rows):
         number, time, end = int(rows[row, _NUMBER]), rows[row, _TIME], row
         while end < len(rows) and rows[end, _TIME] == time:
@@ -94,16 +93,16 @@ def _carried(rows, forces, springs, held, friction, roundoff, random):
                 size = max(size, abs(f[m, 0]), abs(v[m, 0]), abs(x[m, 0]))
             for m in moving:
                 off = np.zeros((1, columns))
-                word = _round(off, 0, 2.0 * roundoff * size, random, word)
+                word = _round(off, 0, 2.0 * _ROUNDOFF * size, random, word)
                 _move(f, x, springs, m, off[0])
-                word = _round(v, m, 2.0 * roundoff * size, random, word)
+                word = _round(v, m, 2.0 * _ROUNDOFF * size, random, word)
             now = time
-            if not _decided(f, v, springs, signs, held, friction, roundoff, rows[row:end], late):
+            if not _decided(f, v, springs, signs, held, friction, rows[row:end], late):
                 return np.inf, number
-        if not _happen(f, v, x, springs, signs, held, friction, roundoff, rows[row:end], late):
+        if not _happen(f, v, x, springs, signs, held, friction, rows[row:end], late):
             return np.inf, number
         row = end
-    return MARGIN * max(_largest(x), roundoff * size * len(rows)), -1
+    return MARGIN * max(_largest(x), _ROUNDOFF * size * len(rows)), -1
 
 
 @njit(cache=True)
@@ -239,7 +238,7 @@ def _reach(errors, rate, late):
 
 
 @njit(cache=True)
-def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
+def _decided(f, v, springs, signs, held, friction, rows, late):
     """Note the time errors of simultaneous events; return whether their order is certain.
 
     A solver may have found the time only to within more than one rounding: then the speed of a
@@ -262,7 +261,7 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
             missed = f[i, 0] - rows[row, _SIGN] * held[i]
         if rate * bend < 0.0 and rate * rate <= 2.0 * abs(bend) * _reach(off, 0.0, off):
             return False  # it may have turned before
-        early[i] = missed * (roundoff / _FLOAT64) / rate
+        early[i] = missed / rate
         for c in range(1, off.size):
             late[i, c] = -off[c] / rate
         apart = late[i] - late[first]
@@ -288,7 +287,7 @@ def _decided(f, v, springs, signs, held, friction, roundoff, rows, late):
 
 
 @njit(cache=True)
-def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
+def _happen(f, v, x, springs, signs, held, friction, rows, late):
     """Apply simultaneous events; return whether no other slider may start, and none is lost."""
     for row in range(len(rows)):
         i, sign = int(rows[row, _SLIDER]), int(rows[row, _SIGN])
@@ -298,7 +297,7 @@ def _happen(f, v, x, springs, signs, held, friction, roundoff, rows, late):
                 v[i, c] = -(f[i, 0] - sign * friction[i]) * late[i, c]
         else:
             left = np.zeros(v.shape[1])
-            speed = v[i, 0] * (roundoff / _FLOAT64)  # the rounding error in float64
+            speed = v[i, 0]
             if speed != 0.0:  # a slow slider may be stopped at once
                 left[1:] = sign * speed**2 / (2.0 * abs(f[i, 0] - sign * friction[i]))
                 _move(f, x, springs, i, left)

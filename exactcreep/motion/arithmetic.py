@@ -1,8 +1,7 @@
-"""Arithmetics as values: float64, mpmath at any number of digits, and balls.
+"""Arithmetics as values: float64, and balls at any number of digits.
 
-An algorithm over an `Arithmetic` runs in any of the three. Comparisons have three results: floats
-and mpmath numbers carry their rounding bound separately (the `slack` of `Arithmetic.sign`), balls
-contain it. An undecided comparison is counted (floats, mpmath) or raised (balls: `Undecided`).
+The motion between events runs in both. Only balls compare: an undecided comparison raises
+`Undecided`.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import flint
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
+from exactcreep.motion.cosine_field import Quadratic
 
 BITS_PER_DIGIT = math.log2(10)
 _FLINT = threading.RLock()  # python-flint has one working precision for the whole process
@@ -35,18 +34,15 @@ class Undecided(ArithmeticError):
 
 
 class Arithmetic(ABC):
-    """A number field: how to make its numbers, take roots and sines, and compare.
+    """A number field: how to make its numbers, and take roots and sines.
 
     Vectors are NumPy arrays (float64, or of objects); matrices are arguments of `product`.
-    `encloses`: whether a number is a proved enclosure; `bits`: working precision; `roundoff`:
-    largest relative rounding error of one operation: ``2**-bits``, or 0 for balls, which contain
-    their error.
+    `encloses`: whether a number is a proved enclosure; `bits`: working precision.
     """
 
     name: ClassVar[str]
     encloses: ClassVar[bool] = False
     bits: int
-    roundoff: float
 
     def active(self) -> AbstractContextManager[None]:
         """Return a context in which this arithmetic can compute."""
@@ -81,14 +77,6 @@ class Arithmetic(ABC):
         """Return the square root."""
 
     @abstractmethod
-    def arctangent(self, y: Any, x: Any) -> Any:
-        """Return the angle of the point (x, y), in (-pi, pi]."""
-
-    @abstractmethod
-    def pi(self) -> Any:
-        """Return pi."""
-
-    @abstractmethod
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return sines and cosines of a vector."""
 
@@ -102,41 +90,12 @@ class Arithmetic(ABC):
         cosine = 1 / self.sqrt(self.number(1 + tangent * tangent))
         return cosine if value == 1 else self.number(value) * cosine  # a product widens a ball
 
-    def sign(self, x: Any, slack: Any = 0) -> int:
-        """Return the sign of `x`, known up to an error of at most `slack`.
-
-        0 means that `x` is zero or, outside balls, that its sign is undecided. Balls raise
-        `Undecided` if the sign is undecided and `x` is not exactly zero.
-        """
-        return int(x > slack) - int(x < -slack)
-
-    def larger(self, x: Any, y: Any) -> Any:
-        """Return the larger of two numbers."""
-        return max(x, y)
-
-    def lower(self, x: Any) -> Any:
-        """Return an exact number not above `x` (for floats and mpmath: `x`)."""
-        return x
-
-    def upper(self, x: Any) -> Any:
-        """Return an exact number not below `x` (for floats and mpmath: `x`)."""
-        return x
-
-    def midpoint(self, x: Any) -> Any:
-        """Return `x` without its radius."""
-        return x
-
-    def between(self, low: Any, high: Any) -> Any:
-        """Return the ball from `low` to `high` (for floats and mpmath: the middle)."""
-        return (low + high) / 2
-
 
 class Float64(Arithmetic):
     """IEEE double precision, by NumPy."""
 
     name = "float64"
     bits = 53
-    roundoff = 2.0**-53
 
     def __reduce__(self) -> str:
         return "FLOAT64"
@@ -163,12 +122,6 @@ class Float64(Arithmetic):
     def sqrt(self, x: Any) -> float:
         return math.sqrt(x)
 
-    def arctangent(self, y: Any, x: Any) -> float:
-        return math.atan2(y, x)
-
-    def pi(self) -> float:
-        return math.pi
-
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         return np.sin(angles), np.cos(angles)
 
@@ -185,83 +138,6 @@ class Float64(Arithmetic):
 
 
 FLOAT64 = Float64()
-
-
-class _ObjectArithmetic(Arithmetic):
-    """An arithmetic of Python objects of one type `kind`, at any precision."""
-
-    kind: Any
-
-    def __init__(self, bits: int) -> None:
-        self.bits = bits
-
-    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
-        number, kind = self.number, self.kind
-        return _objects([v if type(v) is kind else number(v) for v in values])
-
-    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
-        turned = np.mod(numerators, 2 * denominator)
-        distinct, places = np.unique(turned, return_inverse=True)
-        sines = _objects([self._sin_pi(k, denominator) for k in distinct.tolist()])
-        return sines[places.reshape(turned.shape)]
-
-    @abstractmethod
-    def _sin_pi(self, k: int, denominator: int) -> Any:
-        """Return the sine of one rational multiple of pi."""
-
-
-class Digits(_ObjectArithmetic):
-    """mpmath numbers in a private context with its own precision."""
-
-    name = "mpmath"
-
-    def __init__(self, bits: int) -> None:
-        super().__init__(bits)
-        self.context = mpmath.MPContext()
-        self.context.prec = bits
-        self.roundoff = 2.0 ** -min(bits, 1070)  # a smaller float64 would be rounded itself
-        self.kind = self.context.mpf
-        # a context has its own type of numbers, which pickle would not find again
-        self.kind.__reduce__ = lambda x: (_digits_number, (bits, *map(int, x._mpf_)))
-
-    def __reduce__(self) -> tuple[Any, tuple[int]]:
-        return digits_of, (self.bits,)
-
-    def number(self, value: Any) -> Any:
-        if isinstance(value, Enclosure):
-            value = value.middle
-        if isinstance(value, Fraction):
-            return self.context.mpf(value.numerator) / value.denominator
-        if isinstance(value, np.generic):
-            value = value.item()
-        if hasattr(value, "_mpf_"):  # exact, because a conversion might round a second time
-            return self.context.make_mpf(value._mpf_) + 0
-        return self.context.mpf(value)
-
-    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
-        """Return matrix times vector, each entry rounded once."""
-        entries = vector.tolist()
-        return _objects([self.context.fdot(row, entries) for row in matrix.tolist()])
-
-    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
-        """Return the scalar product, rounded once."""
-        return self.context.fdot(x.tolist(), y.tolist())
-
-    def sqrt(self, x: Any) -> Any:
-        return self.context.sqrt(x)
-
-    def arctangent(self, y: Any, x: Any) -> Any:
-        return self.context.atan2(y, x)
-
-    def pi(self) -> Any:
-        return +self.context.pi
-
-    def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        pairs = [self.context.cos_sin(angle) for angle in angles.tolist()]
-        return _objects([p[1] for p in pairs]), _objects([p[0] for p in pairs])
-
-    def _sin_pi(self, k: int, denominator: int) -> Any:
-        return self.context.sinpi(self.context.mpf(k) / denominator)
 
 
 def ball_of(known: Enclosure) -> Any:
@@ -286,7 +162,7 @@ def _binary(value: Fraction) -> tuple[int, int]:
     return value.numerator >> zeros, zeros + 1 - value.denominator.bit_length()
 
 
-class Balls(_ObjectArithmetic):
+class Balls(Arithmetic):
     """python-flint's real balls: every number is a proved enclosure.
 
     python-flint has one working precision for the whole process. `active` sets it, restores it, and
@@ -295,8 +171,9 @@ class Balls(_ObjectArithmetic):
 
     name = "balls"
     encloses = True
-    roundoff = 0.0
-    kind = flint.arb
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return balls_of, (self.bits,)
@@ -316,22 +193,24 @@ class Balls(_ObjectArithmetic):
         kind = type(value)
         if kind is flint.arb:
             return value
+        if kind is Quadratic:
+            return value.ball()
         if kind is float or kind is int:
             return flint.arb(value)
         if isinstance(value, Enclosure):
             return ball_of(value)
         if isinstance(value, Fraction):
             return flint.arb(flint.fmpq(value.numerator, value.denominator))
-        if hasattr(value, "_mpf_"):
-            sign, mantissa, exponent, _ = value._mpf_
-            return flint.arb((-int(mantissa) if sign else int(mantissa), exponent))
         return flint.arb(value.item() if isinstance(value, np.generic) else value)
+
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
+        return objects([v if type(v) is flint.arb else self.number(v) for v in values])
 
     def matrix(self, rows: NDArray[Any]) -> Any:
         return flint.arb_mat(rows.tolist())
 
     def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
-        return _objects((matrix * flint.arb_mat(len(vector), 1, vector.tolist())).entries())
+        return objects((matrix * flint.arb_mat(len(vector), 1, vector.tolist())).entries())
 
     def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
         n = len(x)
@@ -340,7 +219,7 @@ class Balls(_ObjectArithmetic):
         return (flint.arb_mat(1, n, x.tolist()) * flint.arb_mat(n, 1, y.tolist()))[0, 0]
 
     def larger(self, x: Any, y: Any) -> Any:
-        return x.max(self.number(y))
+        return self.number(x).max(self.number(y))
 
     def sqrt(self, x: Any) -> Any:
         """Return the square root of a ball, without any part below zero."""
@@ -350,17 +229,20 @@ class Balls(_ObjectArithmetic):
         return flint.arb(0).union(flint.arb.max(x.upper(), flint.arb(0)).sqrt())
 
     def arctangent(self, y: Any, x: Any) -> Any:
-        return flint.arb.atan2(y, x)
+        return flint.arb.atan2(self.number(y), self.number(x))
 
     def pi(self) -> Any:
         return flint.arb.pi()
 
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         pairs = [angle.sin_cos() for angle in angles.tolist()]
-        return _objects([p[0] for p in pairs]), _objects([p[1] for p in pairs])
+        return objects([p[0] for p in pairs]), objects([p[1] for p in pairs])
 
-    def _sin_pi(self, k: int, denominator: int) -> Any:
-        return flint.arb.sin_pi_fmpq(flint.fmpq(k, denominator))
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+        turned = np.mod(numerators, 2 * denominator)
+        distinct, places = np.unique(turned, return_inverse=True)
+        sines = [flint.arb.sin_pi_fmpq(flint.fmpq(k, denominator)) for k in distinct.tolist()]
+        return objects(sines)[places.reshape(turned.shape)]
 
     def sign(self, x: Any, slack: Any = 0) -> int:
         if x > slack:
@@ -385,26 +267,17 @@ class Balls(_ObjectArithmetic):
 
 
 @lru_cache(maxsize=64)
-def digits_of(bits: int) -> Digits:
-    """Return the mpmath arithmetic of `bits` bits (it stores its tables of modes)."""
-    return Digits(bits)
-
-
-@lru_cache(maxsize=64)
 def balls_of(bits: int) -> Balls:
     """Return the ball arithmetic of `bits` bits (it stores its tables of modes)."""
     return Balls(bits)
 
 
-def _objects(values: list[Any]) -> NDArray[Any]:
-    out = np.empty(len(values), dtype=object)
-    out[:] = values
+def objects(values: Iterable[Any]) -> NDArray[Any]:
+    """Return numbers as an array of objects."""
+    listed = list(values)
+    out = np.empty(len(listed), dtype=object)
+    out[:] = listed
     return out
-
-
-def _digits_number(bits: int, sign: int, mantissa: int, exponent: int, size: int) -> Any:
-    """Return an mpmath number from its parts, in the context of `bits` bits."""
-    return digits_of(bits).context.make_mpf((sign, mpmath.libmp.MPZ(mantissa), exponent, size))
 
 
 # python-flint's balls cannot be pickled by themselves

@@ -1,6 +1,7 @@
 """Exact numbers a + b cos(alpha), a and b rational: tensions after ramps and lone slips.
 
 Ramps, lone slips and the sliding limit add, compare and take rational multiples of such numbers.
+Together with a ball they make a ball.
 As ``c^2 = 1 / (1 + tan^2(alpha))`` is rational, squaring decides the sign of such a number.
 """
 
@@ -8,7 +9,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import total_ordering
 from typing import Any
 
 import flint
@@ -20,7 +20,6 @@ MOST_BITS = 20_000
 """Size of a numerator or denominator at which the event solver gives up exact values."""
 
 
-@total_ordering
 class Quadratic:
     """The number ``a + b cos(alpha)`` of a `CosineField`, exactly.
 
@@ -28,19 +27,22 @@ class Quadratic:
     python-flint's rationals; b = 0 if cos(alpha) is rational.
     """
 
-    __slots__ = ("a", "b", "field")
+    __slots__ = ("a", "b", "field", "known")
 
     def __init__(self, field: CosineField, a: Any, b: Any) -> None:
         self.field, self.a, self.b = field, a, b
+        self.known: Any = (0, None)  # precision, and the ball
 
     def _parts(self, other: Any) -> tuple[Any, Any] | None:
         """Return `other` in this field, None if it is not a number of the field."""
         if isinstance(other, Quadratic):
             return (other.a, other.b) if other.field.square == self.field.square else None
-        factor = _fmpq(other)
+        factor = fmpq(other)
         return None if factor is None else (factor, _ZERO)
 
-    def __add__(self, other: Any) -> Quadratic:
+    def __add__(self, other: Any) -> Any:
+        if type(other) is flint.arb:
+            return self.ball() + other
         parts = self._parts(other)
         if parts is None:
             return NotImplemented
@@ -48,11 +50,11 @@ class Quadratic:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Quadratic:
-        return NotImplemented if self._parts(other) is None else self + -other
+    def __sub__(self, other: Any) -> Any:
+        return self.ball() - other if type(other) is flint.arb else self + -other
 
     def __rsub__(self, other: Any) -> Any:
-        return -self + other
+        return other - self.ball() if type(other) is flint.arb else -self + other
 
     def __neg__(self) -> Quadratic:
         return Quadratic(self.field, -self.a, -self.b)
@@ -60,24 +62,38 @@ class Quadratic:
     def __abs__(self) -> Quadratic:
         return -self if self.sign() < 0 else self
 
-    def __mul__(self, other: Any) -> Quadratic:
-        factor = _fmpq(other)
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, (Quadratic, flint.arb)):
+            return self.ball() * (other.ball() if isinstance(other, Quadratic) else other)
+        factor = fmpq(other)
         if factor is None:
             return NotImplemented
         return Quadratic(self.field, self.a * factor, self.b * factor)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Quadratic:
-        factor = _fmpq(other)
-        return NotImplemented if factor is None else self * (1 / factor)
+    def __truediv__(self, other: Any) -> Any:
+        factor = fmpq(other)
+        return self * (1 / (other if factor is None else factor))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return other / self.ball()
 
     def __eq__(self, other: object) -> bool:
         parts = self._parts(other)
         return parts is not None and self.a == parts[0] and self.b == parts[1]
 
     def __lt__(self, other: Any) -> bool:
-        return bool((self - other).sign() < 0)
+        return bool(_comparable(self - other) < 0)  # with a ball: certainly
+
+    def __le__(self, other: Any) -> bool:
+        return bool(_comparable(self - other) <= 0)
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(_comparable(self - other) > 0)
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(_comparable(self - other) >= 0)
 
     def __hash__(self) -> int:
         a, b = self.rationals()
@@ -95,9 +111,12 @@ class Quadratic:
 
     def ball(self) -> Any:
         """Return the number as a ball, at python-flint's present precision."""
-        if self.b == 0:
-            return flint.arb(self.a)
-        return flint.arb(self.a) + flint.arb(self.b) * flint.arb(self.field.square).sqrt()
+        if self.known[0] != flint.ctx.prec:
+            ball = flint.arb(self.a)
+            if self.b != 0:
+                ball = ball + flint.arb(self.b) * flint.arb(self.field.square).sqrt()
+            self.known = flint.ctx.prec, ball
+        return self.known[1]
 
     def bracket(self, bits: int = 128) -> tuple[Fraction, Fraction]:
         """Return a rational and its largest error, at most ``2**-bits`` of the value."""
@@ -151,11 +170,11 @@ class CosineField:
 
     def rational(self, value: Fraction) -> Quadratic:
         """Return a rational as a number of the field."""
-        return Quadratic(self, _fmpq(value), _ZERO)
+        return Quadratic(self, fmpq(value), _ZERO)
 
     def times_cosine(self, value: Fraction) -> Quadratic:
         """Return ``value cos(alpha)``."""
-        factor = _fmpq(value)
+        factor = fmpq(value)
         if self.cosine is not None:
             return Quadratic(self, factor * self.cosine, _ZERO)
         return Quadratic(self, _ZERO, factor)
@@ -164,7 +183,11 @@ class CosineField:
 _ZERO = flint.fmpq(0)
 
 
-def _fmpq(value: Any) -> Any:
+def _comparable(difference: Any) -> Any:
+    return difference.sign() if isinstance(difference, Quadratic) else difference
+
+
+def fmpq(value: Any) -> Any:
     """Return a rational as python-flint's type, None if it is not rational."""
     if isinstance(value, flint.fmpq):
         return value

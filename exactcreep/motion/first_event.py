@@ -13,7 +13,7 @@ slider that moves alone needs no search: its energy gives the event.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
@@ -56,15 +56,13 @@ class FirstEvent:
     ``time``: since the last event; in balls it encloses the only root, and no event comes before.
     ``stops``: sliders (from 0) that come to rest; ``starts``: sliders that cross their threshold,
     with directions. ``shifts``, if known: the first slider of each run, and the displacements and
-    velocities of its sliders at the event. ``exact``: these are in Q(c), and have been applied
-    there; ``alike``: they are the same in all states of a set.
+    velocities of its sliders at the event. ``alike``: they are the same in all states of a set.
     """
 
     time: Any
     stops: tuple[int, ...]
     starts: tuple[tuple[int, int], ...]
     shifts: Shifts | None = None
-    exact: bool = False
     alike: bool = False
 
 
@@ -85,7 +83,6 @@ class EventFunction:
     value: Any
     slope: Any
     bound: Any
-    slack: Any
     safe: Any = 0
     last: Any = None
     steepness: Any = None
@@ -109,10 +106,7 @@ class EventFunction:
 class Search:
     """The search for the first event of a flow and its runs.
 
-    `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `excess`: threshold minus
-    dynamical friction of sliders that have just crossed their threshold, which is their
-    acceleration without rounding errors of forces; `touching`: resting sliders known to be exactly
-    at threshold; `assume`: whether undecided comparisons of balls, too, are settled by the rules
+    `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `assume`: whether undecided comparisons of balls, too, are settled by the rules
     and counted; `half`: whether the lower half of the chain mirrors the upper half and is not
     watched; `limits`: their time ends the search.
     """
@@ -122,8 +116,6 @@ class Search:
         flow: Flow,
         runs: Sequence[Run],
         thresholds: NDArray[Any],
-        excess: Mapping[int, Any],
-        touching: Iterable[tuple[int, int]] = (),
         *,
         assume: bool = False,
         half: bool = False,
@@ -133,9 +125,7 @@ class Search:
         self.limits = limits
         self.arithmetic = flow.arithmetic
         self.thresholds = thresholds
-        self.excess = excess
-        self.touching = set(touching)
-        self.assume = assume or not flow.arithmetic.encloses
+        self.assume = assume
         self.evaluations = 0
         self.undecided = 0
         last = len(flow.forces) // 2 if half else len(flow.forces)
@@ -187,15 +177,8 @@ class Search:
         middle = arithmetic.midpoint((function.safe + function.last) / 2)
         value, slope = function(middle)
         spread = function.bound * width / 2
-        if arithmetic.encloses:
-            root = middle - value / (slope + arithmetic.between(-spread, spread))
-            low, high = arithmetic.lower(root), arithmetic.upper(root)
-        else:
-            steep = slope if slope < 0 else function.steepness
-            root = middle - value / steep
-            error = function.slack / -steep + 4 * arithmetic.roundoff * abs(root)
-            error = error + function.bound * (root - middle) ** 2 / -steep
-            low, high = root - error, root + error
+        root = middle - value / (slope + arithmetic.between(-spread, spread))
+        low, high = arithmetic.lower(root), arithmetic.upper(root)
         low = low if low > function.safe else function.safe
         high = high if high < function.last else function.last
         if not high - low < 0.75 * width:
@@ -208,14 +191,11 @@ class Search:
     def _stops(self, runs: Sequence[Run]) -> list[EventFunction]:
         flow, out = self.flow, []
         for run in runs:
-            slack = flow.velocity_slack + self._rounding(run)
-            # a force error of one slack changes the velocity by so much per unit of time
-            slack = slack + 4 * flow.force_slack
             for i, n in enumerate(run.sliders):
                 sign = int(flow.signs[n])
                 bound = self.arithmetic.upper(run.bound(i, 2))
                 speed, slope = sign * flow.velocities[n], sign * run.accelerations[i]
-                out.append(EventFunction(n, 0, sign, [(run, i)], speed, slope, bound, slack))
+                out.append(EventFunction(n, 0, sign, [(run, i)], speed, slope, bound))
         return out
 
     def _starts(self, runs: Sequence[Run]) -> list[EventFunction]:
@@ -228,37 +208,24 @@ class Search:
         for n, terms in neighbours.items():
             bound = self.arithmetic.upper(sum(run.bound(i, 1) for run, i in terms))
             rate = sum(run.velocities[i] for run, i in terms)
-            slack = flow.force_slack
-            if self.arithmetic.roundoff:
-                size = abs(flow.forces[n]) + self.thresholds[n]
-                slack = slack + 4 * self.arithmetic.roundoff * size
-                slack = slack + sum(4 * self._rounding(run) for run, _ in terms)
             for side in (1, -1):
                 room = self.thresholds[n] - side * flow.forces[n]
-                if (n, side) in self.touching:
-                    room = self.arithmetic.number(0)
-                out.append(EventFunction(n, side, -side, terms, room, -side * rate, bound, slack))
+                out.append(EventFunction(n, side, -side, terms, room, -side * rate, bound))
         return out
-
-    def _rounding(self, run: Run) -> Any:
-        """Return a rounding bound of a speed that is evaluated within about one period."""
-        if not self.arithmetic.roundoff:
-            return 0
-        return self.arithmetic.roundoff * (run.p + 16) * self.arithmetic.sqrt(run.energy)
 
     # -- one candidate -------------------------------------------------------------------------
 
     def _begin(self, function: EventFunction) -> None:
         """Take the first step of a candidate, from its values at time 0."""
         trivial = function.side == 0 and bool(self.flow.velocities[function.slider] == 0)
-        if trivial or self._sign(function.value, function.slack) == 0:
+        if trivial or self._sign(function.value) == 0:
             self._depart(function)
         else:
             self._step(function, self.arithmetic.number(0), function.value, function.slope)
 
-    def _sign(self, x: Any, slack: Any) -> int:
+    def _sign(self, x: Any) -> int:
         try:
-            return self.arithmetic.sign(x, slack)
+            return self.arithmetic.sign(x)
         except Undecided:
             if not self.assume:
                 raise
@@ -270,7 +237,7 @@ class Search:
         exactly = function.side == 0 or bool(function.value == 0)
         lead = 0
         for k, derivative in enumerate(self._derivatives(function), 1):
-            lead = self._sign(derivative, self._derivative_slack(function, k))
+            lead = self._sign(derivative)
             if lead:
                 break
             exactly = exactly and bool(derivative == 0)
@@ -296,22 +263,14 @@ class Search:
             while len(series) < ORDERS + 1:
                 even, odd = run.bent(even), run.bent(odd)
                 series += [even[i], odd[i]]
-            if function.side == 0 and function.slider in self.excess:
-                series[1] = function.sign * self.excess[function.slider]
             if function.side == 0:
                 del series[0]
             out = [x + function.sign * y for x, y in zip(out, series, strict=False)]
         return out
 
-    def _derivative_slack(self, function: EventFunction, k: int) -> Any:
-        of_force = k % 2 == (1 if function.side == 0 else 0)
-        slack = self.flow.force_slack if of_force else self.flow.velocity_slack
-        return slack * 4 ** (k // 2)
-
     def _step(self, function: EventFunction, t: Any, value: Any, slope: Any) -> None:
         """Step the candidate from `t`: isolate its root, or pass a time without roots."""
-        sign = self._sign(value, function.slack)
-        reach = abs(value) + function.slack
+        sign, reach = self._sign(value), abs(value)
         if slope < 0 and 4 * reach * function.bound <= slope * slope:
             function.safe = t
             function.last = self.arithmetic.upper(t + 2 * reach / -slope)
@@ -326,9 +285,8 @@ class Search:
         if bool(function.bound == 0):
             function.safe = math.inf  # the slope is constant, and not negative
             return
-        sure = value - function.slack  # a lower bound of the function itself
-        root = self.arithmetic.sqrt(slope * slope + 2 * sure * function.bound)
-        step = 2 * sure / (root - slope) if slope < 0 else (slope + root) / function.bound
+        root = self.arithmetic.sqrt(slope * slope + 2 * value * function.bound)
+        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / function.bound
         function.safe = self.arithmetic.lower(t + step)
 
     def _graze(self, function: EventFunction, t: Any) -> None:
@@ -340,7 +298,7 @@ class Search:
         if EXACTLY.leaves(0, function.side == 0, 0)[0]:
             function.safe = function.last = t
             return
-        slack = function.slack if function.slack > 0 else self.arithmetic.upper(abs(function(t)[0]))
+        slack = self.arithmetic.upper(abs(function(t)[0]))
         # by then the function has left the undecided band, or its bound is used again
         function.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / function.bound))
 
@@ -359,26 +317,16 @@ class Search:
 
 
 def root_time(search: Search, function: EventFunction) -> Any:
-    """Return the time of an isolated root; in balls, an enclosure."""
+    """Return an enclosure of the time of an isolated root."""
     while search.refine(function):
         pass
-    arithmetic = search.arithmetic
-    if arithmetic.encloses or function.steepness is None:
-        return arithmetic.between(function.safe, function.last)
-    t = (function.safe + function.last) / 2
-    for _ in range(2):  # the bracket is as wide as the rounding bound, so its middle is not enough
-        value, slope = function(t)
-        t = t - value / (slope if slope < 0 else function.steepness)
-    search.evaluations += 2
-    return t
+    return search.arithmetic.between(function.safe, function.last)
 
 
 def lone_event(
     flow: Flow,
     n: int,
     thresholds: NDArray[Any],
-    excess: Mapping[int, Any],
-    touching: Iterable[tuple[int, int]],
     rules: Rules,
     ask: Ask = _answered,
 ) -> FirstEvent:
@@ -393,27 +341,25 @@ def lone_event(
     beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
     w2 = len(beside)
     speed = direction * flow.velocities[n]
-    pull = excess.get(n, direction * flow.forces[n] - flow.friction[n])
+    pull = direction * flow.forces[n] - flow.friction[n]
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
-    if from_rest and ask((n,), rules.leaves, pull, True, flow.force_slack):
+    if from_rest and ask((n,), rules.leaves, pull, True, 0):
         return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),))
     root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
     longest = (pull + root) / w2
     rooms = {}
     for m in beside:
         room = thresholds[m] - direction * flow.forces[m]
-        touches = (m, direction) in touching
-        lacks = not touches and ask((m,), rules.is_before, zero, room, flow.force_slack)
+        lacks = ask((m,), rules.is_before, zero, room, 0)
         rooms[m] = room if lacks else zero
-    slack = 2 * flow.force_slack + 4 * flow.velocity_slack
-    early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, slack)]
+    early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, 0)]
     if not early:
         phase = _phase(flow, speed, pull, w2)
         time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
         return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
-        order = ask((*early,), rules.order, *rooms.values(), slack)
+        order = ask((*early,), rules.order, *rooms.values(), 0)
         early = early if order == 0 else early[:1] if order < 0 else early[1:]
     way = rooms[early[0]]
     if bool(way == 0):
@@ -431,3 +377,45 @@ def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
     """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
     frequency = flow.arithmetic.sqrt(flow.arithmetic.number(w2))
     return flow.arithmetic.arctangent(speed * frequency, pull)
+
+
+def lone_slips(
+    flow: Flow, moving: Sequence[int], thresholds: NDArray[Any], rules: Rules, ask: Ask,
+    *, symmetric: bool,
+) -> FirstEvent | None:  # fmt: skip
+    """Return the common stop of several sliders that each move alone, None if there is none.
+
+    They have just started, have equally many neighbours, all at rest, and none of the neighbours
+    starts: forces change monotonically, so the stop is the worst case. The two middle sliders of a
+    mirrored chain move alone together, since their spring's middle rests.
+    """
+    n_sliders, number = len(flow.forces), flow.arithmetic.number
+    beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
+    stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
+    middle = (n_sliders // 2 - 1, n_sliders // 2)
+    if symmetric and n_sliders % 2 == 0 and middle[0] in beside:
+        for n, image in (middle, middle[::-1]):
+            beside[n].remove(image)
+            stiffnesses[n] += 1
+    fresh = all(bool(flow.velocities[n] == 0) for n in moving)
+    if not fresh or any(flow.signs[m] for n in moving for m in beside[n]):
+        return None
+    pulls = {n: int(flow.signs[n]) * flow.forces[n] - flow.friction[n] for n in moving}
+    zero = number(0)
+    idle = [n for n in moving if ask((n,), rules.leaves, pulls[n], True, 0)]
+    if idle:
+        return FirstEvent(zero, tuple(idle), (), ())
+    w2 = stiffnesses[moving[0]]
+    if any(stiffnesses[n] != w2 for n in moving):
+        return None
+    ways = {n: 2 * int(flow.signs[n]) * pulls[n] / w2 for n in moving}
+    pushes: dict[int, Any] = {}
+    for n in moving:
+        for m in beside[n]:
+            pushes[m] = pushes.get(m, 0) + ways[n]
+    for m, push in pushes.items():
+        if ask((m,), rules.start_direction, flow.forces[m] + push, thresholds[m], 0):
+            return None
+    time = flow.arithmetic.pi() / flow.arithmetic.sqrt(number(w2))
+    shifts = tuple((n, [ways[n]], [zero]) for n in moving)
+    return FirstEvent(time, tuple(moving), (), shifts)

@@ -254,12 +254,8 @@ class Flow:
     arithmetic : Arithmetic
     forces : ndarray, shape (n,)
         Non-frictional forces at rest, at the start.
-    friction : number, or ndarray, shape (n,)
-        ``mu_d cos(alpha)``, of all sliders or of each.
-    force_slack : number
-        Rounding error of the forces at the start.
-    bounded : bool
-        Whether both slacks are updated as time passes.
+    friction : ndarray, shape (n,)
+        ``mu_d cos(alpha)`` of each slider.
 
     Attributes
     ----------
@@ -267,9 +263,6 @@ class Flow:
         Direction of motion of each slider, 0 at rest.
     moved : ndarray, shape (n,)
         Displacement since the start.
-    velocity_slack, force_slack : number
-        Bounds of the rounding errors of velocities and forces, relative to the exact motion between
-        the same events (0 in balls). The amplification by the events is not included.
     """
 
     def __init__(
@@ -277,17 +270,11 @@ class Flow:
         arithmetic: Arithmetic,
         forces: NDArray[Any],
         friction: Any,
-        force_slack: Any = 0,
-        *,
-        bounded: bool = True,
     ) -> None:
         n = len(forces)
-        self.velocity_slack: Any = 0
-        self.force_slack = force_slack
         self.arithmetic = arithmetic
-        self.roundoff = arithmetic.roundoff if bounded else 0.0
         self.forces = forces.copy()
-        self.friction: NDArray[Any] = arithmetic.zeros(n) + friction
+        self.friction: NDArray[Any] = friction
         self.velocities = arithmetic.zeros(n)
         self.moved = arithmetic.zeros(n)
         self.signs = np.zeros(n, dtype=np.int64)
@@ -316,34 +303,22 @@ class Flow:
             while after < n and self.signs[after]:
                 after += 1
             held_back = self.friction[first:after] * self.signs[first:after]
-            accelerations = self.forces[first:after] - held_back
-            velocities = self.velocities[first:after].copy()
+            accelerations = self.arithmetic.vector(self.forces[first:after] - held_back)
+            velocities = self.arithmetic.vector(self.velocities[first:after])
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
         return out
 
     def advance(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
-        roundoff = self.roundoff
         for run in runs:
             displacements, velocities = run.moved(t)
             self.shift(run.first, displacements)
             self.velocities[run.first : run.first + run.p] = velocities
-            if roundoff:
-                # sums of p terms with rounded angles w t / 2, w <= 2; the norm of the modal
-                # amplitudes bounds the sum of the sizes of the terms
-                speed = self.arithmetic.sqrt(run.energy) + max(abs(velocities))
-                rounding = roundoff * (run.p + 16 + 2 * t)
-                self.velocity_slack = self.velocity_slack + rounding * speed
-                self.force_slack = self.force_slack + 4 * rounding * speed * min(t, 2)
 
     def shift(self, first: int, displacements: NDArray[Any]) -> None:
         """Move the sliders of a run beginning at `first`, and change forces accordingly."""
         p, n = len(displacements), len(self.forces)
-        if self.roundoff:
-            span = self.forces[max(first - 1, 0) : first + p + 1]
-            largest = max(abs(span)) + 4 * max(abs(displacements))
-            self.force_slack = self.force_slack + 4 * self.roundoff * largest
         self.moved[first : first + p] = self.moved[first : first + p] + displacements
         stretched = displacements[1:] - displacements[:-1]  # of the springs inside the run
         self.forces[first : first + p - 1] = self.forces[first : first + p - 1] + stretched
@@ -361,7 +336,7 @@ class Flow:
         for values in (self.forces, self.velocities, self.moved):
             values[n - n // 2 :] = -values[: n // 2][::-1]
             if n % 2:
-                values[n // 2] = self.arithmetic.number(0)
+                values[n // 2] = 0 * values[n // 2]
 
     def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
         """Return the motion from this instant on, which is called `t_min`."""

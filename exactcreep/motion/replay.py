@@ -98,7 +98,7 @@ class Replay:
         self.contacts = Contacts(chain) if contacts is None else contacts
         self.tensions = arithmetic.vector(initial.tensions)
         forces = forces_of(arithmetic, self.tensions, loads_of(arithmetic, chain))
-        self.flow = Flow(arithmetic, forces, frictions_of(arithmetic, chain), bounded=False)
+        self.flow = Flow(arithmetic, forces, frictions_of(arithmetic, chain))
         places = arithmetic.vector(initial.displacements)
         self.start = Motion(places, arithmetic.zeros(chain.n), forces)
         self.now: Any = arithmetic.number(0)

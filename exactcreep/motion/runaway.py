@@ -29,12 +29,10 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     arithmetic = flow.arithmetic
     mean = sign * sum(flow.velocities) / n
     needed = arithmetic.sqrt(run.energy * arithmetic.number(Fraction(n - 1, n)))
-    slack = flow.velocity_slack
-    if mean - needed > slack or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
+    if mean > needed or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
         return arithmetic.number(0)
     if gain == 0:
         return None
-    lacking = needed - mean + 2 * slack
     pull = arithmetic.number(sign * sum(chain.end_forces) / n)
     gained = arithmetic.number(sign * chain.tan_alpha - chain.mean_mu_d) * cosine + pull
-    return arithmetic.upper(lacking / gained)
+    return arithmetic.upper((needed - mean) / gained)

@@ -2,8 +2,7 @@
 
 With disorder, nearby chains separate, and after some half-cycles rounding decides what happens. Two
 perturbed copies with the same disorder are rounded once more at every target, and followed until
-one differs. This is mostly soon, so that copies cost little. The copies of `exact` also follow runs
-of `reference`. A run of `mpmath` is compared with the same run with fewer bits.
+one differs. This is mostly soon, so that copies cost little.
 
 The number of copies and the margin were measured against certified tensions of 300 runs of 3 to 12
 sliders with disorder. With the distance of two copies as its estimate, an error exceeded 1e-12 once
@@ -21,7 +20,7 @@ import numpy as np
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.interface import TENSION_TOLERANCE, PerturbedCopies, Simulation, Stretch
+from exactcreep.solvers.interface import TENSION_TOLERANCE, Simulation, Stretch
 from exactcreep.watch.limits import NO_LIMITS
 
 TRUSTED = 1e-9
@@ -46,7 +45,7 @@ class Predictability(Observer):
         self.drive = experiment.drive
         self._most_events = None if experiment.twin else MOST_EVENTS
         self._made = simulation.copies  # called at the first target, since copies may be large
-        self.copies: PerturbedCopies | None = None
+        self.copies: Any = None
         self.limits = NO_LIMITS  # of the run
         self._first = max(_FIRST // experiment.chain.n, 4)
         self.undecided_from, self.agreed, self.checked = 0, 0, 0

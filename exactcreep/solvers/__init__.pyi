@@ -2,6 +2,5 @@ from .exact.settling import SettlingChain as SettlingChain
 from .exact.solver import Exact as Exact
 from .field.certified import Certified as Certified
 from .field.known_itinerary import KnownItinerary as KnownItinerary
-from .field.simulation import Mpmath as Mpmath, Reference as Reference
 from .sliding import Sliding as Sliding, relaxed_cycle as relaxed_cycle
 from .verlet.solver import Verlet as Verlet

@@ -27,8 +27,7 @@ class Estimated(Rearrangement):
         if self.undecided:
             return math.inf, -1
         contacts = Contacts(self.chain, self.seed)
-        roundoff = self.arithmetic.roundoff
-        return amplified_error(self.chain, self.initial, self.events, contacts, roundoff)
+        return amplified_error(self.chain, self.initial, self.events, contacts)
 
     @property
     def error(self) -> float:

@@ -87,31 +87,6 @@ class Stretch:
         return joined([self.recorded, self.partial])
 
 
-class PerturbedCopies(ABC):
-    """Slightly perturbed copies of a simulation."""
-
-    @abstractmethod
-    def follow(
-        self, drive: Drive, first: int, stretch: Stretch, apart: float, limits: Limits
-    ) -> tuple[NDArray[np.float64], bool]:
-        """Follow the copies beside a simulation, from target `first` of the drive on.
-
-        `stretch` is the result of the simulation, with its tensions and slips. The copies stop
-        after the events of `limits`, counted from their start, at the target at which one of them
-        is more than `apart` off, and, if they are slow, at the time of `limits`. Returns for each
-        target reached the largest distance of a tension (relative to the largest tension if this
-        exceeds 1; inf if other sliders have slipped), and whether all copies came to the end.
-        """
-
-    @abstractmethod
-    def snapshot(self) -> dict[str, Any]:
-        """Return a snapshot of the copies at a target, in arrays."""
-
-    @abstractmethod
-    def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Continue from a snapshot, or raise `ValueError` if it is of another kind."""
-
-
 class Simulation(ABC):
     """A chain that follows a drive: the only mutable object in the package."""
 
@@ -149,7 +124,7 @@ class Simulation(ABC):
         """Let the present rearrangement end, if the limits allow it; return its log."""
         return {}
 
-    def copies(self) -> PerturbedCopies | None:
+    def copies(self) -> Any:
         """Return slightly perturbed copies; None if the solver does not round."""
         return None
 

@@ -20,8 +20,6 @@ from exactcreep.watch.preparation import preparing
 
 SOLVERS: dict[str, Callable[[], type[Solver]]] = {
     "exact": lambda: solvers.Exact,
-    "reference": lambda: solvers.Reference,
-    "mpmath": lambda: solvers.Mpmath,
     "certified": lambda: solvers.Certified,
     "sliding": lambda: solvers.Sliding,
     "verlet": lambda: solvers.Verlet,
@@ -85,8 +83,7 @@ def rearrange(
         Seed of the static coefficients drawn at stops.
     solver : str
         ``exact`` (float64, compiled), ``certified`` (balls: proved; options `digits`,
-        `most_digits`), ``mpmath`` (option `digits`), ``reference`` (float64, readable) or
-        ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
+        `most_digits`) or ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
         rearrangements.
     max_events : int
         Stop after this number of events, at least 1; a few more if they are simultaneous.
@@ -110,7 +107,7 @@ def rearrange(
 
     Notes
     -----
-    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; `undecided`
+    Guarantee: ``exact`` and ``certified`` miss no event; `undecided`
     counts undecided comparisons. Source: Eqs. 5-10.
 
     Examples

@@ -206,21 +206,6 @@ def _begin(
     return now
 
 
-def side_by_side(chain: Chain, origin: Origin, seed: int, copies: int) -> tuple[Any, ...]:
-    """Return the arrays of several simulations before `place`: a `Workspace` without clock and log.
-
-    Each array holds one simulation after the other, except for `series`, which have no memory.
-    """
-    n, m = chain.n, layout.columns(chain.n)
-    return (
-        np.empty((copies, layout.CELLS, m)),
-        np.empty((copies, layout.WHOLES, m), dtype=np.int64),
-        np.zeros((copies, m, KEPT)),
-        series_of(n) if n > _ALONE else None,
-        _begin(np.empty(copies, dtype=layout.NOW), chain, origin, seed, 0),
-    )
-
-
 def _room(n: int, logging: int) -> Workspace:
     m = layout.columns(n)
     cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))

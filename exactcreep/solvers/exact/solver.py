@@ -24,7 +24,7 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, local_clocks, loop
-from exactcreep.solvers.exact.copies import ExactCopies
+from exactcreep.solvers.exact.copies import Copies
 from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.pack import (
@@ -317,11 +317,9 @@ class ExactSimulation(Simulation):
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
-    def copies(self) -> ExactCopies | None:
+    def copies(self) -> Copies | None:
         """Return perturbed copies from the same start; None for one slider."""
-        if self.chain.n == 1:
-            return None
-        return ExactCopies(self.chain, self.start, self.seed, self.targets)
+        return Copies(Exact(), self.chain, self.start.state, self.seed) if self.chain.n > 1 else None
 
     @property
     def evidence(self) -> Evidence:

@@ -1,6 +1,7 @@
-"""A chain at rest and on a ramp in one arithmetic, with exact numbers where that is possible.
+"""A chain at rest and on a ramp, in numbers of Q(c) as long as they are known exactly, else in balls.
 
-A chain in balls also keeps exact numbers (`exact_state`) for as long as it can.
+Ramps and lone slips stay in this field (see `cosine_field`), so that ties and grazes are decided.
+A number that anything else has changed is a ball.
 """
 
 from __future__ import annotations
@@ -18,19 +19,17 @@ from numpy.typing import NDArray
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Leg
 from exactcreep.model.enclosure import exact_value
-from exactcreep.model.numbers import nearest_float
+from exactcreep.model.numbers import exact_number, nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, symmetric
-from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.cosine_field import EXACTLY, CosineField, Quadratic, sign_of
-from exactcreep.motion.modes import forces_of, frictions_of, loads_of
-from exactcreep.solvers.field.exact_state import ExactState
+from exactcreep.motion.arithmetic import Arithmetic, Undecided, objects
+from exactcreep.motion.cosine_field import EXACTLY, MOST_BITS, CosineField, Quadratic, fmpq, sign_of
 from exactcreep.solvers.interface import Start, Tally
 
 
 @dataclass
 class Rest:
-    """A chain at rest: its numbers, bounds of their rounding errors, and counts.
+    """A chain at rest: its numbers, and counts.
 
     Tensions, displacements and forces belong to the last rest; draws at stops and counts change at
     once.
@@ -44,15 +43,15 @@ class Rest:
     draws: NDArray[np.int64]
     slips: NDArray[np.int64]  # of each slider, since the last target
     symmetric: bool  # whether the chain is, and therefore stays, the mirror image of itself
-    exact: ExactState | None  # as long as all of it lies in Q(c)
-    force_slack: Any = 0  # how far rounding may have taken forces, and l0 theta
-    theta_slack: Any = 0
-    # F_n / c of the sliders (from 0) that have just reached their threshold
-    pinned: dict[int, Fraction] = field(default_factory=dict)
     leg: Leg | None = None  # if each spring has its own dilation
     fresh: bool = True  # whether this is the start, which may not be at rest
     evaluations: int = 0  # of event functions
     tally: Tally = field(default_factory=Tally)
+
+    @property
+    def exact(self) -> bool:
+        """Whether all numbers are known exactly."""
+        return all(type(x) is Quadratic for x in (self.theta, *self.forces, *self.displacements))
 
     def copy(self) -> Self:
         """Return an independent copy."""
@@ -80,50 +79,59 @@ class ChainAtRest(ABC):
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
-        self.assume = assume or not arithmetic.encloses
+        self.assume = assume
         self.contacts = Contacts(self.chain, self.seed)
         self.rules = rules(self._sign)
         self.asked: tuple[int, ...] = ()
         self.stretch: float = 1  # uncertainty of a number relative to a force
-        self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
-        self.loads = loads_of(arithmetic, self.chain)
-        self.frictions = frictions_of(arithmetic, self.chain)
-        self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
+        times_cosine, rational = self.field.times_cosine, self.field.rational
+        weight = times_cosine(self.chain.tan_alpha)
+        self.loads = objects(weight + rational(self.chain.pull(n)) for n in range(self.chain.n))
+        self.frictions = objects(self.chain.each("mu_d", times_cosine))
+        self.l0 = fmpq(self.chain.l0)
         self.rest = self._at_start(state)
         self._take_rates()
-        self.thresholds = self.contacts.thresholds(self.rest.coefficients, arithmetic)
-        largest = max(abs(self.rest.forces)) + max(self.thresholds)
-        self.rest.force_slack = 4 * arithmetic.roundoff * largest
+        self.thresholds = self._thresholds()
 
     def _at_start(self, state: State) -> Rest:
-        vector = self.arithmetic.vector
-        tensions, exact, leg = vector(state.tensions), None, None
+        leg, theta = None, state.theta
         if state.springs:
-            leg = Leg(*2 * (tuple(exact_value(theta) for theta in state.theta.tolist()),))
-            state = replace(state, theta=0)
-        if self.arithmetic.encloses:
-            exact = ExactState.of(self.chain, self.field, state)
+            leg = Leg(*2 * (tuple(exact_value(theta) for theta in theta.tolist()),))
+            theta = 0
+        known = self._known
+        tensions = objects(map(known, state.tensions.tolist()))
         return Rest(
             tensions,
-            vector(state.displacements.tolist()),
-            forces_of(self.arithmetic, tensions, self.loads),
-            self.arithmetic.number(state.theta),
+            objects(map(known, state.displacements.tolist())),
+            self.loads + np.diff(tensions, prepend=0, append=0),
+            known(theta),
             state.coefficients.astype(np.float64),
             state.draws.astype(np.int64),
             slips=np.zeros(self.chain.n, dtype=np.int64),
             symmetric=symmetric(self.chain, state),
-            exact=exact,
             leg=leg,
         )
+
+    def _known(self, value: Any) -> Any:
+        """Return a number of a state exactly, or as a ball if it is one."""
+        try:
+            return self.field.rational(exact_number(value, "state"))
+        except ValueError:
+            return self.arithmetic.number(value)
+
+    def _thresholds(self) -> NDArray[Any]:
+        return objects(self.held(n) for n in range(self.chain.n))
+
+    def held(self, n: int) -> Quadratic:
+        """Return the force that the present contact of slider `n` (from 0) holds, exactly."""
+        return self.field.times_cosine(self.contacts.acting(n, self.rest.coefficients[n]))
 
     def turn(self, leg: Leg) -> None:
         """Start a leg: theta becomes the finished part of the way; the chain is at rest."""
         rest = self.rest
-        rest.leg, rest.theta, rest.theta_slack = leg, self.arithmetic.number(0), 0
+        rest.leg, rest.theta = leg, self.field.rational(Fraction(0))
         rest.symmetric = rest.symmetric and leg.mirrors(self.chain)
-        if rest.exact is not None:
-            rest.exact.theta = self.field.rational(Fraction(0))
         self._take_rates()
 
     def _take_rates(self) -> None:
@@ -131,7 +139,7 @@ class ChainAtRest(ABC):
         leg, chain, number = self.rest.leg, self.chain, nearest_float
         self.rates = chain.rates if leg is None else leg.rates(chain)
         shares = chain.expansion if leg is None else leg.expansion(chain)
-        self.expansion: Any = self.arithmetic.vector(shares) if shares else 1  # of each spring
+        self.expansion: Any = objects(map(fmpq, shares)) if shares else 1  # of each spring
         sizes = {n: abs(rate) for n, rate in self.rates.items()}
         self.stretches = {
             n: 1 if size == 1 else math.nextafter(number(1 / size), math.inf)
@@ -143,12 +151,6 @@ class ChainAtRest(ABC):
         """Counts so far."""
         return self.rest.tally
 
-    # -- exact numbers -------------------------------------------------------------------------
-
-    def acting(self, n: int) -> Fraction:
-        """Return the static coefficient that acts at slider `n` (from 0), exactly."""
-        return self.contacts.acting(n, self.rest.coefficients[n])
-
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return a sign, and whether it is in doubt; see `rules`."""
         if isinstance(x, (Quadratic, Fraction)):
@@ -159,8 +161,7 @@ class ChainAtRest(ABC):
             if not self.assume:
                 raise
             return 0, True
-        # a rounded zero may not be zero
-        return sign, sign == 0 and (bool(slack > 0) or not bool(x == 0))
+        return sign, False
 
     def ask(
         self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any,
@@ -186,9 +187,11 @@ class ChainAtRest(ABC):
         if rest.fresh:
             rest.fresh = False
             lacking = (self.thresholds - abs(rest.forces)).tolist()
-            near = [n for n, room in enumerate(lacking) if not room > rest.force_slack]
-            told, slack = self.rules.start_direction, rest.force_slack
-            ways = [(n, self.ask((n,), told, *self.standing(n, rest.forces), slack)) for n in near]
+            near = [n for n, room in enumerate(lacking) if not room > 0]
+            told = self.rules.start_direction
+            ways = [
+                (n, self.ask((n,), told, rest.forces[n], self.thresholds[n], 0)) for n in near
+            ]
             starts = [(n, way) for n, way in ways if way]
             if starts:
                 self._set_off(starts, crossing=False)
@@ -203,23 +206,8 @@ class ChainAtRest(ABC):
         self._move_theta(way, room, None)
         for n, sign in starts:
             rest.forces[n] = sign * self.thresholds[n]
-            rest.pinned[n] = sign * self.acting(n)
-            if rest.exact is not None:
-                rest.exact.forces[n] = self.field.times_cosine(rest.pinned[n])
         self._set_off(starts, crossing=True)
         return True
-
-    def standing(self, n: int, forces: NDArray[Any]) -> tuple[Any, Any]:
-        """Return the force on a resting slider (from 0) and its threshold, as precisely as known.
-
-        Both are in Q(c), rationals in units of c, or numbers of the arithmetic.
-        """
-        rest = self.rest
-        if rest.exact is not None:
-            return rest.exact.forces[n], self.field.times_cosine(self.acting(n))
-        if n in rest.pinned:
-            return rest.pinned[n], self.acting(n)
-        return forces[n], self.thresholds[n]
 
     def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         """Return how far ``l0 theta`` can go before a slider starts, and who starts."""
@@ -234,8 +222,7 @@ class ChainAtRest(ABC):
             if starts:
                 pair = n, starts[0][0]
                 stretch = max(self.stretches[k] for k in pair)
-                slack = 2 * self.rest.force_slack * stretch
-                order = self.ask(pair, self.rules.order, room, nearest, slack, stretch=stretch)
+                order = self.ask(pair, self.rules.order, room, nearest, 0, stretch=stretch)
             if order < 0:
                 nearest, starts = room, []
             if order <= 0:
@@ -246,61 +233,26 @@ class ChainAtRest(ABC):
 
     def room(self, n: int, sign: int) -> Any:
         """Return how far ``l0 theta`` can go until a slider (from 0) starts with `sign`."""
-        lacking, rate = self.lacking(n, sign), self.rates[n]
-        if rate in (1, -1):
-            return lacking
-        return lacking / abs(rate if self.rest.exact is not None else self.arithmetic.number(rate))
-
-    def lacking(self, n: int, sign: int) -> Any:
-        """Return the distance of a resting slider (from 0) from a start with `sign`."""
-        force, threshold = self.standing(n, self.rest.forces)
-        left = threshold - sign * force
-        return self.arithmetic.number(left) * self.cosine if isinstance(left, Fraction) else left
+        return (self.thresholds[n] - sign * self.rest.forces[n]) / fmpq(abs(self.rates[n]))
 
     def _reach(self, way: int, target: Fraction) -> Any:
         """Return the change of ``l0 theta`` to `target`."""
-        if self.rest.exact is not None:
-            return way * self.chain.l0 * (self.field.rational(target) - self.rest.exact.theta)
-        return way * self.l0 * (self.arithmetic.number(target) - self.rest.theta)
+        return way * self.l0 * (self.field.rational(target) - self.rest.theta)
 
     def _before(self, way: int, room: Any, target: Fraction, starts: list[tuple[int, int]]) -> bool:
         """Whether sliders that lack `room` start before `target`."""
         stretch = max(self.stretches[n] for n, _ in starts)
-        slack = self.rest.force_slack * stretch + self.rest.theta_slack
-        slack = slack + self._theta_rounding(room)
         told, reach = self.rules.is_before, self._reach(way, target)
-        return bool(self.ask((), told, room, reach, slack, stretch=stretch))
-
-    def _theta_rounding(self, room: Any) -> Any:
-        if not self.arithmetic.roundoff:
-            return 0
-        return 8 * self.arithmetic.roundoff * (abs(self.l0 * self.rest.theta) + abs(room))
+        return bool(self.ask((), told, room, reach, 0, stretch=stretch))
 
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
         """Change ``l0 theta`` by `room` in direction `way`, to `target` if that is given."""
-        rest, exact = self.rest, self.rest.exact
-        if exact is not None:
-            by = way * room
-            exact.theta = exact.theta + by / self.chain.l0
-            for n, rate in self.rates.items():
-                exact.forces[n] = exact.forces[n] + _at_rate(by, rate)
-            room = room.ball()
-        by = way * room
-        if target is None:
-            rest.theta_slack = rest.theta_slack + self._theta_rounding(room)
-            rest.theta = rest.theta + by / self.l0
-        else:
-            rest.theta_slack, rest.theta = 0, self.arithmetic.number(target)
-        if self.chain.n == 1:
-            return
-        if not bool(room == 0):
+        rest, by = self.rest, way * room
+        rest.theta = rest.theta + by / self.l0 if target is None else self.field.rational(target)
+        if self.chain.n > 1 and not bool(room == 0):
             rest.tensions = rest.tensions - self.expansion * by
             for n, rate in self.rates.items():
-                rest.forces[n] = rest.forces[n] + _at_rate(by, rate, self.arithmetic.number)
-            rest.pinned.clear()
-        if exact is not None:
-            for n in self.rates:
-                rest.forces[n] = exact.forces[n].ball()
+                rest.forces[n] = rest.forces[n] + fmpq(rate) * by
 
     @abstractmethod
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
@@ -309,9 +261,11 @@ class ChainAtRest(ABC):
     # -- the present state ---------------------------------------------------------------------
 
     def state(self) -> State:
-        """Return the present state."""
-        rest = self.rest
-        return State(*self._shape(), rest.coefficients, rest.draws, self.dilation(rest.theta))
+        """Return the present state, in balls."""
+        rest, vector = self.rest, self.arithmetic.vector
+        tensions, displacements = map(vector, self._shape())
+        theta = self.dilation(self.arithmetic.number(rest.theta))
+        return State(tensions, displacements, rest.coefficients, rest.draws, theta)
 
     def dilation(self, theta: Any) -> Any:
         """Return the dilation at `theta`; of each spring where they differ."""
@@ -323,7 +277,7 @@ class ChainAtRest(ABC):
 
     def known_theta(self) -> Any:
         """Return theta, as precisely as it is known."""
-        return self.rest.theta
+        return self.arithmetic.number(self.rest.theta)
 
     # -- to continue later ---------------------------------------------------------------------
 
@@ -331,21 +285,12 @@ class ChainAtRest(ABC):
         """Continue from this rest, of the same chain and seed."""
         self.rest = rest
         self._take_rates()
-        self.thresholds = self.contacts.thresholds(rest.coefficients, self.arithmetic)
+        self.thresholds = self._thresholds()
 
-    def renew(self) -> None:
-        """Compute every number at rest from its exact value, at the present precision."""
-        rest, exact = self.rest, self.rest.exact
-        assert exact is not None
-        vector = self.arithmetic.vector
-        rest.forces = vector([x.ball() for x in exact.forces])
-        rest.displacements = vector([x.ball() for x in exact.displacements])
-        rest.theta = exact.theta.ball()
-        rest.tensions = vector([x.ball() for x in exact.tensions])
-
-
-def _at_rate(by: Any, rate: Fraction, number: Callable[[Fraction], Any] = Fraction) -> Any:
-    """Return ``rate by``, without a product if the rate is 1 or -1."""
-    if rate == 1:
-        return by
-    return -by if rate == -1 else number(rate) * by
+    def shorten(self) -> None:
+        """Replace numbers that have become too long by balls."""
+        rest, number = self.rest, self.arithmetic.number
+        if rest.exact and max(x.bits for x in (rest.theta, *rest.displacements)) > MOST_BITS:
+            rest.theta = number(rest.theta)
+            for numbers in (rest.tensions, rest.displacements, rest.forces):
+                numbers[:] = [number(x) for x in numbers.tolist()]

@@ -16,19 +16,20 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.field.simulation import (
     FieldSimulation,
-    FieldSolver,
     completed,
     mechanics_report,
 )
 from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
+    Solver,
     Start,
     Stretch,
     Tally,
@@ -40,7 +41,7 @@ GUARD_BITS = 128
 
 
 @dataclass(frozen=True)
-class Certified(FieldSolver):
+class Certified(Solver):
     """The readable solver in balls.
 
     A start in balls means any of the states that they enclose. Successive calls of `rearrange`
@@ -56,7 +57,8 @@ class Certified(FieldSolver):
 
     digits: int = 30
     most_digits: int | None = None
-    perturbs: ClassVar[bool] = False
+    on_file: ClassVar[bool] = False
+    takes: ClassVar[frozenset[str]] = EVERYTHING
     name: ClassVar[str] = "certified"
     summary: ClassVar[str] = "readable event solver in balls: every comparison proved"
 
@@ -136,7 +138,7 @@ def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
         "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
         "bits_lost": lost,
         "bits_lost_per_event": lost / max(mechanics.tally.events, 1),
-        "exact_in_q_c": mechanics.rest.exact is not None,
+        "exact_in_q_c": mechanics.rest.exact,
     }
 
 
@@ -187,7 +189,7 @@ class CertifiedSimulation(FieldSimulation):
             self.ahead += 1
         with self.mechanics.arithmetic.active():
             self.reached = q, self.mechanics.state(), replace(self.tally)
-        if self.mechanics.rest.exact is not None:
+        if self.mechanics.rest.exact:
             self._drop_anchor(q)
         return None
 
@@ -204,8 +206,6 @@ class CertifiedSimulation(FieldSimulation):
         self._begin(min(self.leap * bits, self.solver.most_bits))
         with self.mechanics.arithmetic.active():
             self.mechanics.go_on_from(self.anchor.copy())
-            if self.mechanics.rest.exact is not None:
-                self.mechanics.renew()
         self.tally = self.mechanics.tally
         target, self.theta_target = self.anchor_target
         self.ahead = target + 1

@@ -1,4 +1,4 @@
-"""The readable event solver: a chain from rest to rest, over float64, mpmath numbers or balls.
+"""The readable event solver: a chain from rest to rest, in balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
 their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat* until
@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
-from exactcreep.motion.arithmetic import Arithmetic
-from exactcreep.motion.cosine_field import MOST_BITS
+from exactcreep.motion.arithmetic import Arithmetic, objects
 from exactcreep.motion.first_event import (
     FirstEvent,
     Search,
     SearchLimit,
     Shifts,
     lone_event,
+    lone_slips,
     root_time,
 )
 from exactcreep.motion.modes import Flow, Run
@@ -41,12 +41,11 @@ class ChainIntegrator(ChainAtRest):
 
     def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.mu_d: list[Fraction] = self.chain.each("mu_d")
         self.way = 0
         self.flow: Flow | None = None
         self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)
-        self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
+        self.crossing = False  # whether a ramp has taken the first sliders to their threshold
         self.announced = True
         self.event_number = 0
         self.runaway = False
@@ -54,17 +53,13 @@ class ChainIntegrator(ChainAtRest):
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         self.time = self.arithmetic.number(0)
-        self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions, self.rest.force_slack)
+        self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions)
+        self.flow.moved[:] = self.field.rational(Fraction(0))
+        self.crossing = crossing
         self.announced = False
         self.event_number = 0
         self.tally.rearrangements += 1
-        self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
-
-    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
-        """Set sliders in motion; the sliders in `crossing` are just at their threshold."""
-        flow.start([n for n, _ in starts], [sign for _, sign in starts])
-        for n in crossing:
-            self.crossed[n] = self.acting(n) - self.mu_d[n]
+        self.flow.start(*zip(*starts, strict=True))
 
     def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events of the present rearrangement, and None after the events of each instant.
@@ -91,25 +86,20 @@ class ChainIntegrator(ChainAtRest):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
-        moving = np.flatnonzero(flow.signs).tolist()
-        exact = self.rest.exact
-        if exact is not None:
-            slip = exact.slip(flow, moving, self.acting, symmetric=self.rest.symmetric)
-            if slip is not None:
-                return slip
-        touching = self.touching(flow, moving)
-        number = self.arithmetic.number
-        excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
+        moving, of = np.flatnonzero(flow.signs).tolist(), (self.thresholds, self.rules, self.ask)
         horizon = None
+        if 1 < len(moving) < self.chain.n:
+            slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
+            if slips is not None:
+                return slips
         if flow.signs.all():
-            horizon = escape_time(flow, self.runs[0], self.chain, self.cosine)
+            horizon = escape_time(flow, self.runs[0], self.chain, self.field.times_cosine(Fraction(1)))
             if horizon is not None and bool(horizon == 0):
                 return None
         elif len(moving) == 1:
-            of = self.thresholds, excess, touching, self.rules, self.ask
             return lone_event(flow, moving[0], *of)
         search = Search(
-            flow, self.runs, self.thresholds, excess, touching,
+            flow, self.runs, self.thresholds,
             assume=self.assume, half=self.rest.symmetric, limits=self.limits,
         )  # fmt: skip
         first = search.first(horizon)
@@ -126,43 +116,19 @@ class ChainIntegrator(ChainAtRest):
         starts = [(root.slider, root.side) for root in first if root.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.rest.symmetric else None)
 
-    def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
-        """Return the neighbours of moving sliders that rest exactly at threshold."""
-        exact = self.rest.exact
-        return set() if exact is None else exact.touching(flow, moving, self.acting)
-
     def advance(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
         if bool(event.time == 0):
             return
         later = self.time + event.time
-        self.crossed.clear()
-        moving = np.flatnonzero(flow.signs)
-        for n in moving.tolist():
-            for m in (n - 1, n, n + 1):
-                self.rest.pinned.pop(m, None)
-        if not event.exact:
-            self.rest.exact = None
         if event.shifts is None:
             flow.advance(self.runs, event.time)
         for first, displacements, velocities in event.shifts or ():
-            if not event.exact and self.arithmetic.roundoff:
-                self._blurred(flow, first, displacements[0], velocities[0])
-            flow.shift(first, self.arithmetic.vector(displacements))
+            flow.shift(first, objects(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
         if self.rest.symmetric:
             flow.mirror()
-        if self.rest.exact is not None:
-            flow.forces = self.arithmetic.vector([f.ball() for f in self.rest.exact.forces])
         self.time = later
-
-    def _blurred(self, flow: Flow, n: int, way: Any, velocity: Any) -> None:
-        """Update the slack of the velocities, using the energy of a lone slider."""
-        if velocity == 0:
-            return
-        before, force = abs(flow.velocities[n]), abs(flow.forces[n]) + flow.friction[n]
-        gained = before * flow.velocity_slack + 2 * flow.force_slack * (force + 2 * abs(way))
-        flow.velocity_slack = gained / abs(velocity)
 
     def resolve(self, flow: Flow, event: FirstEvent) -> Iterator[Event]:
         """Yield the stops and the starts of an event, by the rules of the model."""
@@ -170,7 +136,7 @@ class ChainIntegrator(ChainAtRest):
         ways = {n: int(flow.signs[n]) for n in stops}
 
         def test(n: int) -> None:
-            of = *self.standing(n, flow.forces), ways[n], flow.force_slack
+            of = flow.forces[n], self.thresholds[n], ways[n], 0
             if turned := self.ask((n,), self.rules.reversal, *of):
                 starts[n] = turned
 
@@ -180,21 +146,19 @@ class ChainIntegrator(ChainAtRest):
             self.rest.slips[stops] += 1
             yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
-            self._start(flow, sorted(starts.items()), [n for n, _ in event.starts])
+            for n, sign in event.starts:  # exactly at threshold
+                flow.forces[n] = sign * self.thresholds[n]
             sliders = sorted(starts)
+            flow.start(sliders, [starts[n] for n in sliders])
             yield self._event(EventKind.START, sliders, [starts[n] for n in sliders])
 
     def come_to_rest(self, flow: Flow) -> None:
         """Make the present state a state of rest."""
         rest = self.rest
         rest.tensions, rest.displacements = self._shape()
-        rest.forces, rest.force_slack = flow.forces, flow.force_slack
-        if rest.exact is not None:
-            self.renew()
-            if rest.exact.bits > MOST_BITS:
-                rest.exact = None
+        rest.forces = flow.forces
         self.flow = None
-        self.crossed.clear()
+        self.shorten()
 
     @property
     def runs(self) -> list[Run]:
@@ -212,12 +176,11 @@ class ChainIntegrator(ChainAtRest):
 
     def _draw(self, n: int) -> None:
         rest = self.rest
-        self.crossed.pop(n, None)
         drawn = self.contacts.coefficient(n + 1, int(rest.draws[n]))
         rest.draws[n] += 1
         rest.coefficients[n] = float(drawn)
         rest.tally.draws_below_mu_d += self.contacts.is_low(n, drawn)
-        self.thresholds[n] = self.contacts.holds(n, rest.coefficients[n], self.arithmetic)
+        self.thresholds[n] = self.held(n)
 
     # -- the present state ---------------------------------------------------------------------
 

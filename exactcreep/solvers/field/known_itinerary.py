@@ -51,7 +51,6 @@ class KnownItinerary(ChainIntegrator):
 
     def load_of_start(self, slider: int, sign: int, way: int) -> Any:
         """Return ``l0 theta_c`` at which an end (from 0) starts with `sign` on a ramp."""
-        self.rest.exact = None
         return self.l0 * self.rest.theta + way * self.room(slider, sign)
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
@@ -71,7 +70,7 @@ class KnownItinerary(ChainIntegrator):
         self._starts = _by_slider([e for e in events if e.kind is EventKind.START])
         starts = [(n, sign) for n, sign in self._starts.items() if n not in stops]
         acting = [*((n, 0) for n in stops), *starts]
-        every = Search(flow, self.runs, self.thresholds, {}).functions
+        every = Search(flow, self.runs, self.thresholds).functions
         function = next((f for f in every if [(f.slider, f.side)] == acting[:1]), None)
         if function is None:
             raise StrayRoot("who is known to act next cannot")
@@ -83,7 +82,7 @@ class KnownItinerary(ChainIntegrator):
         """Let the sliders move to the event; the trajectory consists of points."""
         super().advance(flow, event)
         for numbers in (flow.forces, flow.velocities, flow.moved):
-            numbers[:] = [x.mid() for x in numbers.tolist()]
+            numbers[:] = [self.arithmetic.number(x).mid() for x in numbers.tolist()]
 
     def _root(self, function: EventFunction, guess: float) -> Any:
         """Return the root of an event function near `guess`, by Newton's method."""

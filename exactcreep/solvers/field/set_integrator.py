@@ -25,6 +25,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
@@ -123,7 +124,12 @@ class SetIntegrator(ChainIntegrator):
     def _widened(self, numbers: NDArray[Any], of: Callable[[StateSet], Any]) -> NDArray[Any]:
         """Return numbers of the middle as balls that hold every state, with radii from `of`."""
         states = self.rest.set
-        return numbers.copy() if states is None else states.widened(numbers, of(states))
+        if states is None:
+            return numbers.copy()
+        wide = states.widened(numbers, of(states))
+        exact = [type(x) is Quadratic for x in numbers.tolist()]  # the same in all states
+        wide[exact] = numbers[exact]
+        return wide
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities as balls that hold every state; a zero is zero in all states."""
@@ -160,14 +166,14 @@ class SetIntegrator(ChainIntegrator):
         """Make the set anew around a middle without errors."""
         rest = self.rest
         numbers = (self.flow or rest).forces
-        noise = [x.rad() for x in numbers.tolist()]
-        numbers[:] = [x.mid() for x in numbers.tolist()]
+        noise = [radius(x) for x in numbers.tolist()]
+        numbers[:] = [middle(x) for x in numbers.tolist()]
         speeds = {}
         for n, speed in self._fast().items():
             speeds[n] = speed.rad()
             self.flow.velocities[n] = speed.mid()  # type: ignore[union-attr]
-        theta = (self.l0 * rest.theta).rad()
-        rest.theta = rest.theta.mid()
+        theta = radius(self.l0 * rest.theta)
+        rest.theta = middle(rest.theta)
         if rest.set is None:
             rest.set = StateSet(noise, speeds, theta)
         else:
@@ -187,12 +193,11 @@ class SetIntegrator(ChainIntegrator):
         self.shown = self.shown_theta = None
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
-        bare = forces - self.loads
-        return self.arithmetic.vector(accumulate(bare.tolist()[:-1]))
+        return self.arithmetic.vector(accumulate((forces - self.loads).tolist()[:-1]))
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
         tensions, displacements = super()._shape()
-        if self.rest.exact is None and self.flow is not None:
+        if self.rest.set is not None and self.flow is not None:
             # the middle is renewed from time to time, by its forces
             tensions = self._tensions(self.flow.forces)
         return tensions, displacements
@@ -216,7 +221,7 @@ class SetIntegrator(ChainIntegrator):
     def known_theta(self) -> Any:
         rest = self.rest
         if rest.set is None:
-            return rest.theta
+            return self.arithmetic.number(rest.theta)
         if self.shown_theta is None:
             (radius,) = rest.set.balls([rest.set.of_theta()])
             self.shown_theta = rest.theta + flint.arb(0, (radius / self.l0).upper())
@@ -268,7 +273,7 @@ class SetIntegrator(ChainIntegrator):
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event of the middle; see `ChainIntegrator.first_event`."""
         of_all = None
-        if self.rest.exact is None:
+        if not self.exact:
             of_all = self._lone_slip(flow)
             # at the precision limit nothing is repeated, and balls hold every state
             if of_all is None and not (self.assume or self._may_run_away(flow)):
@@ -286,7 +291,7 @@ class SetIntegrator(ChainIntegrator):
                 kind = Kind.UNRESOLVED
             elif len(event.stops) + len(event.starts) > 1:
                 kind = Kind.TIE
-            elif event.exact and self.touching(flow, moving):  # at the end of the slip
+            elif not event.starts and self._touched(flow, event):
                 kind = Kind.GRAZING
             self.kinds[kind] += 1
         return event
@@ -296,19 +301,39 @@ class SetIntegrator(ChainIntegrator):
 
         None for another motion, or if the neighbour may start before it ends.
         """
-        n, symmetric = self.chain.n, self.rest.symmetric
-        if len(self.crossed) != 1 or symmetric or n == 1 or np.count_nonzero(flow.signs) > 1:
+        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        end, force = moving[0], flow.forces[moving[0]]
+        if self.rest.symmetric or n == 1 or len(moving) > 1 or end not in (0, n - 1):
             return None
-        (end,) = self.crossed
-        if end not in (0, n - 1):
+        if type(force) is not Quadratic or not bool(flow.velocities[end] == 0):
             return None
         beside, way = abs(end - 1), int(flow.signs[end])
-        length = 2 * self.arithmetic.number(self.crossed[end]) * self.cosine
+        length = 2 * (way * force - self.frictions[end])
         room = self.thresholds[beside] - way * flow.forces[beside]
         if not (length > 0 and room - length > self.slack):
             return None
         shifts = ((end, [way * length], [self.arithmetic.number(0)]),)
         return FirstEvent(self.arithmetic.pi(), (end,), (), shifts, alike=True)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the chain is known exactly, except for what its slips have not reached yet."""
+        flow = self.flow
+        if flow is None:
+            return self.rest.exact
+        still = all(bool(v == 0) for v in flow.velocities.tolist())
+        return still and all(type(x) is Quadratic for x in (*flow.forces, self.rest.theta))
+
+    def _touched(self, flow: Flow, event: FirstEvent) -> bool:
+        """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
+        pushes: dict[int, Any] = {}
+        for n, ways, _ in event.shifts or ():
+            for m in (n - 1, n + 1):
+                if type(ways[0]) is Quadratic and 0 <= m < self.chain.n and not flow.signs[m]:
+                    pushes[m] = pushes.get(m, 0) + ways[0]
+        return any(
+            abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items()
+        )
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = bool(flow.signs.all())
@@ -318,10 +343,11 @@ class SetIntegrator(ChainIntegrator):
         """Return the event that float64 proves to be first, at the middle's time; or None."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
-        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
+        vector = self.arithmetic.vector
+        speeds, pulls = (vector(x[window]).tolist() for x in (flow.velocities, flow.forces))
         signs, frictions = flow.signs[window], self.drags[window]
+        held = [float(x) for x in self.arithmetic.vector(self.thresholds[window])]
         fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
-        held = [float(x) for x in self.thresholds[window].tolist()]
         loads = zip(forces, signs.tolist(), frictions, strict=True)
         bare = [force - sign * friction if sign else 0.0 for force, sign, friction in loads]
         radius = max([float(x.rad()) for x in (*speeds, *pulls)])
@@ -359,10 +385,8 @@ class SetIntegrator(ChainIntegrator):
         self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
     ) -> FirstEvent:
         """Return the event of a slider that moves alone, by its energy."""
-        crossed = self.crossed.get(n)
-        excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
         of_point = rules(lambda x, slack: (self.arithmetic.sign(x, slack), False))
-        event = lone_event(flow, n, self.thresholds, excess, (), of_point)
+        event = lone_event(flow, n, self.thresholds, of_point)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("the proof for all states fails for one of them")
         if not abs(event.time - time) <= radius:
@@ -401,7 +425,7 @@ class SetIntegrator(ChainIntegrator):
             k = first - window.start
             ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
             fast[k : k + len(speeds)] = [float(v) for v in speeds]
-            radii += [float(x.rad()) for x in (*shifts, *speeds)]
+            radii += [float(radius(x)) for x in (*shifts, *speeds)]
         numbers = zip(bare, self.springs[window].tolist(), flow.signs[window].tolist(), strict=True)
         pulls = [
             pull - springs * ways[k] + ways[k - 1] + ways[k + 1] if sign else 0.0
@@ -424,7 +448,7 @@ class SetIntegrator(ChainIntegrator):
         wide = self._wide(flow) if self.keep and moves else None
         super().advance(flow, event)
         if moves and not event.alike:
-            rest.since = rest.since + 1 if rest.exact is None else 0
+            rest.since = 0 if self.exact else rest.since + 1
             if rest.set is not None:
                 assert self.crossing is not None
                 spread, late = rest.set.follow(self.crossing)
@@ -441,3 +465,11 @@ class SetIntegrator(ChainIntegrator):
         self.shown = self.shown_theta = None
         if self.rest.set is not None:
             self._look_around()
+
+
+def radius(x: Any) -> Any:
+    return flint.arb(0) if type(x) is Quadratic else x.rad()
+
+
+def middle(x: Any) -> Any:
+    return x if type(x) is Quadratic else x.mid()

@@ -1,74 +1,34 @@
-"""The readable event solver in float64 ("reference") and in mpmath numbers ("mpmath").
-
-`solvers.field.integrator` takes a chain from event to event; this module makes a solver and a
-simulation of it.
-"""
+"""A simulation by `solvers.field.integrator`, and a rearrangement."""
 
 from __future__ import annotations
 
-import math
-from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass
 from fractions import Fraction
-from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
 
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, exact_number, whole_number
+from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
-from exactcreep.model.uniform import EVERYTHING
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
+from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
-from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import (
-    TENSION_TOLERANCE,
     Ending,
-    PerturbedCopies,
     Rearrangement,
     Simulation,
-    Solver,
     Start,
     Stretch,
 )
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
-
-
-class FieldSolver(Solver):
-    """A solver that uses `ChainIntegrator` in one arithmetic."""
-
-    on_file: ClassVar[bool] = False
-    perturbs: ClassVar[bool] = True
-    takes: ClassVar[frozenset[str]] = EVERYTHING
-
-    @property
-    def promised(self) -> float:
-        """Largest error of a tension for which a rearrangement counts as computed."""
-        return TENSION_TOLERANCE
-
-    @abstractmethod
-    def arithmetic(self) -> Arithmetic:
-        """Return the initial arithmetic."""
-
-    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        arithmetic = self.arithmetic()
-        with arithmetic.active():
-            mechanics = ChainIntegrator(start, arithmetic)
-            result = completed(mechanics, direction, self.name, limits)
-            return Estimated(**vars(result), promised=self.promised)
-
-    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        return FieldSimulation(start, record, self.arithmetic())
 
 
 def completed(
@@ -256,7 +216,7 @@ class FieldSimulation(Simulation):
         if "rearrangements" not in rows and "slip_table" not in rows:
             return
         if mechanics.event_number == 1:
-            way = mechanics.way if mechanics.crossed else 0
+            way = mechanics.way if mechanics.crossing else 0
             ramp = {"half_cycle": q, "theta": theta, "direction": way}
             tensions = mechanics.state().tensions
             self.avalanche = Avalanche(mechanics.chain, arithmetic, ramp, tensions)
@@ -295,58 +255,3 @@ class FieldSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         return mechanics_report(self.mechanics)
-
-    def copies(self) -> PerturbedCopies | None:
-        """Return the same run with fewer bits; of float64 the copies of `exact`."""
-        start, arithmetic = self.start, self.mechanics.arithmetic
-        if start.chain.n == 1 or arithmetic.encloses:
-            return None
-        if arithmetic is FLOAT64:
-            exact = import_module("exactcreep.solvers.exact.solver")
-            own: Simulation = exact.ExactSimulation(start.chain, start.state, start.seed)
-            return own.copies()
-        coarser = import_module("exactcreep.solvers.field.coarser")
-        fewer = digits_of(arithmetic.bits - coarser.FEWER_BITS)
-        made: PerturbedCopies = coarser.CoarserRun(
-            FieldSimulation(start, ("tension", "slips"), fewer)
-        )
-        return made
-
-
-@dataclass(frozen=True)
-class Reference(FieldSolver):
-    """The readable solver in float64."""
-
-    name: ClassVar[str] = "reference"
-    summary: ClassVar[str] = "readable event solver, float64, with rounding bounds"
-
-    def arithmetic(self) -> Arithmetic:
-        return FLOAT64
-
-
-@dataclass(frozen=True)
-class Mpmath(FieldSolver):
-    """The readable solver in mpmath numbers of `digits` significant digits.
-
-    Parameters
-    ----------
-    digits : int
-        At least 1; 15 more are carried along.
-    """
-
-    digits: int = 30
-    name: ClassVar[str] = "mpmath"
-    summary: ClassVar[str] = "readable event solver, mpmath at any number of digits"
-
-    def __post_init__(self) -> None:
-        digits = whole_number(self.digits, "digits", least=1, most=100_000)
-        object.__setattr__(self, "digits", digits)
-
-    @property
-    def promised(self) -> float:
-        """The last requested digit."""
-        return 10.0**-self.digits
-
-    def arithmetic(self) -> Arithmetic:
-        """Return mpmath with 15 additional digits."""
-        return digits_of(math.ceil((self.digits + 15) * BITS_PER_DIGIT))

@@ -29,7 +29,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.state_set import StateSet, exponent_of, scaled
-from exactcreep.solvers.field.set_integrator import SetIntegrator
+from exactcreep.solvers.field.set_integrator import SetIntegrator, middle, radius
 from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
 
@@ -74,7 +74,7 @@ class Frame(NamedTuple):
 
 
 def _column(forces: Iterable[Any]) -> Any:
-    return flint.arb_mat([[force] for force in forces])
+    return flint.arb_mat([[force.ball() if hasattr(force, "ball") else force] for force in forces])
 
 
 def _rationals(rows: list[list[Fraction]], columns: int) -> Any:
@@ -104,10 +104,12 @@ class TangentMechanics(SetIntegrator):
         """
         n, inner, frame = self.chain.n, len(spread), self.frame
         rest = self.rest
-        noise = [x.rad() for x in (*rest.forces.tolist(), self.l0 * rest.theta)]
+        noise = [radius(x) for x in (*rest.forces.tolist(), self.l0 * rest.theta)]
+        number = self.arithmetic.number
         for numbers in (rest.forces, rest.displacements):
-            numbers[:] = [x.mid() for x in numbers.tolist()]
-        rest.theta, rest.tensions = rest.theta.mid(), self._tensions(rest.forces)
+            numbers[:] = [number(middle(x)) for x in numbers.tolist()]
+        rest.theta = number(middle(rest.theta))
+        rest.tensions = self._tensions(rest.forces)
         widest = flint.arb(float(abs(spread).sum()) + load)
         exponent = max(exponent_of(x) for x in (*noise, widest))
         spread, load = np.ldexp(spread, -exponent), math.ldexp(load, -exponent)

@@ -9,6 +9,8 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import mpmath
+
 from exactcreep.laws import (
     differing_intercept,
     edges,
@@ -20,7 +22,7 @@ from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import plain_data
 from exactcreep.model.result import Result
 from exactcreep.model.uniform import EXPANSION
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +34,8 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     If friction or end forces differ, Eq. 22 is ``h/l0`` of `differing_intercept`; there is no law
     if springs expand differently.
     """
-    context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
+    context = mpmath.MPContext()
+    context.prec = math.ceil((digits + 10) * BITS_PER_DIGIT)
 
     def number(value: Fraction) -> Any:
         return context.mpf(value.numerator) / value.denominator
