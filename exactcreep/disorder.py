@@ -5,9 +5,8 @@
 array([0.6039, 0.5999, 0.6094])
 """
 
+from exactcreep.model.drive import dilation, dilations
 from exactcreep.model.keyed_disorder import (
-    dilation,
-    dilations,
     static_coefficient,
     static_coefficients,
     uniform_tensions,

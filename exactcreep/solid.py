@@ -32,7 +32,7 @@ from exactcreep.model.numbers import (
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.remarks import remark
 from exactcreep.model.temperature_record import TemperatureRecord
-from exactcreep.model.uniform import require_one_dilation, require_uniform
+from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 
@@ -285,7 +285,7 @@ class Solid(Shown):
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
-        require_one_dilation(temperatures, "a solid in SI units")
+        temperatures.require_one_dilation("a solid in SI units")
         kappa = getattr(temperatures, "kappa", self.kappa)
         if kappa != self.kappa:
             raise InputError("kappa", kappa, f"must be the solid's, {self.kappa}")

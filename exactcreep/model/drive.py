@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from exactcreep.model import keyed_disorder
 from exactcreep.model.chain import Chain, rates_of
 from exactcreep.model.numbers import (
+    InputError,
     Number,
     Shown,
     nearest_float,
@@ -101,6 +102,23 @@ class Drive(Shown):
     def springs(self) -> int:
         """Number of springs with their own dilation at each target; 0: all have the same."""
         return 0
+
+    def require_one_dilation(self, what: str) -> None:
+        """Raise `InputError`, about `what`, if each spring has its own dilation.
+
+        Parameters
+        ----------
+        what : str
+            What takes only drives with one dilation of all springs.
+
+        Raises
+        ------
+        InputError
+            If `springs` is not 0.
+        """
+        if self.springs:
+            allowed = f"must hold numbers, the dilation of all springs, for {what}"
+            raise InputError("drive.theta", f"lists of {self.springs}", allowed)
 
     def leg(self, q: int, start: Any) -> Leg | None:
         """Return the way to target q if each spring has its own dilation.
@@ -270,7 +288,64 @@ class GaussianSteps(Drive):
         return self.steps
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        return keyed_disorder.dilations(self, seed, first, count)
+        return dilations(self, seed, first, count)
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        return Fraction(keyed_disorder.dilation(self, seed, q))
+        return Fraction(dilation(self, seed, q))
+
+
+def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
+    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12.
+
+    Parameters
+    ----------
+    drive : GaussianSteps
+        Provides the standard deviation.
+    seed : int
+        Seed of the drive.
+    q : int
+        Number of the target, from 1.
+
+    Returns
+    -------
+    float
+        The dilation.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+
+    Examples
+    --------
+    >>> round(dilation(GaussianSteps("0.01", 3), seed=5, q=1), 6)
+    0.005736
+    """
+    q = whole_number(q, "q", least=1, most=2**62)
+    return float(dilations(drive, keyed_disorder.valid_seed(seed), q, 1)[0])
+
+
+def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
+    """Return theta_q for q = first .. first + count - 1, shape (count,).
+
+    Parameters
+    ----------
+    drive : GaussianSteps
+        Provides the standard deviation.
+    seed : int
+        Seed of the drive.
+    first, count : int
+        The first target, from 1, and the number of targets.
+
+    Returns
+    -------
+    ndarray, shape (count,)
+        The dilations.
+
+    Examples
+    --------
+    >>> dilations(GaussianSteps("0.01", 3), seed=5, first=1, count=2).round(4)
+    array([ 0.0057, -0.002 ])
+    """
+    width = nearest_float(drive.sigma_theta)
+    return width * keyed_disorder.deviates(seed, keyed_disorder.STREAM_DILATION, 0, first, count)

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
-
-if TYPE_CHECKING:
-    from exactcreep.model.chain import Chain
-    from exactcreep.model.drive import GaussianSteps
 
 STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2
@@ -28,7 +25,8 @@ LARGEST_DEVIATE = 9
 """Bound of all normal deviates; the largest from 53 bits is 8.3."""
 
 
-def _deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
+def deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
+    """Return the normal deviates of a stream with the numbers `first`, ... of slider `n`."""
     out = np.empty(count)
     key = np.uint64(seed), np.uint64(stream), np.int64(n)
     _compiled().deviates(*key, np.int64(first), out)
@@ -52,7 +50,7 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     if chain.sigma_mu == 0:
         return mean
     out = np.empty(chain.n)
-    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
+    _compiled().firstdeviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
     return out * nearest_float(chain.sigma_mu) + mean
 
 
@@ -92,7 +90,7 @@ def static_coefficients(
     if chain.sigma_mu == 0:
         return np.full(count, mean)
     width = nearest_float(chain.sigma_mu)
-    return mean + width * _deviates(seed, STREAM_COEFFICIENT, n, first, count)
+    return mean + width * deviates(seed, STREAM_COEFFICIENT, n, first, count)
 
 
 def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
@@ -134,63 +132,6 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
     if chain.sigma_mu == 0:
         return _mean(chain, n)
     return float(static_coefficients(chain, seed, n, k, 1)[0])
-
-
-def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
-    """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12.
-
-    Parameters
-    ----------
-    drive : GaussianSteps
-        Provides the standard deviation.
-    seed : int
-        Seed of the drive.
-    q : int
-        Number of the target, from 1.
-
-    Returns
-    -------
-    float
-        The dilation.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range.
-
-    Examples
-    --------
-    >>> round(dilation(GaussianSteps("0.01", 3), seed=5, q=1), 6)
-    0.005736
-    """
-    q = whole_number(q, "q", least=1, most=2**62)
-    return float(dilations(drive, valid_seed(seed), q, 1)[0])
-
-
-def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
-    """Return theta_q for q = first .. first + count - 1, shape (count,).
-
-    Parameters
-    ----------
-    drive : GaussianSteps
-        Provides the standard deviation.
-    seed : int
-        Seed of the drive.
-    first, count : int
-        The first target, from 1, and the number of targets.
-
-    Returns
-    -------
-    ndarray, shape (count,)
-        The dilations.
-
-    Examples
-    --------
-    >>> dilations(GaussianSteps("0.01", 3), seed=5, first=1, count=2).round(4)
-    array([ 0.0057, -0.002 ])
-    """
-    width = nearest_float(drive.sigma_theta)
-    return width * _deviates(seed, STREAM_DILATION, 0, first, count)
 
 
 def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:

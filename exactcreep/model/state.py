@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -44,6 +44,11 @@ class State(Shown):
         Number of coefficients that each slider has drawn, at least 1.
     theta : number, or ndarray of shape (n - 1,)
         The dilation, or the dilations of the springs if they differ.
+    unrounded : mapping or None
+        Set in the final state of a run: the numbers of its solver, which keeps sums of two floats
+        where the attributes above are rounded. A run of the same solver and chain that starts here
+        goes on from them with the same bits. None for other states: `replace` drops them, files of
+        results do not hold them, and ``==`` and printing ignore them.
 
     Examples
     --------
@@ -59,6 +64,7 @@ class State(Shown):
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
     theta: Any  # a number, or an array with one for each spring
+    unrounded: Mapping[str, Any] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients", "draws"):
@@ -123,9 +129,9 @@ class State(Shown):
     def __hash__(self) -> int:
         return hash(self.draws.tobytes())  # integers of the same type in every equal state
 
-    def __reduce__(self) -> tuple[type[State], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Any, ...]:
         # made anew, so that it owns its arrays, read-only
-        return type(self), tuple(getattr(self, field.name) for field in fields(self))
+        return of_parts, (vars(self),)
 
     @property
     def n(self) -> int:
@@ -278,6 +284,18 @@ class State(Shown):
 
     def _units(self) -> dict[str, str]:
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
+
+
+def of_parts(parts: Mapping[str, Any]) -> State:
+    """Return the state with these attributes."""
+    rounded = {name: value for name, value in parts.items() if name != "unrounded"}
+    return completed(State(**rounded), parts.get("unrounded"))
+
+
+def completed(state: State, unrounded: Mapping[str, Any] | None) -> State:
+    """Give a new state the unrounded numbers of its solver, and return it."""
+    object.__setattr__(state, "unrounded", unrounded)
+    return state
 
 
 def symmetric(chain: Chain, state: State) -> bool:

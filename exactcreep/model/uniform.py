@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from exactcreep.model.numbers import InputError
-
-if TYPE_CHECKING:
-    from exactcreep.model.drive import Drive
 
 FRICTION, END_FORCES, EXPANSION = "friction", "end_forces", "expansion"
 EVERYTHING = frozenset({FRICTION, END_FORCES, EXPANSION})
@@ -37,10 +34,3 @@ def require_uniform(parameters: Mapping[str, Any], what: str, takes: Collection[
             listed = isinstance(parameters.get("mu_d"), list | tuple)
             field = ("mu_d" if listed else "mu_s") if name == FRICTION else name
             raise InputError(field, parameters[field], f"{_SHOULD[name]} for {what}")
-
-
-def require_one_dilation(drive: Drive, what: str) -> None:
-    """Raise `InputError`, about `what`, if a drive gives each spring its own dilation."""
-    if drive.springs:
-        allowed = f"must hold numbers, the dilation of all springs, for {what}"
-        raise InputError("drive.theta", f"lists of {drive.springs}", allowed)

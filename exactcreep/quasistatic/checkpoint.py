@@ -37,7 +37,7 @@ from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
-VERSION = 13
+VERSION = 14
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")

@@ -103,8 +103,8 @@ class Creep(Result):
         The recorded columns, as in `dataset`.
     report : mapping
         Facts that only this solver reports: precision, enclosure radii, work counts.
-    saved : mapping of int to mapping
-        Snapshots by targets reached, for `state_at`; empty for a result from a file.
+    saved : mapping of int to State
+        Some states by targets reached, for `state_at`; empty for a result from a file.
 
     Examples
     --------
@@ -137,7 +137,7 @@ class Creep(Result):
     recorded: Mapping[str, NDArray[Any]]
     report: Mapping[str, Any] = field(default_factory=dict)
     since: int | None = None
-    saved: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    saved: Mapping[int, State] = field(default_factory=dict)
 
     @property
     def chain(self) -> Chain:
@@ -292,7 +292,7 @@ class Creep(Result):
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, with the same bits as in the run.
 
-        It is computed again from the nearest snapshot before.
+        It is computed again from the nearest saved state before.
 
         Parameters
         ----------
@@ -316,15 +316,14 @@ class Creep(Result):
         # a run that was given up may have gone beyond its last target
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
-        start, seed = experiment.initial, experiment.seed
-        simulation = experiment.algorithm.simulation(experiment.chain, start, seed, ())
         done = max((target for target in self.saved if target < until), default=0)
-        if done:
-            simulation.restore(self.saved[done])
+        start, seed = self.saved.get(done, experiment.initial), experiment.seed
+        chain, algorithm = experiment.chain, experiment.algorithm
+        simulation = algorithm.simulation(chain, start, seed, ())
         stretch = advance(simulation, experiment.drive, until, done=done)
         if stretch.stop is not Stop.DONE:
             raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
-        return simulation.state()
+        return algorithm.state_of(simulation, chain)
 
     def _facts(self) -> dict[str, Any]:
         shown = map(attribute_of, names(Place.LINE))

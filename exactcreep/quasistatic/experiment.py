@@ -16,9 +16,9 @@ from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State
+from exactcreep.model.state import State, of_parts
 from exactcreep.model.temperature_record import TemperatureRecord
-from exactcreep.model.uniform import EXPANSION, require_one_dilation
+from exactcreep.model.uniform import EXPANSION
 from exactcreep.solvers.interface import Solver
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
@@ -222,7 +222,7 @@ class Experiment:
         made = {
             "chain": Chain(**data["chain"]),
             "drive": drive_of_parameters(drive.pop("kind"), drive),
-            "start": None if start is None else State(**start),
+            "start": None if start is None else of_parts(start),
         }
         return cls(**{**data, **made})
 
@@ -250,7 +250,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
         raise InputError("drive.theta", drive.springs, allowed)
     if EXPANSION not in solver.takes:
-        require_one_dilation(drive, f"the solver {solver.name}")
+        drive.require_one_dilation(f"the solver {solver.name}")
     drive.leg(1, theta)  # a start that is not known exactly is refused
 
 

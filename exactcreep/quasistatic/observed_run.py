@@ -9,6 +9,7 @@ from typing import Any
 
 from exactcreep.model.enclosure import Enclosure, as_float
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -32,16 +33,16 @@ from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
 _MOST_NUMBERS = 1 << 18  # in a column, recorded at once
-_SAVED = 1.25  # factor between the targets of successive snapshots for `state_at`
-_FIRST_SAVED = 64  # target of the first snapshot; the next comes at most at twice the target
-_MOST_SAVED_SLIDERS = 2**17  # in all snapshots
+_SAVED = 1.25  # factor between the targets of successive saved states, for `state_at`
+_FIRST_SAVED = 64  # target of the first saved state; the next comes at most at twice the target
+_MOST_SAVED_SLIDERS = 2**17  # in all saved states
 
 
 class ObservedRun:
     """A simulation that follows its drive, and its observers.
 
     `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` has
-    snapshots by targets reached; `kept_up_to_date`: whether a checkpoint is being written.
+    states by targets reached; `kept_up_to_date`: whether a checkpoint is being written.
     """
 
     kept_up_to_date = False
@@ -52,7 +53,7 @@ class ObservedRun:
         self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""
-        self.saved: dict[int, Mapping[str, Any]] = {}
+        self.saved: dict[int, State] = {}
         self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
@@ -157,15 +158,18 @@ class ObservedRun:
             self.recorder.add(self.simulation.come_to_rest(soon))
 
     def _save(self) -> None:
-        """Save a snapshot, at fewer and fewer of the targets."""
+        """Save the state, at fewer and fewer of the targets."""
         room = (len(self.saved) + 1) * self.experiment.chain.n <= _MOST_SAVED_SLIDERS
         due = self.done >= _SAVED * max(self.saved, default=0) and self.done < self.total
         if due and room and self.simulation.at_rest:
-            self.saved[self.done] = self.simulation.snapshot()
+            self.saved[self.done] = self._state()
+
+    def _state(self) -> State:
+        return self.experiment.algorithm.state_of(self.simulation, self.experiment.chain)
 
     def result(self) -> Creep:
         simulation, experiment, done = self.simulation, self.experiment, self.done
-        tally, state = replace(simulation.tally), simulation.state()
+        tally, state = replace(simulation.tally), self._state()
         if self.outcome is None:
             ended = behaviour(self.velocity, self.return_map, state, tally, done)
         else:

@@ -43,7 +43,8 @@ class ReturnObserver(ReturnMap, Observer):
         whole = np.diff(total[begin::2], prepend=0)
         self.slipped = int(total[-1] - whole.sum())
         self._lose_coefficients(recorded["slips"][:, self.not_slipped] != 0, first)
-        self.feed(recorded["x_G"][begin::2], recorded["tension"][begin::2], whole)
+        low = 0.0 if stretch.x_G_low is None else stretch.x_G_low[begin::2]
+        self.feed(recorded["x_G"][begin::2], low, recorded["tension"][begin::2], whole)
 
     def _lose_coefficients(self, slipped: NDArray[np.bool_], first: int) -> None:
         """Note the cycle in which sliders last lost an initial coefficient.

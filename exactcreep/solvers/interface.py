@@ -16,7 +16,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
-from exactcreep.model.state import State
+from exactcreep.model.state import State, completed
 from exactcreep.model.uniform import require_uniform
 from exactcreep.solvers.rearrangement import Ending as Ending
 from exactcreep.solvers.rearrangement import Rearrangement as Rearrangement
@@ -35,6 +35,7 @@ _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'
 )
+_MARK = ("solver", "chain")
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
@@ -71,7 +72,8 @@ class Stretch:
     `completed`: targets reached in this call; `recorded`: ``x_G`` (completed,) and other requested
     columns, at targets and in tables; `stop`, `reason`: why it ended, with a sentence unless every
     target was reached; `partial`: rows since the last target, which come again in the next stretch;
-    `doubts` (ndarray of int64 or None): undecided comparisons up to each target, if known.
+    `doubts` (ndarray of int64 or None): undecided comparisons up to each target, if known;
+    `x_G_low` (ndarray of float64 or None): what rounding takes from each x_G, if known.
     """
 
     completed: int
@@ -80,6 +82,7 @@ class Stretch:
     reason: str = ""
     partial: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     doubts: NDArray[np.int64] | None = None
+    x_G_low: NDArray[np.float64] | None = None
 
     @property
     def whole(self) -> Mapping[str, NDArray[Any]]:
@@ -108,6 +111,13 @@ class Simulation(ABC):
     @abstractmethod
     def at_rest(self) -> bool:
         """Whether a snapshot can be taken now: between rearrangements, or at a target."""
+
+    def unrounded(self) -> dict[str, Any] | None:
+        """Return the numbers at a target from which `Start.unrounded` goes on with the same bits.
+
+        None if `state` loses no bit.
+        """
+        return None
 
     @abstractmethod
     def snapshot(self) -> dict[str, Any]:
@@ -160,11 +170,15 @@ def require_like(like: Any, held: Any, name: str = "it") -> None:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A chain, its initial state, and the seed of its later draws."""
+    """A chain, its initial state, and the seed of its later draws.
+
+    `unrounded`: the numbers of the same solver and chain from which a simulation goes on.
+    """
 
     chain: Chain
     state: State
     seed: int
+    unrounded: Mapping[str, Any] | None = None
 
 
 class Solver(ABC):
@@ -212,7 +226,21 @@ class Solver(ABC):
             if name not in self.records:
                 allowed = "must be one of " + ", ".join(self.records) + self.no_more
                 raise InputError("record", name, allowed)
-        return self.simulation_from(self._start(chain, state, seed), record)
+        start, known = self._start(chain, state, seed), state.unrounded
+        if known is not None and self._mark(chain) == {name: known.get(name) for name in _MARK}:
+            start = replace(start, unrounded=known["numbers"])
+        return self.simulation_from(start, record)
+
+    def state_of(self, simulation: Simulation, chain: Chain) -> State:
+        """Return the present state of a simulation of this solver, with its unrounded numbers."""
+        state, numbers = simulation.state(), None
+        if simulation.at_rest:
+            numbers = simulation.unrounded()
+        return completed(state, numbers and self._mark(chain) | {"numbers": numbers})
+
+    def _mark(self, chain: Chain) -> dict[str, Any]:
+        """Return whose unrounded numbers of a state are."""
+        return {"solver": self.name, "chain": chain.parameters()}
 
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
         if not chain.unlike <= self.takes:

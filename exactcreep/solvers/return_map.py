@@ -12,6 +12,7 @@ limit is approached like 1/k.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ _REMEMBERED = 1024  # cycles, at least, whose ends are stored
 _MOST_KEPT = 2**21  # numbers in all of them
 _APPROACH = 64  # equal cycles; fewer do not show how forces approach a limit
 _NOTED = 64  # the longest period that is noted for forgotten cycles
-_X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
+_X_G, _X_G_LOW, _SLIPS, _TENSIONS = range(4)  # columns of the ends of cycles
 
 
 class LimitCycle(NamedTuple):
@@ -118,7 +119,7 @@ class ReturnMap:
 
     def __init__(self, chain: Chain, x_G: float, tensions: NDArray[np.float64]) -> None:
         self.chain = chain
-        self.ends = np.array([[x_G, 0.0, *tensions]])
+        self.ends = np.array([[x_G, 0.0, 0.0, *tensions]])
         self.forgotten = 0
         self.noted = (0, 0)  # a period, and since which cycle it held
         self.alike_since = 0
@@ -131,10 +132,16 @@ class ReturnMap:
         """Whole cycles so far."""
         return self.forgotten + len(self.ends) - 1
 
-    def feed(self, x_G: NDArray[Any], tensions: NDArray[Any], slips: NDArray[Any]) -> None:
-        """Store the ends of some further cycles: a row for each, and its number of slips."""
-        ends = np.empty((len(x_G), self.chain.n + 1))
+    def feed(
+        self, x_G: NDArray[Any], x_G_low: Any, tensions: NDArray[Any], slips: NDArray[Any]
+    ) -> None:
+        """Store the ends of some further cycles: a row for each, and its number of slips.
+
+        `x_G_low`: what rounding takes from each x_G, 0 if unknown.
+        """
+        ends = np.empty((len(x_G), self.chain.n + 2))
         ends[:, _X_G], ends[:, _TENSIONS:] = floats(x_G), floats(tensions)
+        ends[:, _X_G_LOW] = x_G_low
         ends[:, _SLIPS] = self.ends[-1, _SLIPS] + np.cumsum(slips)
         if tensions.dtype == object:
             pairs = zip(x_G.tolist(), enclosures(tensions).tolist(), strict=True)
@@ -231,8 +238,11 @@ class ReturnMap:
         """Return the mean displacement per half-cycle; None unless every slider has advanced."""
         if abs(self._moved(period).sum()) < self.chain.n:
             return None
-        rows = self.known if len(self.known) > period else self.ends
-        return enclosure(rows[-1][_X_G]).rate(enclosure(rows[-1 - period][_X_G]), 2 * period)
+        ends = self.ends[[-1 - period, -1], : _X_G_LOW + 1].tolist()
+        begin, end = (enclosure(sum(map(Fraction, parts))) for parts in ends)
+        if len(self.known) > period:
+            begin, end = self.known[-1 - period][0], self.known[-1][0]
+        return end.rate(begin, 2 * period)
 
 
 def _last(where: NDArray[np.bool_]) -> int:

@@ -281,6 +281,9 @@ class SlidingSimulation(Simulation):
             slips=np.zeros(n, dtype=np.int64),
             totals=np.array([left_open, float(left_open != 0), 0.0, 0.0]),
         )
+        if start.unrounded is not None:
+            self._go_on(start.unrounded)
+            self._chain.slips[:] = self._chain.totals[:] = 0
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -329,17 +332,24 @@ class SlidingSimulation(Simulation):
     def at_rest(self) -> bool:
         return not self._lost
 
+    def unrounded(self) -> dict[str, Any]:
+        taken = {name: values.copy() for name, values in self._chain._asdict().items()}
+        return taken | {"way": self._way, "theta": self._theta}
+
+    def _go_on(self, kept: Mapping[str, Any]) -> None:
+        require_like(self.unrounded(), kept)
+        self._way, self._theta = kept["way"], kept["theta"]
+        for name, values in self._chain._asdict().items():
+            values[:] = kept[name]
+
     def snapshot(self) -> dict[str, Any]:
-        taken: dict[str, Any] = {"way": self._way, "theta": self._theta}
-        taken["amplitude"] = "" if self._amplitude is None else str(self._amplitude)
-        return taken | {name: values.copy() for name, values in self._chain._asdict().items()}
+        amplitude = "" if self._amplitude is None else str(self._amplitude)
+        return {"unrounded": self.unrounded(), "amplitude": amplitude}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        self._way, self._theta = snapshot["way"], snapshot["theta"]
+        self._go_on(snapshot["unrounded"])
         self._amplitude = Fraction(snapshot["amplitude"]) if snapshot["amplitude"] else None
-        for name, values in self._chain._asdict().items():
-            values[:] = snapshot[name]
 
     @property
     def evidence(self) -> Evidence:

@@ -19,7 +19,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float, whole_nu
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
-from exactcreep.model.uniform import require_one_dilation, require_uniform
+from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -208,7 +208,7 @@ def _planned(
 ) -> Plan:  # fmt: skip
     """Return the plan of one experiment; `solid`: the scene describes a solid in SI units."""
     require_uniform(experiment.chain.parameters(), "a plan by laws")
-    require_one_dilation(experiment.drive, "a plan by laws")
+    experiment.drive.require_one_dilation("a plan by laws")
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))

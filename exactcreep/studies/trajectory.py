@@ -17,7 +17,7 @@ from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.path import Path
-from exactcreep.model.uniform import EXPANSION, require_one_dilation
+from exactcreep.model.uniform import EXPANSION
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.interface import Simulation, Solver, advance
 from exactcreep.solvers.registry import solver_named
@@ -102,7 +102,7 @@ class Method:
         """
         algorithm, chain, start = self.algorithm(), experiment.chain, experiment.initial
         if EXPANSION not in algorithm.takes:
-            require_one_dilation(experiment.drive, f"the solver {self.solver}")
+            experiment.drive.require_one_dilation(f"the solver {self.solver}")
         return algorithm.simulation(chain, start, experiment.seed, record)
 
 

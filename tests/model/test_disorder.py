@@ -7,9 +7,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from exactcreep import Chain
-from exactcreep.model import deviates
-from exactcreep.model import keyed_disorder as disorder
+from exactcreep import Chain, disorder
+from exactcreep.model import deviates, keyed_disorder
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
 from exactcreep.model.state import State
@@ -46,12 +45,12 @@ def test_what_is_drawn_is_what_it_always_was_a_word_of_philox_inverted():
     """The words are NumPy's; the inverse is mpmath's at 50 digits; a few ulp are allowed."""
     for (seed, n, k), value in COEFFICIENTS.items():
         assert disorder.static_coefficient(CHAIN, seed, n, k) == value
-        deviate = normal_of(word_of(seed, disorder.STREAM_COEFFICIENT, n, k))
+        deviate = normal_of(word_of(seed, keyed_disorder.STREAM_COEFFICIENT, n, k))
         assert abs(value - deviate / 100 - mpmath.mpf(6) / 10) < 2 * math.ulp(value), (seed, n, k)
     for (seed, q), value in DILATIONS.items():
         assert disorder.dilation(DRIVE, seed, q) == value
         assert DRIVE.exact_target(q, seed) == Fraction(value)
-        deviate = normal_of(word_of(seed, disorder.STREAM_DILATION, 0, q))
+        deviate = normal_of(word_of(seed, keyed_disorder.STREAM_DILATION, 0, q))
         assert abs(value - deviate / 10) < 6 * math.ulp(value), (seed, q)
 
 
@@ -82,7 +81,7 @@ def test_seeded_tensions_are_the_centres_of_cells_between_minus_one_and_one() ->
     tensions = np.array([disorder.uniform_tensions(seed, 50) for seed in seeds])
     assert np.unique(tensions).size == tensions.size
     for seed, row in zip(seeds, tensions.tolist(), strict=True):
-        words = [word_of(seed, disorder.STREAM_TENSION, 0, k) for k in range(50)]
+        words = [word_of(seed, keyed_disorder.STREAM_TENSION, 0, k) for k in range(50)]
         assert row == [float(Fraction((word >> 11) * 2 + 1, 2**53) - 1) for word in words]
 
 

@@ -1,6 +1,6 @@
-"""Files of every format so far are read, or refused in a sentence that says what to do.
+"""Results of every format so far are read, or refused in a sentence that says what to do.
 
-Each was written by ``run two-sliders-cycles --set drive.cycles=2 --record x_G --out FILE.nc
+A checkpoint is read by the version that wrote it. Each file was written by ``run two-sliders-cycles --set drive.cycles=2 --record x_G --out FILE.nc
 --checkpoint FILE.ckpt``, by the program that wrote that format. A new format adds its files.
 """
 
@@ -31,8 +31,7 @@ def test_a_file_of_the_archive_is_read_or_refused_with_advice(file: Path) -> Non
     kind, _, number = file.stem.partition("-")
     read = {"result": Creep.load, "checkpoint": resume}[kind]
     if int(number) < FORMATS[kind]:
-        advice = "let the" if kind == "checkpoint" else "read it with the"
-        with pytest.raises(InputError, match=f"{advice}.* version that wrote it"):
+        with pytest.raises(InputError, match="read it with the.* version that wrote it"):
             read(file)
         return
     found, scene = read(file), load_scene("two-sliders-cycles")
@@ -40,6 +39,14 @@ def test_a_file_of_the_archive_is_read_or_refused_with_advice(file: Path) -> Non
     run = run_alone(known)
     assert found.state == run.state
     assert (found.recorded["x_G"] == run.recorded["x_G"]).all()
+
+
+def test_a_checkpoint_of_another_version_is_refused_with_advice(tmp_path: Path) -> None:
+    (kept,) = ARCHIVE.glob("checkpoint-*")
+    line, other = f"checkpoint {VERSION}\n", tmp_path / "other.ckpt"
+    other.write_bytes(kept.read_bytes().replace(line.encode(), b"checkpoint 13\n", 1))
+    with pytest.raises(InputError, match="is of version 13.*let the version that wrote it go on"):
+        resume(other)
 
 
 def test_results_of_version_0_3_0_say_what_they_said_then() -> None:

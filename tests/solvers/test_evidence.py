@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -53,10 +51,11 @@ def held(run: Creep) -> tuple[float, float]:
     trusted, before = run.trusted_half_cycles, (run.undecided_from or run.half_cycles + 1) - 1
     cycles = Cycles(run.drive.amplitude, (max(trusted, before, 1) + 1) // 2)
     start = run.experiment.initial
-    told = {"seed": run.seed, "start": start, "record": ("tension",), "burn_in": 0}
+    told = {"seed": run.seed, "start": start, "record": ("tension", "slips"), "burn_in": 0}
     truth = creep(run.chain, cycles, solver="certified", **told)
     assert (truth.evidence, truth.undecided_from) == (Evidence.PROVED, 0)
-    known = truth.recorded["tension"]
+    known, upto = truth.recorded["tension"], max(trusted or 0, before)
+    assert (run.recorded["slips"][:upto] == truth.recorded["slips"][:upto]).all()
     off = abs(run.recorded["tension"][: len(known)] - known).max(axis=1)
     return off[:before].max(initial=0.0), off[:trusted].max(initial=0.0)
 
@@ -64,13 +63,14 @@ def held(run: Creep) -> tuple[float, float]:
 def disordered(n: int, amplitude: str, cycles: int, seed: int) -> Creep:
     chain = paper_chain(n)
     start = State.perturbed(chain, "1e-3", start_seed=seed, seed=seed)
-    told = {"seed": seed, "start": start, "record": ("tension",), "burn_in": 0}
+    told = {"seed": seed, "start": start, "record": ("tension", "slips"), "burn_in": 0}
     return creep(chain, Cycles(amplitude, cycles), twin=True, **told)
 
 
 def test_before_a_run_is_undecided_its_tensions_are_right() -> None:
     """The copy of the first was off at its start alone once: it agreed to the end."""
-    level = creep(paper_chain(4, tan_alpha="0"), Cycles("0.006", 2), seed=3, record=("tension",))
+    level = paper_chain(4, tan_alpha="0")
+    level = creep(level, Cycles("0.006", 2), seed=3, record=("tension", "slips"))
     assert level.undecided == level.long_rearrangements == 0
     for run in (disordered(4, "0.000970143", 30, 7739), level):
         assert run.undecided_from > 1
@@ -78,20 +78,6 @@ def test_before_a_run_is_undecided_its_tensions_are_right() -> None:
         early, trusted = held(run)
         assert early <= 1e-12
         assert trusted <= 1e-9
-
-
-@pytest.mark.parametrize(
-    ("solver", "told"),
-    [("reference", {}), ("reference", {"expansion": [1, "1.3", "1.6"]}), ("mpmath", {})],
-)
-def test_before_a_run_of_a_rounding_solver_is_undecided_its_tensions_are_right(solver, told):
-    """`mpmath` with so few digits that it rounds as much as float64."""
-    chain, slow = replace(paper_chain(4), **told), solver == "mpmath"
-    cycles, digits = Cycles("0.004", 2 if slow else 4), {"digits": 1} if slow else {}
-    run = creep(chain, cycles, seed=1, solver=solver, record=("tension",), **digits)
-    assert run.undecided == 0
-    assert 1 < run.undecided_from < run.half_cycles
-    assert held(run)[0] <= 1e-12
 
 
 @pytest.mark.parametrize("n", [3, 6])
@@ -102,12 +88,11 @@ def test_copies_of_a_chain_that_mirrors_itself_mirror_themselves(n: int) -> None
 
 
 @pytest.mark.slow
-def test_what_is_decided_and_trusted_under_disorder_holds_in_ninety_nine_of_a_hundred() -> None:
+def test_no_run_with_disorder_is_decided_or_trusted_further_than_it_is_right() -> None:
     random, errors = np.random.default_rng(37), []
     for k in range(300):
         n = 3 + k % 10
         amplitude = random.uniform(0.9, 1.6) * n * 0.25 / (1 + 1 / 16) ** 0.5 / 2000
         errors.append(held(disordered(n, f"{amplitude:.9f}", 60, int(random.integers(10**6)))))
     for worst, tolerance in zip(np.array(errors).T, (1e-12, 1e-9), strict=True):
-        assert (worst > tolerance).sum() <= 3
-        assert worst.max() <= 3 * tolerance
+        assert worst.max() <= tolerance

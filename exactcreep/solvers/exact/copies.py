@@ -1,8 +1,8 @@
 """Slightly perturbed copies of a run, followed beside it until one of them differs.
 
-A copy is the same run of a slightly different chain: its coefficients scatter a little more, so
-that every contact adds an error of about a rounding. Its initial tensions differ, too. Two close
-chains separate at the same rate as the run separates from the truth.
+A copy is a run of a slightly different chain. Its static coefficients scatter a little more, so
+that every contact adds an error of about a rounding, and its initial tensions differ as much. Two
+close chains separate at the same rate as the run separates from the truth.
 """
 
 from __future__ import annotations
@@ -17,39 +17,51 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
+from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.state import State
+from exactcreep.model.state import State, symmetric
 from exactcreep.solvers.interface import Simulation, Solver, Stretch
 from exactcreep.watch.limits import Limits
 
-_NUDGE = 2.0**-50
-"""Initial error of the tensions of a copy, and of each coefficient, relative to the forces."""
+_ERROR = 2.0**-50
+"""Initial error of the tensions of a copy, relative to the forces; coefficients: a quarter."""
 _FAR = 16.0
-"""Factor of the initial error of the pairs that go to the first target, to either side."""
-_FIRST = 1
-"""Half of the targets until the copies are first compared; then twice as many each time."""
+"""Factor of the initial error of the copies that go to the first target only."""
+_FAR_COPIES = [(share, block) for block in (1, 2, 3) for share in (_FAR, -_FAR)]
+_FEWEST = 2
+"""Targets after which the copies are first compared; then twice as many each time."""
 
 
 def perturbed(chain: Chain, state: State, share: float, block: int) -> tuple[Chain, State]:
-    """Return a chain and a start that differ by roundings; the sign changes after each `block`."""
-    held = nearest_float(chain.largest_mu_s + abs(chain.tan_alpha))
-    wave = 1.0 - 2.0 * (np.arange(chain.n - 1) // block % 2)
-    tensions = state.tensions.astype(float) + share * _NUDGE * held * wave
-    more = Fraction(abs(share) * _NUDGE * held / 4)
-    further = replace(state, tensions=tensions)
-    return replace(chain, sigma_mu=chain.sigma_mu + more if share > 0 else abs(chain.sigma_mu - more)), further
+    """Return a chain and a start that differ by `share` times the initial error.
+
+    The sign of the error of the tensions changes after each `block` springs. If the chain is the
+    mirror image of itself, so is the copy: all its coefficients are larger by the same number.
+    """
+    error = Fraction(share * _ERROR * nearest_float(chain.largest_mu_s + abs(chain.tan_alpha)))
+    springs, more = np.arange(chain.n - 1), abs(error) / 4
+    if mirrored := symmetric(chain, state):
+        springs = np.minimum(springs, springs[::-1])
+    wave = 1.0 - 2.0 * (springs // block % 2)
+    start = replace(state, tensions=floats(state.tensions) + float(error) * wave)
+    if not mirrored:
+        return replace(chain, sigma_mu=abs(chain.sigma_mu + error / 4)), start
+    means = [mean + more for mean in chain.each("mu_s")]
+    return replace(chain, mu_s=means if "friction" in chain.unlike else means[0]), start
 
 
 class Copies:
-    """Two copies of a run by `solver`, and until the first target six that differ more."""
+    """Two copies of a run by `solver`; six that differ more are followed to the first target."""
 
     def __init__(self, solver: Solver, chain: Chain, state: State, seed: int) -> None:
-        def copy(share: float, block: int) -> Simulation:
-            other, start = perturbed(chain, state, share, block)
-            return solver.simulation(other, start, seed, ("tension", "slips"))
+        self._run = solver, chain, state, seed
+        self.copies = [self._copy(1.0, 1), self._copy(-1.0, 2)]
 
-        self.copies = [copy(1.0, 1), copy(-1.0, 2)]
-        self.far = [copy(share, block) for block in (1, 2, 3) for share in (_FAR, -_FAR)]
+    def _copy(self, share: float, block: int) -> Simulation:
+        solver, chain, state, seed = self._run
+        if chain.sigma_mu == 0:
+            seed = block  # each copy draws its own errors
+        return solver.simulation(*perturbed(chain, state, share, block), seed, ("tension", "slips"))
 
     def follow(
         self, drive: Drive, first: int, stretch: Stretch, apart: float, limits: Limits
@@ -62,23 +74,27 @@ class Copies:
         tension if this exceeds 1; inf if other sliders have slipped), and whether they came to the
         end.
         """
-        done, count, distance = 0, _FIRST, np.zeros(0)
-        while done < stretch.completed and not (distance > apart).any():
-            count = min(2 * count, stretch.completed - done)
-            away = [_away(copy, drive, first + done, stretch, done, count, limits) for copy in self.copies]
-            if first == 1 and done == 0:
-                doubtful = stretch.doubts is not None and stretch.doubts[0] > 0
-                for copy in () if doubtful else self.far:
-                    far = _away(copy, drive, 1, stretch, 0, 1, limits) / _FAR
-                    for row in away:
-                        row[: far.size] = np.maximum(row[: far.size], far[: row.size])
-            reached = min(map(len, away))
-            distance = np.concatenate([distance, np.max([row[:reached] for row in away], axis=0)])
-            done += reached
-            if reached < count:
-                break
+        distance, count, whole = np.zeros(0), _FEWEST, True
+        while whole and distance.size < stretch.completed and not (distance > apart).any():
+            count = min(count, stretch.completed - distance.size)
+            ahead = drive, first, stretch, distance.size, count, limits
+            ways = [_away(copy, *ahead) for copy in self.copies]
+            reached = min(map(len, ways))
+            distance = np.append(distance, np.max([way[:reached] for way in ways], axis=0))
+            whole, count = reached == count, 2 * count
+        if first == 1 and distance.size:
+            distance[0] = max(distance[0], self._far_off(drive, stretch, limits))
         over = np.flatnonzero(distance > apart)
-        return distance[: over[0] + 1 if over.size else None], done == stretch.completed
+        return distance[: over[0] + 1 if over.size else None], whole
+
+    def _far_off(self, drive: Drive, stretch: Stretch, limits: Limits) -> float:
+        """Return the distance at the first target of copies that differ more, over `_FAR`."""
+        tense = self._run[2].tensions.any()  # a relaxed start has no error
+        if not tense or (stretch.doubts is not None and stretch.doubts[0] > 0):
+            return 0.0
+        copies = (self._copy(*of) for of in _FAR_COPIES)
+        ways = [_away(copy, drive, 1, stretch, 0, 1, limits) for copy in copies]
+        return max(float(way.max(initial=0.0)) for way in ways) / _FAR
 
     def snapshot(self) -> Sequence[dict[str, Any]]:
         """Return how far the copies are, at a target."""
@@ -93,11 +109,11 @@ class Copies:
 def _away(
     copy: Simulation, drive: Drive, first: int, run: Stretch, done: int, count: int, limits: Limits
 ) -> NDArray[np.float64]:
-    """Return the distance of a copy from a run at the targets that it reaches."""
-    passed = copy.follow(drive, first, count, limits.after(copy.tally.events))
+    """Return the distance of a copy from a run at the `count` targets after `done`, if reached."""
+    passed = copy.follow(drive, first + done, count, limits.after(copy.tally.events))
     rows = slice(done, done + passed.completed)
     tension, slips = run.recorded["tension"][rows], run.recorded["slips"][rows]
     size = np.abs(tension).max(axis=1, initial=1.0)
     away = np.abs(tension - passed.recorded["tension"]).max(axis=1, initial=0.0) / size
     away[(slips != passed.recorded["slips"]).any(axis=1)] = np.inf
-    return away if not passed.stop.final else np.append(away, np.inf)
+    return np.append(away, np.inf) if passed.stop.final else away

@@ -91,10 +91,10 @@ OF_CHAIN = slice(FRICTION, CELLS)
 """Rows of `cell` that depend only on the chain; a leg has its own rates (`pack.turn`)."""
 DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
 WHOLES = 4
-IN_SNAPSHOTS = [
+AT_REST_ROWS = [
     FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED, RATE, RATE_LOW,
 ]  # fmt: skip
-"""Rows of `cell` in a snapshot of a chain at rest, with the rows of `whole` before EVENT."""
+"""Rows of `cell` from which a chain at rest goes on, with the rows of `whole` before EVENT."""
 
 # rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then
 (

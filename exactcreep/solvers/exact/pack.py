@@ -5,7 +5,7 @@ A number that float64 cannot hold is a sum of two floats.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -24,13 +24,16 @@ from exactcreep.solvers.exact.draws import KEPT, excess_of
 from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
-from exactcreep.solvers.interface import longest_avalanche
+from exactcreep.solvers.interface import longest_avalanche, require
 from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
 """Least rows of the tables between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
+
+
+_SUMS = "theta", "theta_low", "total", "total_low"
 
 
 class Workspace(NamedTuple):
@@ -49,12 +52,14 @@ class Origin(NamedTuple):
     """The start of a simulation.
 
     `numbers` (ndarray, shape (6, n)): tensions, displacements and coefficients, each as two floats;
-    `of_chain` (ndarray, shape (8, n)): the rows of `layout.OF_CHAIN`; `expansion` (ndarray, shape
-    (2, n - 1)): of each spring per ``l0 theta``, as two floats; `load`: ``l0 theta`` as two floats.
+    `theta`: the dilation of every spring, or of each; `of_chain` (ndarray, shape (8, n)): the rows
+    of `layout.OF_CHAIN`; `expansion` (ndarray, shape (2, n - 1)): of each spring per ``l0 theta``,
+    as two floats; `load`: ``l0 theta`` as two floats.
     """
 
     state: State
     numbers: NDArray[np.float64]
+    theta: Sequence[Fraction]
     of_chain: NDArray[np.float64]
     expansion: NDArray[np.float64]
     load: tuple[float, float]
@@ -72,12 +77,26 @@ class Origin(NamedTuple):
             for i, value in enumerate(values.tolist()):
                 numbers[row : row + 2, i] = split(rational(value))
         if state.springs:  # forces without theta: see `turn`
-            return cls(state, numbers, *_of_chain(chain), (0.0, 0.0))
-        theta = state.theta if type(state.theta) is float else rational(state.theta)
-        numerator, denominator = theta.as_integer_ratio()
+            each = [*map(rational, state.theta.tolist())]
+            return cls(state, numbers, each, *_of_chain(chain), (0.0, 0.0))
+        theta = Fraction(state.theta) if type(state.theta) is float else rational(state.theta)
         l0 = chain.l0
-        load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
-        return cls(state, numbers, *_of_chain(chain), load)
+        load = split_ratio(l0.numerator * theta.numerator, l0.denominator * theta.denominator)
+        return cls(state, numbers, [theta], *_of_chain(chain), load)
+
+    def kept(self) -> dict[str, Any]:
+        """Return what a simulation that goes on from a later state needs; see `went_on`."""
+        load = np.array(self.load)
+        return {"numbers": self.numbers, "theta": list(self.theta), "load": load}
+
+    def went_on(self, kept: Mapping[str, Any]) -> Origin:
+        """Return the start of the simulation that has led to the state of this one."""
+        theta = kept["theta"]
+        count = self.numbers.shape[1] - 1
+        fits = [*map(type, theta)] in ([Fraction], [Fraction] * count)
+        require(fits, f"it has not 1 or {count} dilations")
+        load = tuple(kept["load"].tolist())
+        return self._replace(numbers=kept["numbers"], theta=theta, load=load)
 
     @property
     def began(self) -> tuple[Any, ...]:
@@ -95,14 +114,13 @@ class Origin(NamedTuple):
 
     def at_leg(self, chain: Chain, leg: Leg) -> Origin:
         """Return the start of a leg, with its tensions and its load."""
-        start = self.state.theta
-        given = start.tolist() if isinstance(start, np.ndarray) else [start] * (chain.n - 1)
-        passed = Leg(tuple(map(rational, given)), leg.begin).expansion(chain)
+        springs = chain.n - 1
+        start = tuple(self.theta * (springs if len(self.theta) == 1 else 1))
+        passed = Leg(start[:springs], leg.begin).expansion(chain)
         numbers, ramps = self.numbers.copy(), [split(chain.l0 * ramp) for ramp in passed]
         high, low = np.array([*ramps, (0.0, 0.0)]).T
-        total, error = two_sum.py_func(numbers[..., TENSION, :], -high)
-        numbers[..., TENSION, :] = total
-        numbers[..., TENSION_LOW, :] += error - low
+        numbers[TENSION], error = two_sum.py_func(numbers[TENSION], -high)
+        numbers[TENSION_LOW] += error - low
         shares = np.array([split(share) for share in leg.expansion(chain)]).T.copy()
         return self._replace(numbers=numbers, expansion=shares, load=(0.0, 0.0))
 
@@ -194,16 +212,13 @@ def placed(
     return work
 
 
-def _begin(
-    now: NDArray[Any], chain: Chain, origin: Origin, seed: int, logging: int
-) -> NDArray[Any]:
-    """Fill in the loop's scalars, of one simulation or of several, and return them."""
-    now.view(np.int64).reshape(now.size, -1)[:] = _constants(chain)  # by fields it takes longer
+def _begin(now: NDArray[Any], chain: Chain, origin: Origin, seed: int, logging: int) -> None:
+    """Fill in the loop's scalars."""
+    now.view(np.int64)[:] = _constants(chain)  # by fields it takes longer
     now["theta"], now["theta_low"] = origin.load
     now["total"] = origin.numbers[PLACE].sum()
     now["chain"]["logging"] = logging
     now["chain"]["seed"] = seed if seed < 2**63 else seed - 2**64
-    return now
 
 
 def _room(n: int, logging: int) -> Workspace:
@@ -268,49 +283,42 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 def turn(chain: Chain, leg: Leg, cell: NDArray[np.float64], now: NDArray[Any]) -> None:
     """Let ``l0 theta`` go from 0 to l0 along a leg on which each spring has its own dilation.
 
-    The effect of theta so far becomes part of the forces at rest. `cell` and `now` may hold several
-    simulations one after the other.
+    The effect of theta so far becomes part of the forces at rest.
     """
     own = slice(PAD, PAD + chain.n)
-    rate, rate_low = cell[:, layout.RATE, own], cell[:, layout.RATE_LOW, own]
-    theta, theta_low = now["theta"][:, None], now["theta_low"][:, None]
+    rate, rate_low, force = (cell[row, own] for row in (layout.RATE, layout.RATE_LOW, layout.FORCE))
+    theta, theta_low = now["theta"], now["theta_low"]
     by, lost = two_product(theta, rate)
-    force, rounded = two_sum.py_func(cell[:, layout.FORCE, own], by)
-    cell[:, layout.FORCE, own] = force
-    cell[:, layout.FORCE_LOW, own] += rounded + (lost + rate * theta_low + rate_low * theta)
+    force[:], rounded = two_sum.py_func(force, by)
+    cell[layout.FORCE_LOW, own] += rounded + (lost + rate * theta_low + rate_low * theta)
     rate[:] = rate_low[:] = 0.0
     for slider, change in leg.rates(chain).items():
-        rate[:, slider], rate_low[:, slider] = split(change)
+        rate[slider], rate_low[slider] = split(change)
     now["theta"] = now["theta_low"] = 0.0
     now["chain"]["even"] = 0
 
 
-def snapshot(
-    cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any, n: int
-) -> dict[str, NDArray[Any]]:
-    """Return a snapshot at rest of one simulation, or of several side by side."""
-    own = slice(PAD, PAD + n)
+def at_rest(work: Workspace) -> dict[str, NDArray[Any]]:
+    """Return a copy of the numbers of a chain at rest from which `go_on` goes on bit for bit."""
+    now = work.now[0]
+    own = slice(PAD, PAD + int(now["chain"]["n"]))
     return {
-        "numbers": cell[..., layout.IN_SNAPSHOTS, own],  # a copy
-        "whole": whole[..., : layout.EVENT, own].copy(),
-        "theta": np.array(now[["theta", "theta_low"]].tolist()),
-        "total": np.array(now[["total", "total_low"]].tolist()),
-        "counts": np.array(now["counts"].tolist()),
+        "numbers": work.cell[layout.AT_REST_ROWS, own],
+        "whole": work.whole[: layout.EVENT, own].copy(),
+        "sums": np.array(now[list(_SUMS)].tolist()),
     }
 
 
-def restore(
-    snapshot: Mapping[str, Any], cell: NDArray[np.float64], whole: NDArray[np.int64], now: Any
-) -> None:
-    """Continue from a `snapshot`, once the draws are prepared."""
-    own = slice(PAD, PAD + snapshot["numbers"].shape[-1])
-    cell[..., layout.IN_SNAPSHOTS, own] = snapshot["numbers"]
-    cell[..., layout.REST, own] = cell[..., layout.FORCE, own]
-    whole[..., : layout.EVENT, own] = snapshot["whole"]
-    now["theta"], now["theta_low"] = snapshot["theta"].T
-    now["total"], now["total_low"] = snapshot["total"].T
-    now["counts"] = snapshot["counts"].view(layout.COUNTERS)[..., 0]
-    now["stage"] = layout.AT_REST
+def go_on(work: Workspace, kept: Mapping[str, Any]) -> None:
+    """Place a chain at rest as it was when `at_rest` returned `kept`."""
+    own = slice(PAD, PAD + kept["numbers"].shape[1])
+    work.cell[layout.AT_REST_ROWS, own] = kept["numbers"]
+    work.cell[layout.REST, own] = work.cell[layout.FORCE, own]
+    work.whole[: layout.EVENT, own] = kept["whole"]
+    for name, value in zip(_SUMS, kept["sums"].tolist(), strict=True):
+        work.now[name] = value
+    work.now["stage"] = layout.AT_REST
+    prepare(work.cell, work.whole, work.deviate, work.now)
 
 
 @compiled

@@ -19,6 +19,7 @@ from exactcreep.compiling import inlined
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus, times, two_sum
 from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.exact.simd import fused
 from exactcreep.solvers.tables import TargetRows
 
 _BOUNDLESS = 2**60
@@ -34,17 +35,19 @@ class AtTargets(NamedTuple):
 
     rows: TargetRows
     doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
+    x_G_low: NDArray[np.float64]  # x_G minus its rounded value
     began: tuple[Any, ...]  # see `Origin.began`
 
     @classmethod
     def of(cls, count: int, record: tuple[str, ...], began: tuple[Any, ...]) -> AtTargets:
         """Return room for `record` at `count` targets."""
         rows = TargetRows.empty(record, count, began[0].shape[1])
-        return cls(rows, np.empty(count, np.int64), began)
+        return cls(rows, np.empty(count, np.int64), np.empty(count), began)
 
     def part(self, first: int) -> AtTargets:
         """Return the rows from `first` on."""
-        return self._replace(rows=self.rows.part(first), doubts=self.doubts[first:])
+        doubts, low = self.doubts[first:], self.x_G_low[first:]
+        return self._replace(rows=self.rows.part(first), doubts=doubts, x_G_low=low)
 
 
 NOTHING = AtTargets.of(1, (), (np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0))
@@ -97,7 +100,9 @@ def tension(cell, now, began, k):
 def at_target(cell, whole, now, targets, q):
     """Write the requested data at a target."""
     rows, n = targets.rows, now.chain.n
-    rows.x_G[q] = (now.total + now.total_low) / n
+    x_G = (now.total + now.total_low) / n
+    rows.x_G[q] = x_G
+    targets.x_G_low[q] = (now.total_low - fused(x_G, float(n), -now.total)) / n
     targets.doubts[q] = now.counts.undecided + now.counts.long
     if rows.x.shape[0] > 0:
         for k in range(n):

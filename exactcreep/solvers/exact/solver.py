@@ -30,11 +30,11 @@ from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.pack import (
     Origin,
     Workspace,
+    at_rest,
     dilation,
+    go_on,
     placed,
-    restore,
     roomier,
-    snapshot,
     turn,
 )
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
@@ -70,12 +70,16 @@ class ExactSimulation(Simulation):
         seed: int,
         record: tuple[str, ...] = ("x_G",),
         used: Workspace | None = None,
+        unrounded: Mapping[str, Any] | None = None,
     ) -> None:
         self.chain = chain
         self.record = record
         self.origin = self.start = Origin.of(chain, state)
         self.leg: Leg | None = None  # if each spring has a dilation of its own
         self.work = placed(chain, self.origin, seed, _logging(record), used)
+        if unrounded is not None:
+            self._go_on(unrounded)
+            self.work.cell[layout.DOUBTED] = self.work.whole[layout.SLIPS] = 0
         self._under_way: list[NDArray[Any]] = []  # logged slips of the present rearrangement
 
     @property
@@ -148,7 +152,8 @@ class ExactSimulation(Simulation):
             left = before + limits.events_left - self.events
             self._room_for_more()
             until, ahead = count, targets.part(done)
-            leg = drive.leg(first + done, self.start.state.theta)
+            begin = self.start.state.theta if self.leg is None else np.array(self.leg.end)
+            leg = drive.leg(first + done, begin)
             if leg is not None:
                 self._take(leg)
                 until, ahead = done + 1, ahead._replace(began=self.origin.began)
@@ -165,12 +170,13 @@ class ExactSimulation(Simulation):
                 ended = Ending(stop, limits.reason(stop))
                 break
         recorded = targets.rows.recorded(self.record, done) | tables.joined(logs)
-        return Stretch(done, recorded, *ended, doubts=targets.doubts[:done])
+        marks = {"doubts": targets.doubts[:done], "x_G_low": targets.x_G_low[:done]}
+        return Stretch(done, recorded, *ended, **marks)
 
     def _take(self, leg: Leg) -> None:
         """Set out on a leg, unless it has already begun."""
         if self.leg is None or self.load() == split(self.chain.l0):
-            turn(self.chain, leg, self.work.cell[None], self.work.now)
+            turn(self.chain, leg, self.work.cell, self.work.now)
             self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
@@ -195,7 +201,7 @@ class ExactSimulation(Simulation):
         continues. `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
         """
         high, low = self.load()
-        if direction != 0 and self.chain.n > 1:
+        if direction != 0 and self.chain.rates:  # else no force depends on theta
             high, low = np.inf * direction, 0.0
         target = np.array([high]), np.array([low]), NOTHING
         reason = layout.BUDGET
@@ -278,30 +284,45 @@ class ExactSimulation(Simulation):
             logs.append(self._drain_tables())
         return tables.joined(logs)
 
+    def unrounded(self) -> dict[str, Any] | None:
+        """Return both floats of every sum; see `Simulation.unrounded`.
+
+        A displacement counts from the first start, which is part of these numbers. On a leg there
+        are none before its end, where another drive would begin another leg.
+        """
+        if self.leg is not None and self.load() != split(self.chain.l0):
+            return None
+        return self._unrounded()
+
+    def _unrounded(self) -> dict[str, Any]:
+        return {"rest": at_rest(self.work), "origin": self.start.kept(), "leg": Leg.kept(self.leg)}
+
+    def _go_on(self, kept: Mapping[str, Any]) -> None:
+        """Go on at rest from unrounded numbers."""
+        require_like(self._unrounded(), kept)
+        leg = Leg.restored(kept["leg"], self.chain)
+        go_on(self.work, kept["rest"])
+        self._under_way = []
+        self.origin = self.start = self.start.went_on(kept["origin"])
+        if leg is not None:
+            self.work.now["chain"]["even"] = 0
+            self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
+
     def snapshot(self) -> dict[str, Any]:
         """Return a snapshot at rest; see `Simulation.snapshot`."""
-        work = self.work
-        taken: dict[str, Any] = snapshot(work.cell, work.whole, work.now[0], self.chain.n)
-        if work.log.tables is not None:
-            taken["energy"] = work.log.tables.sums.view(np.float64).copy()
-        return taken | {"leg": Leg.kept(self.leg)}
+        counts = self.work.now["counts"].view(np.int64).copy()
+        taken = {"unrounded": self._unrounded(), "counts": counts}
+        if (tables := self.work.log.tables) is not None:
+            taken["energy"] = tables.sums.view(np.float64).copy()
+        return taken
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Continue from a snapshot; see `Simulation.restore`."""
-        work = self.work
-        like = self.snapshot()  # without tables no energies are needed
-        names = like.keys() | (snapshot.keys() - {"energy"})
-        taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
-        require_like(like, taken)
-        leg = Leg.restored(taken["leg"], self.chain)
-        restore(taken, work.cell, work.whole, work.now[0])
-        loop.prepare(work.cell, work.whole, work.deviate, work.now)
-        self._under_way = []
-        if leg is not None:
-            work.now["chain"]["even"] = 0
-            self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
-        if work.log.tables is not None:
-            work.log.tables.sums.view(np.float64)[:] = taken["energy"]
+        require_like(self.snapshot(), snapshot)
+        self._go_on(snapshot["unrounded"])
+        self.work.now["counts"].view(np.int64)[:] = snapshot["counts"]
+        if (tables := self.work.log.tables) is not None:
+            tables.sums.view(np.float64)[:] = snapshot["energy"]
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
         """Return a simulation that continues from here bit for bit, with other records."""
@@ -319,7 +340,8 @@ class ExactSimulation(Simulation):
 
     def copies(self) -> Copies | None:
         """Return perturbed copies from the same start; None for one slider."""
-        return Copies(Exact(), self.chain, self.start.state, self.seed) if self.chain.n > 1 else None
+        run = self.chain, self.start.state, self.seed
+        return Copies(Exact(), *run) if self.chain.n > 1 else None
 
     @property
     def evidence(self) -> Evidence:
@@ -425,7 +447,8 @@ class Exact(Solver):
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by the compiled loop."""
-        return ExactSimulation(start.chain, start.state, start.seed, record)
+        of = start.chain, start.state, start.seed, record
+        return ExactSimulation(*of, unrounded=start.unrounded)
 
 
 def _logging(record: tuple[str, ...]) -> int:

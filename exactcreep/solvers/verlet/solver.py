@@ -144,6 +144,8 @@ class VerletSimulation(Simulation):
         self._tensions = start.state.tensions.astype(np.float64)
         self._expansion = chain.floats("expansion")
         self._avalanche: Avalanche | None = None
+        if start.unrounded is not None:
+            self._go_on(start.unrounded)
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -154,7 +156,8 @@ class VerletSimulation(Simulation):
         rows, logs = TargetRows.empty(self.record, count, self.chain.n), list[dict[str, Any]]()
         done, before, ended = 0, self.tally.events, Ending(Stop.DONE)
         while done < count and ended.stop is Stop.DONE:
-            if (leg := drive.leg(first + done, self.start.theta)) is not None:
+            begin = self.start.theta if self.leg is None else np.array(self.leg.end)
+            if (leg := drive.leg(first + done, begin)) is not None:
                 self._take(leg)
                 targets = np.ones(1)
             left, ahead = limits.after(self.tally.events - before), rows.part(done)
@@ -267,29 +270,36 @@ class VerletSimulation(Simulation):
     def at_rest(self) -> bool:
         return bool(self.arrays.now["phase"][0] == steps.AT_REST)
 
-    def snapshot(self) -> dict[str, Any]:
+    def unrounded(self) -> dict[str, Any]:
         now = self.arrays.now[0]
         return {
             "numbers": self.arrays.lanes[list(AT_REST_ROWS)],  # a copy
             "drawn": self.arrays.drawn.copy(),
-            "counts": np.array([*now[list(COUNTS)].item(), self._undecided]),
-            "theta": np.array([now["shift"], now["theta"], self._theta]),
+            "theta": np.array([now["shift"], now["theta"], self._theta, self.fixed.origin]),
             "tensions": self._tensions.copy(),
             "leg": Leg.kept(self.leg),
         }
 
+    def snapshot(self) -> dict[str, Any]:
+        counts = np.array([*self.arrays.now[0][list(COUNTS)].item(), self._undecided])
+        return {"unrounded": self.unrounded(), "counts": counts}
+
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        taken = snapshot
+        self._go_on(snapshot["unrounded"])
+        *counts, self._undecided = snapshot["counts"].tolist()
+        for name, count in zip(COUNTS, counts, strict=True):
+            self.arrays.now[0][name] = count
+
+    def _go_on(self, taken: Mapping[str, Any]) -> None:
+        require_like(self.unrounded(), taken)
         leg = Leg.restored(taken["leg"], self.chain)
         if leg is not None:
             self._set_out(leg)
         lanes, now = self.arrays.lanes, self.arrays.now
         lanes[list(AT_REST_ROWS)], self.arrays.drawn[:] = taken["numbers"], taken["drawn"]
-        *counts, self._undecided = taken["counts"].tolist()
-        for name, count in zip(COUNTS, counts, strict=True):
-            now[name] = count
-        now["shift"], now["theta"], self._theta = taken["theta"]
+        now["shift"], now["theta"], self._theta, origin = taken["theta"]
+        self.fixed = self.fixed._replace(origin=float(origin))
         now["phase"] = steps.AT_REST
         self._tensions = taken["tensions"].copy()
         inner = lanes[:, 1 : self.fixed.n + 1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -13,12 +14,15 @@ from exactcreep import (
     Chain,
     Cycles,
     Evidence,
+    Outcome,
     State,
     creep,
     laws,
+    rearrange,
 )
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.watch.limits import Limits, Stop
+from tests.paper import captions
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
@@ -81,3 +85,19 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     simulation.come_to_rest(Limits())  # as a checkpoint does: it must not matter when
     assert simulation.follow(Cycles("0.005", 5), 1, 10).stop is Stop.LIMIT
     assert simulation.state() == given_up
+
+
+def test_a_chain_of_which_no_force_depends_on_theta_never_rearranges():
+    chain = captions(2, expansion=[0])
+    for direction in (1, -1):
+        nothing = rearrange(chain, State.relaxed(chain), direction=direction)
+        assert (nothing.events, nothing.outcome, nothing.theta) == ((), Outcome.AT_REST, 0)
+
+
+def test_the_velocity_of_a_settled_run_is_right_however_far_the_chain_has_gone():
+    """A displacement of 1e9 is rounded by 1e-7, and so is the difference of two."""
+    chain, cycles = captions(2), Cycles("0.0011", 20)
+    known = {"l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.25, "amplitude": 0.0011}
+    far = replace(State.relaxed(chain), displacements=np.full(2, 1e9))
+    velocity = float(laws.staircase_two_sliders(**known))
+    assert creep(chain, cycles, start=far).velocity == pytest.approx(velocity, rel=1e-15)

@@ -1,0 +1,90 @@
+"""A run goes on from the state of another with the same bits, as if there had been one drive."""
+
+from __future__ import annotations
+
+import pickle
+import random
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, State, creep, resume
+from exactcreep import Path as Targets
+from exactcreep.model.enclosure import same_numbers
+from tests.paper import paper_chain
+
+RECORD = ("x_G", "x", "tension", "slips")
+SOLVERS = ("exact", "exact", "exact", "certified", "sliding", "verlet")
+
+pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+
+
+def some_run(rng: random.Random) -> tuple[dict[str, Any], Any, Any, Any]:
+    """Return a run without its drive, a drive, and its two parts."""
+
+    def number(least: float, most: float) -> str:
+        return f"{rng.uniform(least, most):.4f}"
+
+    n, differs, solver = rng.randint(2, 8), rng.random() < 0.5, rng.choice(SOLVERS)
+    more: dict[str, Any] = {}
+    if differs:
+        more["mu_d"] = [number(0.3, 0.6) for _ in range(n)]
+        more["mu_s"] = [f"{float(low) + rng.uniform(0.02, 0.15):.4f}" for low in more["mu_d"]]
+        more["end_forces"] = number(-0.05, 0.05), number(-0.05, 0.05)
+        if solver != "sliding":
+            more["expansion"] = [number(0.5, 1.5) for _ in range(n - 1)]
+    chain = paper_chain(n, rng.choice(["0", "0.01"]), tan_alpha=number(0, 0.2), **more)
+    widest = n * 0.25 / 2000 * rng.uniform(1.05, 2)
+    run = {"chain": chain, "seed": rng.randrange(10**6), "solver": solver, "record": RECORD}
+    if solver == "verlet":
+        run["dt"] = "0.05"
+    if rng.random() < 0.4:
+        cut, amplitude = rng.randint(1, 4), f"{widest:.7f}"
+        return run, *(Cycles(amplitude, cycles) for cycles in (cut + 2, cut, 2))
+    each = solver in ("exact", "verlet") and rng.random() < 0.5  # a dilation of each spring
+
+    def target() -> Any:
+        dilations = [f"{rng.uniform(-widest, widest):.7f}" for _ in range(n - 1)]
+        return dilations if each else dilations[0]
+
+    targets = [target() for _ in range(9)]
+    cut = rng.randint(1, 8)
+    return run, Targets(targets), Targets(targets[:cut]), Targets(targets[cut:])
+
+
+@pytest.mark.parametrize("number", range(24))
+def test_two_runs_in_turn_are_one_run_bit_for_bit(number: int) -> None:
+    run, drive, first, second = some_run(random.Random(number))
+    whole, one = creep(**run, drive=drive), creep(**run, drive=first)
+    begin = one.half_cycles
+    kept = pickle.loads(pickle.dumps(one.state))
+    for start in (one.state, whole.state_at(begin), kept):
+        other = creep(**run, drive=second, start=start)
+        assert other.state == whole.state
+        for name in RECORD:
+            pair = whole.recorded[name][begin:], other.recorded[name]
+            assert same_numbers(*map(np.array, pair))
+    assert other.state_at(1) == whole.state_at(begin + 1)
+
+
+def test_a_run_that_went_on_from_another_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
+    chain, cycles, file = paper_chain(6), Cycles("0.01", 10), tmp_path / "run.ckpt"
+    start = creep(chain, cycles, seed=3).state
+    whole = creep(chain, cycles, seed=3, start=start)
+    creep(chain, cycles, seed=3, start=start, checkpoint=file, max_events=500)
+    assert resume(file).state == whole.state == creep(chain, Cycles("0.01", 20), seed=3).state
+
+
+def test_a_state_that_is_changed_or_of_another_chain_is_taken_as_it_is_shown() -> None:
+    chain, cycles = paper_chain(6), Cycles("0.01", 4)
+    start = creep(chain, cycles, seed=3).state
+    rounded = State(**{name: value for name, value in vars(start).items() if name != "unrounded"})
+    assert start.unrounded is not None
+    assert rounded == start
+    assert replace(start, theta=start.theta).unrounded is None
+    steeper: Chain = replace(chain, tan_alpha="0.26")
+    alone = [creep(steeper, cycles, seed=3, start=state).state for state in (start, rounded)]
+    assert alone[0] == alone[1]
