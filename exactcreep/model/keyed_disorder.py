@@ -50,7 +50,7 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     if chain.sigma_mu == 0:
         return mean
     out = np.empty(chain.n)
-    _compiled().firstdeviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
+    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
     return out * nearest_float(chain.sigma_mu) + mean
 
 

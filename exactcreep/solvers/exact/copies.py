@@ -23,7 +23,7 @@ from exactcreep.model.state import State, symmetric
 from exactcreep.solvers.interface import Simulation, Solver, Stretch
 from exactcreep.watch.limits import Limits
 
-_ERROR = 2.0**-50
+_ERROR = 2.0**-49
 """Initial error of the tensions of a copy, relative to the forces; coefficients: a quarter."""
 _FAR = 16.0
 """Factor of the initial error of the copies that go to the first target only."""

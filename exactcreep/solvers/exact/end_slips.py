@@ -1,8 +1,8 @@
-"""Rearrangements that are a single slip of an end slider, one after the other, without a loop.
+"""Rearrangements of two sliders that are a single slip, one after the other, without a loop.
 
-Only sliders 1 and N feel theta. Between two avalanches one of them slips repeatedly, each time by
-twice its excess, and no other slider moves: the thresholds alone determine where the next slip
-begins and how long it is. With two sliders nearly all motion is of this kind.
+Nearly all motion of two sliders is of this kind: one of them slips repeatedly, each time by twice
+its excess, and the thresholds alone determine where the next slip begins and how long it is. From
+three sliders on this would gain nothing (measured).
 
 Everything else, including comparisons within their bounds, is left to `loop`, which gives the same
 bits.
@@ -11,8 +11,6 @@ Source: Eqs. 5, 7, 8, 10; derivations/slip.py.
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from exactcreep.compiling import compiled, inlined
 from exactcreep.solvers.exact import layout
@@ -56,65 +54,49 @@ def _plus_in_lanes(high, low, term):
 
 @inlined
 def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
-    """Let the end that starts first slip repeatedly, while no comparison is close.
+    """Let the slider that starts first slip repeatedly, while no comparison is close.
 
     Each slip adds the same length to four sums of two floats, which stay in registers as four lanes
-    of a vector. Rounded forces show that the same end starts next, alone, before the target. A
+    of a vector. Rounded forces show that the same slider starts next, alone, before the target. A
     comparison within `slack`, which exceeds all bounds in `ramps` and `loop`, is left to them; both
     ways give the same bits.
     """
     chain = now.chain
-    n = chain.n
     constant = chain.constant == 1
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
     i = PAD
-    other = PAD + n - 1
-    neighbour = PAD + 1
+    other = PAD + 1
     way = 1.0
-    # up times the critical l0 theta of both ends
+    # up times the critical l0 theta of both
     first = cell[layout.FRICTION, i] + cell[layout.EXCESS, i] + up * cell[layout.FORCE, i]
     second = cell[layout.FRICTION, other] + cell[layout.EXCESS, other]
     second -= up * cell[layout.FORCE, other]
     if second < first:
-        first, second = second, first
+        first = second
         i, other = other, i
-        neighbour = i - 1
         way = -1.0
     side = -up * way
     friction = cell[layout.FRICTION, i]
-    beside = cell[layout.FRICTION, neighbour]
+    beside = cell[layout.FRICTION, other]
     excess = cell[layout.EXCESS, i]
-    spare = cell[layout.EXCESS, neighbour]
-    between = side * (
-        cell[layout.FORCE, i] + cell[layout.FORCE, neighbour]
-    )  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * chain.friction + cell[layout.EXCESS, other] + spare
-    scale += (
-        abs(cell[layout.FORCE, i])
-        + abs(cell[layout.FORCE, other])
-        + abs(cell[layout.FORCE, neighbour])
-    )
+    spare = cell[layout.EXCESS, other]
+    # a slip does not change this sum
+    between = side * (cell[layout.FORCE, i] + cell[layout.FORCE, other])
+    scale = abs(target) + abs(now.theta) + 8.0 * chain.friction + 2.0 * spare
+    scale += abs(cell[layout.FORCE, i]) + 2.0 * abs(cell[layout.FORCE, other])
     slack = _SLACK * scale
     if first <= up * now.theta + slack:
         return
     reach = up * target - slack
-    most = _PLAIN * friction
-    # the neighbour starts when theta_c and the excess reach this
-    wall = friction + beside + spare - between
-    if n == 2:
-        # the neighbour is the other end, which feels theta itself: only the excess counts
-        most = min(most, spare + between + (beside - friction), wall)
-        wall = np.inf
-    else:
-        reach = min(reach, second - slack)
-        wall -= slack
-    most -= slack
+    # the other slider feels theta, too: whether it starts depends on the excess alone
+    most = min(spare + between + (beside - friction), friction + beside + spare - between)
+    most = min(_PLAIN * friction, most) - slack
     high = together(
-        cell[layout.FORCE, i], cell[layout.FORCE, neighbour], cell[layout.TRAVEL, i], now.total
+        cell[layout.FORCE, i], cell[layout.FORCE, other], cell[layout.TRAVEL, i], now.total
     )
     low = together(
         cell[layout.FORCE_LOW, i],
-        cell[layout.FORCE_LOW, neighbour],
+        cell[layout.FORCE_LOW, other],
         cell[layout.TRAVEL_LOW, i],
         now.total_low,
     )
@@ -128,7 +110,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     allowed = (stop_at - now.counts.events + 1) // 2
     while slips < allowed:
         theta = (friction + excess) - side * lane_of(high, 0)
-        if not (slack < excess < most and theta < reach and theta + excess < wall):
+        if not (slack < excess < most and theta < reach):
             break
         high_before = high
         low_before = low
@@ -147,9 +129,9 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
         return
     cell[layout.FORCE, i] = lane_of(high, 0)
     cell[layout.FORCE_LOW, i] = lane_of(low, 0)
-    cell[layout.FORCE, neighbour] = lane_of(high, 1)
-    cell[layout.FORCE_LOW, neighbour] = lane_of(low, 1)
-    cell[layout.REST, neighbour] = lane_of(high, 1)
+    cell[layout.FORCE, other] = lane_of(high, 1)
+    cell[layout.FORCE_LOW, other] = lane_of(low, 1)
+    cell[layout.REST, other] = lane_of(high, 1)
     cell[layout.TRAVEL, i] = lane_of(high, 2)
     cell[layout.TRAVEL_LOW, i] = lane_of(low, 2)
     now.total = lane_of(high, 3)
@@ -170,7 +152,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
 
 @compiled
 def end_slips(cell, whole, deviate, now, target, target_low, stop_at):
-    """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
+    """Ramp towards the target through rearrangements that are one slip of slider 1 or 2.
 
     Equivalent to a ramp, a lone slip and a rest in `loop`, without steps that such a slip can skip.
     """

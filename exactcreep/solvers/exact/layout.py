@@ -33,6 +33,7 @@ The rows of a slider's column:
 | SLIPS | slips since the last target, where they are recorded |
 | EVENT | column of the k-th slider of the present event (in column k) |
 | STOPPED | whether that slider has stopped in this event, else 0 |
+| DRIVEN | column of the k-th slider that feels theta (in column k) |
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ EPOCH = 0.5625
 """Time between two expansions of a whole long cluster, in units of tau_dyn."""
 KNOWN = 20
 """Taylor coefficients stored for an epoch; a multiple of four."""
-LONGEST_SHORT = 128
+LONGEST_SHORT = 249
 """Chains up to this length are always expanded as a whole, which is faster there (measured)."""
 LEAST_LONG = 48
 """In longer chains a cluster is long if so many sliders are between its ends (measured)."""
@@ -89,8 +90,8 @@ this length was 1.2e-13; the shortest with an error above 1e-12 had 496 events.
 CELLS = 22
 OF_CHAIN = slice(FRICTION, CELLS)
 """Rows of `cell` that depend only on the chain; a leg has its own rates (`pack.turn`)."""
-DRAWS, SLIPS, EVENT, STOPPED = range(4)  # rows of `whole`
-WHOLES = 4
+DRAWS, SLIPS, EVENT, STOPPED, DRIVEN = range(5)  # rows of `whole`
+WHOLES = 5
 AT_REST_ROWS = [
     FORCE, FORCE_LOW, TRAVEL, TRAVEL_LOW, COEFFICIENT, EXCESS, DOUBTED, RATE, RATE_LOW,
 ]  # fmt: skip
@@ -139,7 +140,8 @@ CHAIN = np.dtype(
         ("n", np.int64),
         ("seed", np.int64),
         ("constant", np.int64),  # whether every static coefficient is the mean of its slider
-        ("even", np.int64),  # whether all springs expand alike: only the end sliders feel theta
+        ("even", np.int64),  # whether all springs expand alike
+        ("driven", np.int64),  # sliders whose force depends on theta; see DRIVEN
         ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
         ("longest", np.int64),  # events of an avalanche, or steps without one, before giving up
         ("logging", np.int64),  # what `log` stores: a sum of LOGS_...
@@ -188,6 +190,7 @@ NOW = np.dtype(
         ("size", np.float64),  # of the largest force or displacement rounded since
         ("inherited", np.float64),  # bound of these rounding errors
         ("stage", np.int64),
+        ("single", np.int64),  # whether the loop returns after the first rearrangement
         ("number", np.int64),  # of the event within the rearrangement
         ("moving", np.int64),  # number of movers
         ("first", np.int64),  # columns of the first and the last mover

@@ -31,7 +31,7 @@ from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips
 from exactcreep.solvers.exact.layout import PAD, ULP
 from exactcreep.solvers.exact.local_clocks import advance, at_once
-from exactcreep.solvers.exact.ramps import next_start, next_uneven_start
+from exactcreep.solvers.exact.ramps import next_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 
@@ -59,18 +59,13 @@ def _write(now, events, kind, i, sign):
 
 
 @inlined
-def _place_at_theta(cell, now):
+def _place_at_theta(cell, whole, now):
     """Add the effect of the present theta to the forces on the sliders that feel it."""
-    n = now.chain.n
-    if now.chain.even == 0:
-        for i in range(PAD, PAD + n):
-            by, low = rows.of_theta(cell, now, i)
-            low += cell[layout.FORCE_LOW, i]
-            cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, by)
-    elif n > 1:
-        for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
-            low = cell[layout.FORCE_LOW, i] + way * now.theta_low
-            cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, way * now.theta)
+    for k in range(now.chain.driven):
+        i = whole[layout.DRIVEN, k]
+        by, low = rows.of_theta(cell, now, i)
+        low += cell[layout.FORCE_LOW, i]
+        cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, by)
 
 
 @inlined
@@ -184,17 +179,14 @@ def _threshold(cell, now, i, pull, slack):
 def _ramp(cell, whole, now, log, target, target_low):
     """Move theta towards the target; return whether a slider has started before it."""
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    if now.chain.even == 1:
-        starts, theta, theta_low, close = next_start(cell, whole, now, target, target_low)
-    else:
-        starts, theta, theta_low, close = next_uneven_start(cell, whole, now, target, target_low)
+    starts, theta, theta_low, close = next_start(cell, whole, now, target, target_low)
     now.theta = theta
     now.theta_low = theta_low
     now.counts.undecided += close
     if starts == 0:
         return False
     _begin(cell, now, log, up)
-    _place_at_theta(cell, now)
+    _place_at_theta(cell, whole, now)
     for k in range(starts):
         i = whole[layout.EVENT, k]
         sign, _ = _driven(cell[layout.RATE, i], up)
@@ -205,11 +197,11 @@ def _ramp(cell, whole, now, log, target, target_low):
 
 
 @inlined
-def _unstable(cell, now, log):
+def _unstable(cell, whole, now, log):
     """Start every slider that exceeds its threshold at the present theta."""
     n = now.chain.n
     began = False
-    _place_at_theta(cell, now)
+    _place_at_theta(cell, whole, now)
     for i in range(PAD, PAD + n):
         pull = cell[layout.REST, i]
         of_theta = abs(cell[layout.RATE, i] * now.theta)
@@ -468,13 +460,13 @@ def prepare(cell, whole, deviate, scalars):
 @compiled
 def follow(
     cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
-    max_work, single,
+    max_work,
 ):  # fmt: skip
     """Take the chain along the targets; return why it returned, and how many it reached.
 
     The targets are ``l0 theta`` as two floats. `targets` is filled at each target, see
     `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work` (events
-    and the work of clusters); if `single`, after the first rearrangement. Also returns
+    and the work of clusters), and if `single` is set after the first rearrangement. Also returns
     `layout.BUDGET` when several sliders move and there are no `series`.
     """
     align_stack()
@@ -494,7 +486,12 @@ def follow(
         if rows.room(log.tables) <= now.chain.n:
             return layout.LOG_FULL, reached
         if stage == layout.AT_REST:
-            if now.chain.logging == 0 and now.chain.n > 1 and now.chain.even == 1 and not single:
+            if (
+                now.chain.logging == 0
+                and now.chain.n == 2
+                and now.chain.even == 1
+                and now.single == 0
+            ):
                 end_slips(cell, whole, deviate, now, theta[reached], theta_low[reached], stop_at)
                 if now.counts.events >= stop_at:
                     continue
@@ -511,7 +508,7 @@ def follow(
             if _cluster(cell, whole, deviate, clock, series, now, log):
                 return layout.RUNAWAY, reached
         else:
-            _unstable(cell, now, log)
-        if single and now.stage == layout.AT_REST and now.counts.rearrangements > 0:
+            _unstable(cell, whole, now, log)
+        if now.single == 1 and now.stage == layout.AT_REST and now.counts.rearrangements > 0:
             return layout.ONE_DONE, reached
     return layout.DONE, reached

@@ -280,20 +280,24 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
     return tables
 
 
-def turn(chain: Chain, leg: Leg, cell: NDArray[np.float64], now: NDArray[Any]) -> None:
+def turn(chain: Chain, leg: Leg, work: Workspace) -> None:
     """Let ``l0 theta`` go from 0 to l0 along a leg on which each spring has its own dilation.
 
     The effect of theta so far becomes part of the forces at rest.
     """
-    own = slice(PAD, PAD + chain.n)
-    rate, rate_low, force = (cell[row, own] for row in (layout.RATE, layout.RATE_LOW, layout.FORCE))
+    now, own = work.now, slice(PAD, PAD + chain.n)
+    rows_here = layout.RATE, layout.RATE_LOW, layout.FORCE, layout.FORCE_LOW, layout.REST
+    rate, rate_low, force, low, rest = (work.cell[row, own] for row in rows_here)
     theta, theta_low = now["theta"], now["theta_low"]
     by, lost = two_product(theta, rate)
-    force[:], rounded = two_sum.py_func(force, by)
-    cell[layout.FORCE_LOW, own] += rounded + (lost + rate * theta_low + rate_low * theta)
+    total, rounded = two_sum.py_func(force, by)
+    low += rounded + (lost + rate * theta_low + rate_low * theta)
+    force[:], low[:] = two_sum.py_func(total, low)
+    rest[:] = force
     rate[:] = rate_low[:] = 0.0
     for slider, change in leg.rates(chain).items():
         rate[slider], rate_low[slider] = split(change)
+    find_driven(work.cell, work.whole, now)
     now["theta"] = now["theta_low"] = 0.0
     now["chain"]["even"] = 0
 
@@ -318,7 +322,19 @@ def go_on(work: Workspace, kept: Mapping[str, Any]) -> None:
     for name, value in zip(_SUMS, kept["sums"].tolist(), strict=True):
         work.now[name] = value
     work.now["stage"] = layout.AT_REST
+    find_driven(work.cell, work.whole, work.now)
     prepare(work.cell, work.whole, work.deviate, work.now)
+
+
+@compiled
+def find_driven(cell, whole, scalars):
+    """List the sliders whose force depends on theta."""
+    now = scalars[0]
+    now.chain.driven = 0
+    for i in range(PAD, PAD + now.chain.n):
+        if cell[layout.RATE, i] != 0.0:
+            whole[layout.DRIVEN, now.chain.driven] = i
+            now.chain.driven += 1
 
 
 @compiled
@@ -339,18 +355,15 @@ def place(cell, whole, scalars, numbers, of_chain, draws):
         low += after_low - before_low
         force, error = two_sum(force, cell[layout.WEIGHT, i])
         low += error
-        if now.chain.even == 0:
-            by, by_low = rows.of_theta(cell, now, i)
-            force, low = rows.increased((force, low), -by, -by_low)
-        elif n > 1 and (k == 0 or k == n - 1):  # the ends without theta
-            way = 1.0 if k == 0 else -1.0
-            force, low = rows.increased((force, low), way * now.theta, way * now.theta_low)
+        by, by_low = rows.of_theta(cell, now, i)
+        force, low = rows.increased((force, low), -by, -by_low)  # without theta
         cell[layout.FORCE, i] = force
         cell[layout.REST, i] = force
         cell[layout.FORCE_LOW, i] = low
         cell[layout.TRAVEL, i] = numbers[PLACE, k]
         cell[layout.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
         before, before_low = after, after_low
+    find_driven(cell, whole, scalars)
     for i in range(cell.shape[1]):
         cell[layout.STIFFNESS, i] = 2.0
         cell[layout.EXCESS, i] = NEVER

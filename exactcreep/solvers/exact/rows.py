@@ -86,11 +86,9 @@ def tension(cell, now, began, k):
     sums = increased(sums, left, left_low)
     sums = increased(sums, -origin[PLACE, k + 1], -origin[PLACE_LOW, k + 1])
     sums = increased(sums, origin[PLACE, k], origin[PLACE_LOW, k])
-    theta, theta_low = now.theta, now.theta_low
-    if now.chain.even == 0:
-        share, low = expansion[0, k], expansion[1, k]
-        theta, theta_low = times(share, low, theta, theta_low)
-        load, load_low = times(share, low, load, load_low)
+    share, low = expansion[0, k], expansion[1, k]
+    theta, theta_low = times(share, low, now.theta, now.theta_low)
+    load, load_low = times(share, low, load, load_low)
     sums = increased(sums, -theta, -theta_low)
     total, error = increased(sums, load, load_low)
     return total + error

@@ -217,12 +217,11 @@ def _note(whole, now, search, memory):
 
 
 @compiled
-def settle(work, high, low, targets, searches, memory, most_cycles, most_work, single):
+def settle(work, high, low, targets, searches, memory, most_cycles, most_work):
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
-    `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. `single` is
-    false; as a constant it would make `loop.follow` compile again. Returns the same as that
-    function; `layout.DONE` also if the chain has settled.
+    `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. Returns the same
+    as `loop.follow`; `layout.DONE` also if the chain has settled.
     """
     cell, whole, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]
@@ -234,7 +233,7 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work, s
         half = search.reached
         reason, reached = loop.follow(
             cell, whole, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
-            left, left, single,
+            left, left,
         )  # fmt: skip
         search.reached += reached
         if reason != layout.DONE:
@@ -360,7 +359,7 @@ class SettlingChain:
         before = simulation.events
         while True:
             reason = settle(
-                simulation.work, *targets, self._searches, self._memory, most, MOST_WORK, False
+                simulation.work, *targets, self._searches, self._memory, most, MOST_WORK
             )
             if reason == layout.DONE:
                 if self.period > 1 and self._searches["apart"][0] > 0.0:

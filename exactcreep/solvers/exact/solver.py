@@ -143,7 +143,7 @@ class ExactSimulation(Simulation):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         high, low = self.targets(drive, first, count, self.seed)
-        self.work.now["counts"]["target"] = first
+        self.work.now["counts"]["target"], self.work.now["single"] = first, 0
         targets = self.at_targets(count, self.record)
         logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in tables.LOGS]
         before = self.events
@@ -158,7 +158,7 @@ class ExactSimulation(Simulation):
                 self._take(leg)
                 until, ahead = done + 1, ahead._replace(began=self.origin.began)
             reason, reached = loop.follow(
-                *self.work, high[done:until], low[done:until], ahead, left, MOST_WORK, False
+                *self.work, high[done:until], low[done:until], ahead, left, MOST_WORK
             )
             done += reached
             if logs:
@@ -176,7 +176,7 @@ class ExactSimulation(Simulation):
     def _take(self, leg: Leg) -> None:
         """Set out on a leg, unless it has already begun."""
         if self.leg is None or self.load() == split(self.chain.l0):
-            turn(self.chain, leg, self.work.cell, self.work.now)
+            turn(self.chain, leg, self.work)
             self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
@@ -208,7 +208,8 @@ class ExactSimulation(Simulation):
         while reason in _GOES_ON:
             left = min(most - self.events, at_once)
             self._room_for_more()
-            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK, True)
+            self.work.now["single"] = 1
+            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK)
             yield reason
 
     def make_room(self) -> None:

@@ -1,4 +1,4 @@
-"""Slips of an end slider one after the other, against the general loop."""
+"""Slips of one of two sliders after another, against the general loop."""
 
 from __future__ import annotations
 
@@ -11,20 +11,16 @@ from exactcreep.watch.limits import Limits
 from tests.paper import paper_chain
 
 ENDS = [
-    (2, {}, "0.01"),
-    (2, {"sigma_mu": "0", "tan_alpha": "0"}, "0.001"),
-    (2, {"mu_s": "0.55", "sigma_mu": "0.1", "tan_alpha": "0.01"}, "0.01"),
-    (2, {"mu_s": "1.45", "sigma_mu": "0.5", "tan_alpha": "-0.48"}, "0.01"),
-    (3, {"tan_alpha": "0.4"}, "0.003"),
-    (5, {"sigma_mu": "0.1", "tan_alpha": "0.1"}, "0.003"),
-    (12, {"tan_alpha": "-0.3"}, "0.004"),
+    ({}, "0.01"),
+    ({"sigma_mu": "0", "tan_alpha": "0"}, "0.001"),
+    ({"mu_s": "0.55", "sigma_mu": "0.1", "tan_alpha": "0.01"}, "0.01"),
+    ({"mu_s": "1.45", "sigma_mu": "0.5", "tan_alpha": "-0.48"}, "0.01"),
 ]
 
 
-@pytest.mark.parametrize(("n", "changed", "amplitude"), ENDS)
-def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed, amplitude):
-    chain = paper_chain(n, **changed)
-    drive = Cycles(amplitude, 20 if n == 2 else 8)
+@pytest.mark.parametrize(("changed", "amplitude"), ENDS)
+def test_two_sliders_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(changed, amplitude):
+    n, chain, drive = 2, paper_chain(2, **changed), Cycles(amplitude, 20)
     plain = ExactSimulation(chain, State.relaxed(chain, n), n)
     stretch = plain.follow(drive, 1, drive.half_cycles)
     # where events are recorded every slip goes through the general loop
@@ -38,7 +34,9 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
         while done < drive.half_cycles:
             part = other.follow(drive, 1 + done, drive.half_cycles - done, Limits(most))
             done += part.completed
-        known, own = plain.snapshot(), other.snapshot()
+        known, own = (its.snapshot() for its in (plain, other))
+        assert np.array_equal(known["counts"], own["counts"])
+        known, own = (taken["unrounded"]["rest"] for taken in (known, own))
         assert all(np.array_equal(known[name], own[name]) for name in known)
         assert most < 10**9 or np.array_equal(stretch.recorded["x_G"], part.recorded["x_G"])
     assert plain.tally.slips > 100
