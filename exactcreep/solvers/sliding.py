@@ -27,6 +27,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import accumulate, pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -51,7 +52,6 @@ from exactcreep.solvers.interface import (
     Tally,
     require_like,
 )
-from exactcreep.solvers.nearest_rest import brought_to_rest, partial_sums
 from exactcreep.solvers.tables import TargetRows
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
@@ -105,13 +105,83 @@ def _reaches(
     return reach(1), reach(-1)
 
 
+def _partial_sums(steps: Sequence[Any]) -> list[Any]:
+    """Return the sums of the first 1, 2, ... numbers; floats are rounded once from exact sums."""
+    if not isinstance(steps[0], float):
+        return list(accumulate(steps))
+    if min(steps) == max(steps):
+        return [count * steps[0] for count in range(1, len(steps) + 1)]
+    return [float(total) for total in accumulate(map(Fraction, steps))]
+
+
 def _bounds(uphill: Sequence[Any], downhill: Sequence[Any]) -> list[Any]:
     """Return the least and the largest tension of each spring."""
     bounds = []
     for way, reach, other in ((-1, uphill, downhill), (1, downhill, uphill)):
-        above, below = partial_sums(reach)[:-1], partial_sums(other[::-1])[-2::-1]
+        above, below = _partial_sums(reach)[:-1], _partial_sums(other[::-1])[-2::-1]
         bounds.append([way * min(sums) for sums in zip(above, below, strict=True)])
     return bounds
+
+
+def _nearest_at_rest(
+    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
+) -> list[Any]:
+    """Return the nearest tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n``.
+
+    Nearest means the least elastic energy ``sum (T_n - given_n)^2 / 2``, with T_0 = T_N = 0. This
+    is dynamic programming over the springs. The least energy up to spring n is a convex function of
+    T_n on a finite range, and its derivative is piecewise linear: `slopes` at `places`. From spring
+    to spring its two halves, left and right of the root, move apart by the two bounds. Takes N^2
+    steps.
+    """
+    places = slopes = np.array([uphill[0] - uphill[0]])
+    best = [places[0]]
+    for tension, fall, rise in zip(tensions, uphill, downhill, strict=False):
+        k = int((slopes < 0).sum())
+        middle = [best[-1] - fall, best[-1] + rise]
+        places = np.concatenate([places[:k] - fall, middle, places[k:] + rise])
+        slopes = np.concatenate([slopes[:k], [0, 0], slopes[k:]]) + (places - tension)
+        k = int((slopes < 0).sum())
+        root = places[min(k, len(places) - 1)]
+        if 0 < k < len(places):
+            step = (root - places[k - 1]) / (slopes[k] - slopes[k - 1])
+            root = root - slopes[k] * step
+        best.append(root)
+    after, nearest = best[0], []
+    for value, fall, rise in zip(best[:0:-1], uphill[:0:-1], downhill[:0:-1], strict=True):
+        after = min(max(value, after - rise), after + fall)
+        nearest.append(after)
+    return nearest[::-1]
+
+
+def _brought_to_rest(
+    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
+) -> tuple[list[Any], list[Any], Any]:
+    """Return the tensions at which friction holds the chain, and the displacements to them.
+
+    `uphill` is ``b + s`` and `downhill` ``b - s`` of each slider, with its sliding friction b and
+    its weight s including an end force: the most that the tension may fall or rise from spring to
+    spring. If every slider moves (those at -b uphill, those at +b downhill), the balance of forces
+    does not fix the place of the whole chain. The third result is the range of places (else zero),
+    and the chain ends `_SHARE` of it further up.
+    """
+    zero = uphill[0] - uphill[0]
+    nearest = _nearest_at_rest(tensions, uphill, downhill)
+    x = [zero]
+    for tension, reached in zip(tensions, nearest, strict=True):
+        x.append(x[-1] + (reached - tension))
+    steps = [after - before for before, after in pairwise([zero, *nearest, zero])]
+    rooms = [
+        (step + fall, rise - step) for step, fall, rise in zip(steps, uphill, downhill, strict=True)
+    ]
+    margins = [min(room) for room in rooms]
+    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits rests
+    if not max(margins) > 0:
+        falls = [low > high for low, high in rooms]
+        anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
+        room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
+        anchor = anchor + room * _SHARE
+    return nearest, [v - anchor for v in x], room
 
 
 def tension_bounds(chain: Chain, coefficient: str) -> NDArray[np.float64]:
@@ -270,7 +340,7 @@ class SlidingSimulation(Simulation):
         forces = np.diff(tensions, prepend=0.0, append=0.0)
         slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
         if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
-            reached, shift, left_open = brought_to_rest(tensions.tolist(), uphill, downhill, _SHARE)
+            reached, shift, left_open = _brought_to_rest(tensions.tolist(), uphill, downhill)
             tensions, x = np.array(reached, dtype=float), x + np.array(shift)
             self._relaxed = True
         self._chain = _Configuration(
