@@ -270,7 +270,11 @@ class VerletSimulation(Simulation):
     def at_rest(self) -> bool:
         return bool(self.arrays.now["phase"][0] == steps.AT_REST)
 
-    def unrounded(self) -> dict[str, Any]:
+    def unrounded(self) -> dict[str, Any] | None:
+        under_way = self.leg is not None and self.arrays.now["theta"][0] != 1.0
+        return None if under_way else self._unrounded()
+
+    def _unrounded(self) -> dict[str, Any]:
         now = self.arrays.now[0]
         return {
             "numbers": self.arrays.lanes[list(AT_REST_ROWS)],  # a copy
@@ -282,7 +286,7 @@ class VerletSimulation(Simulation):
 
     def snapshot(self) -> dict[str, Any]:
         counts = np.array([*self.arrays.now[0][list(COUNTS)].item(), self._undecided])
-        return {"unrounded": self.unrounded(), "counts": counts}
+        return {"unrounded": self._unrounded(), "counts": counts}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
@@ -292,7 +296,7 @@ class VerletSimulation(Simulation):
             self.arrays.now[0][name] = count
 
     def _go_on(self, taken: Mapping[str, Any]) -> None:
-        require_like(self.unrounded(), taken)
+        require_like(self._unrounded(), taken)
         leg = Leg.restored(taken["leg"], self.chain)
         if leg is not None:
             self._set_out(leg)
