@@ -35,8 +35,8 @@ from exactcreep.laws import Prediction, law_values, prediction_of, sliding_veloc
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.statistics import mean_over_seeds
 from exactcreep.studies.sweep import SEED, dimensions
 
 CONTROL = "velocity_sliding"

@@ -28,10 +28,10 @@ from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.statistics import FEWEST_STEPS, alternates
 from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import advance
-from exactcreep.solvers.statistics import FEWEST_STEPS, alternates
 from exactcreep.watch.limits import Stop
 
 if TYPE_CHECKING:

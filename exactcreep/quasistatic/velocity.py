@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.observer import NEVER, Observer
-from exactcreep.solvers.interface import Simulation, Stretch
-from exactcreep.solvers.statistics import (
+from exactcreep.quasistatic.statistics import (
     alternates,
     jump_of,
     rests_are_short,
     rests_for_long,
     standard_error,
 )
+from exactcreep.solvers.interface import Simulation, Stretch
 
 _MOST_SAMPLES = 4096  # samples of x_G for the standard error, in a run of any length
 _MARKED = 1.25  # factor between successive marks of a run of unknown length

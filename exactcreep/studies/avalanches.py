@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.statistics import ratio_of_sums
+from exactcreep.quasistatic.statistics import ratio_of_sums
 from exactcreep.solvers.tables import ENERGY, NUMBER, REARRANGEMENT_TABLE, TIME
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from exactcreep.model.numbers import InputError, Number, nearest_float, number_from_zero
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers.statistics import jump_of, ratio_of_sums
+from exactcreep.quasistatic.statistics import jump_of, ratio_of_sums
 
 if TYPE_CHECKING:
     import pandas as pd

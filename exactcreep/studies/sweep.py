@@ -35,11 +35,11 @@ from exactcreep.quasistatic.dataset import attribute
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.netcdf import netcdf, opened_groups
 from exactcreep.quasistatic.recorder import Recorder
+from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.quasistatic.summary import RUN, TYPES, Place, attribute_of, names
 from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.interface import require_like
-from exactcreep.solvers.statistics import mean_over_seeds
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 from exactcreep.watch import interrupts

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import GaussianSteps, creep
+from exactcreep.quasistatic.statistics import FEWEST_STEPS, rests_for_long, standard_error
 from exactcreep.solvers.return_map import approach
-from exactcreep.solvers.statistics import FEWEST_STEPS, rests_for_long, standard_error
 from tests.paper import paper_chain
 
 
