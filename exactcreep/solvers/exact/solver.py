@@ -335,7 +335,7 @@ class ExactSimulation(Simulation):
         if mine.clock is not None and its.clock is not None:
             its.clock[:] = mine.clock
         its.now[:] = mine.now
-        other.leg, other.origin = self.leg, self.origin
+        other.leg, other.origin, other.start = self.leg, self.origin, self.start
         its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
         return other
 
