@@ -37,7 +37,9 @@ def perturbed(chain: Chain, state: State, share: float, block: int) -> tuple[Cha
     tensions = state.tensions.astype(float) + share * _NUDGE * held * wave
     more = Fraction(abs(share) * _NUDGE * held / 4)
     further = replace(state, tensions=tensions)
-    return replace(chain, sigma_mu=chain.sigma_mu + more if share > 0 else abs(chain.sigma_mu - more)), further
+    return replace(
+        chain, sigma_mu=chain.sigma_mu + more if share > 0 else abs(chain.sigma_mu - more)
+    ), further
 
 
 class Copies:
@@ -65,7 +67,10 @@ class Copies:
         done, count, distance = 0, _FIRST, np.zeros(0)
         while done < stretch.completed and not (distance > apart).any():
             count = min(2 * count, stretch.completed - done)
-            away = [_away(copy, drive, first + done, stretch, done, count, limits) for copy in self.copies]
+            away = [
+                _away(copy, drive, first + done, stretch, done, count, limits)
+                for copy in self.copies
+            ]
             if first == 1 and done == 0:
                 doubtful = stretch.doubts is not None and stretch.doubts[0] > 0
                 for copy in () if doubtful else self.far:

@@ -40,7 +40,6 @@ from exactcreep.solvers.exact.pack import (
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
-    TENSION_TOLERANCE,
     Simulation,
     Solver,
     Start,
@@ -319,7 +318,9 @@ class ExactSimulation(Simulation):
 
     def copies(self) -> Copies | None:
         """Return perturbed copies from the same start; None for one slider."""
-        return Copies(Exact(), self.chain, self.start.state, self.seed) if self.chain.n > 1 else None
+        return (
+            Copies(Exact(), self.chain, self.start.state, self.seed) if self.chain.n > 1 else None
+        )
 
     @property
     def evidence(self) -> Evidence:
@@ -413,7 +414,6 @@ class Exact(Solver):
             simulation,
             self.name,
             ended,
-            promised=TENSION_TOLERANCE,
             origin=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
