@@ -195,11 +195,7 @@ TRUSTED = (BOOK / "explanation/trusted.md").read_text(encoding="utf-8").split("#
 MOST_LINES = 6300
 """Of the modules that decide. If it has to grow, say on the page what for."""
 MOST_MODULES = 43
-"""That are loaded with the proof of a fate; floats alone ask `motion.amplified` and `estimated`.
-
-`model.rules` was a part of `contacts` and of five solvers, `exact_state` one of `at_rest`;
-`model.uniform` is the gate before laws of equal sliders.
-"""
+"""That are loaded with the proof of a fate."""
 
 
 def listed(text: str, row: str = "") -> set[str]:

@@ -70,7 +70,7 @@ EVERYTHING = {"friction", "end_forces", "expansion"}
 TAKEN: dict[str, set[str]] = {
     **{call: {*EVERYTHING, VECTOR} for call in ("sweep", "prediction")},
     **{f"{call} {solver}": {*EVERYTHING, VECTOR} for call in ("creep", "rearrange")
-       for solver in ("exact", "reference", "mpmath", "certified", "verlet")},
+       for solver in ("exact", "certified", "verlet")},
     **dict.fromkeys(("survival", "fate", "threshold", "edges", "prediction_of"), EVERYTHING),
     **{call: {"friction", "end_forces"}
        for call in ("compare", "intercept", "creep sliding", "threshold sliding")},

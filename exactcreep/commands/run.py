@@ -184,14 +184,13 @@ def run(
     Parameters
     ----------
     solver : NAME
-        exact, reference, mpmath, certified, verlet or sliding. Default: the solver that the scene
-        names, else exact.
+        exact, certified, verlet or sliding. Default: the solver that the scene names, else exact.
     dt : DT
         Time step of verlet, unit tau_dyn.
     locate : bool
         Let verlet find events inside a step.
     digits : int
-        Decimal digits of mpmath and certified.
+        Decimal digits of certified.
     accuracy : X
         Stop when the mean velocity has this relative error, at 95 %, or at the end of the scene's
         drive.

@@ -47,8 +47,9 @@ def amplified_error(
 ) -> tuple[float, int]:
     """Return an estimate of the largest error, and the number of the first event in doubt.
 
-    `initial` is at rest at theta_c; `contacts`: the coefficients drawn at stops. The error is of a displacement or a tension at the last
-    event; inf if the order of events is in doubt. The number, from 0, is -1 if none is in doubt.
+    `initial` is at rest at theta_c; `contacts`: the coefficients drawn at stops. The error is of a
+    displacement or a tension at the last event; inf if the order of events is in doubt. The number,
+    from 0, is -1 if none is in doubt.
     """
     draws, rows = initial.draws.tolist(), []
     for number, event in enumerate(events):

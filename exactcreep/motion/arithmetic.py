@@ -84,6 +84,10 @@ class Arithmetic(ABC):
     def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
         """Return ``sin(pi * numerators / denominator)``, each as accurate as a single operation."""
 
+    def larger(self, x: Any, y: Any) -> Any:
+        """Return the larger of two numbers."""
+        return max(x, y)
+
     def times_cosine(self, chain: Chain, value: Fraction) -> Any:
         """Return ``value cos(alpha)``: weights and friction forces, unit ``m g``."""
         tangent = chain.tan_alpha
@@ -228,12 +232,6 @@ class Balls(Arithmetic):
             return x.sqrt()
         return flint.arb(0).union(flint.arb.max(x.upper(), flint.arb(0)).sqrt())
 
-    def arctangent(self, y: Any, x: Any) -> Any:
-        return flint.arb.atan2(self.number(y), self.number(x))
-
-    def pi(self) -> Any:
-        return flint.arb.pi()
-
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         pairs = [angle.sin_cos() for angle in angles.tolist()]
         return objects([p[0] for p in pairs]), objects([p[1] for p in pairs])
@@ -244,26 +242,16 @@ class Balls(Arithmetic):
         sines = [flint.arb.sin_pi_fmpq(flint.fmpq(k, denominator)) for k in distinct.tolist()]
         return objects(sines)[places.reshape(turned.shape)]
 
-    def sign(self, x: Any, slack: Any = 0) -> int:
-        if x > slack:
-            return 1
-        if x < -slack:
-            return -1
-        if x == 0 and slack == 0:
-            return 0
-        raise Undecided(f"the sign of {x} is not decided at {self.bits} bits")
 
-    def lower(self, x: Any) -> Any:
-        return x.lower()
-
-    def upper(self, x: Any) -> Any:
-        return x.upper()
-
-    def midpoint(self, x: Any) -> Any:
-        return x.mid()
-
-    def between(self, low: Any, high: Any) -> Any:
-        return self.number(low).union(self.number(high))
+def certain_sign(x: Any, slack: Any = 0) -> int:
+    """Return the sign of a ball whose midpoint may be off by `slack`, or raise `Undecided`."""
+    if x > slack:
+        return 1
+    if x < -slack:
+        return -1
+    if x == 0 and slack == 0:
+        return 0
+    raise Undecided(f"the sign of {x} is not decided at {flint.ctx.prec} bits")
 
 
 @lru_cache(maxsize=64)

@@ -166,7 +166,8 @@ class CosineField:
 
     def number(self, a: Fraction, b: Fraction) -> Quadratic:
         """Return ``a + b cos(alpha)``."""
-        return self.rational(a) + self.times_cosine(b)
+        total: Quadratic = self.rational(a) + self.times_cosine(b)
+        return total
 
     def rational(self, value: Fraction) -> Quadratic:
         """Return a rational as a number of the field."""

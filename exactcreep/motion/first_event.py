@@ -18,10 +18,11 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
 
+import flint
 from numpy.typing import NDArray
 
 from exactcreep.model.rules import Rules
-from exactcreep.motion.arithmetic import Undecided
+from exactcreep.motion.arithmetic import Undecided, certain_sign
 from exactcreep.motion.cosine_field import EXACTLY
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
@@ -53,7 +54,7 @@ Shifts = tuple[tuple[int, list[Any], list[Any]], ...]
 class FirstEvent:
     """The first event, and its time.
 
-    ``time``: since the last event; in balls it encloses the only root, and no event comes before.
+    ``time``: since the last event; it encloses the only root, and no event comes before.
     ``stops``: sliders (from 0) that come to rest; ``starts``: sliders that cross their threshold,
     with directions. ``shifts``, if known: the first slider of each run, and the displacements and
     velocities of its sliders at the event. ``alike``: they are the same in all states of a set.
@@ -106,9 +107,9 @@ class EventFunction:
 class Search:
     """The search for the first event of a flow and its runs.
 
-    `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `assume`: whether undecided comparisons of balls, too, are settled by the rules
-    and counted; `half`: whether the lower half of the chain mirrors the upper half and is not
-    watched; `limits`: their time ends the search.
+    `thresholds` (ndarray, shape (n,)): ``mu_s cos(alpha)`` as it acts; `assume`: whether the rules
+    settle undecided comparisons, which are counted; `half`: whether the lower half of the chain
+    mirrors the upper half and is not watched; `limits`: their time ends the search.
     """
 
     def __init__(
@@ -135,8 +136,8 @@ class Search:
     def first(self, horizon: Any = None) -> list[EventFunction]:
         """Return the functions that act first and enclose the time; several act together.
 
-        Empty if nothing ever happens, or nothing before `horizon`. Raises `SearchLimit` and, in
-        balls, `Undecided` if a graze or the order of two events is undecided.
+        Empty if nothing ever happens, or nothing before `horizon`. Raises `SearchLimit`, and
+        `Undecided` if a graze or the order of two events is undecided.
         """
         for function in self.functions:
             self._begin(function)
@@ -173,12 +174,11 @@ class Search:
             return False
         self._count()
         function.refinements += 1
-        arithmetic = self.arithmetic
-        middle = arithmetic.midpoint((function.safe + function.last) / 2)
+        middle = ((function.safe + function.last) / 2).mid()
         value, slope = function(middle)
         spread = function.bound * width / 2
-        root = middle - value / (slope + arithmetic.between(-spread, spread))
-        low, high = arithmetic.lower(root), arithmetic.upper(root)
+        root = middle - value / (slope + (-spread).union(spread))
+        low, high = root.lower(), root.upper()
         low = low if low > function.safe else function.safe
         high = high if high < function.last else function.last
         if not high - low < 0.75 * width:
@@ -193,7 +193,7 @@ class Search:
         for run in runs:
             for i, n in enumerate(run.sliders):
                 sign = int(flow.signs[n])
-                bound = self.arithmetic.upper(run.bound(i, 2))
+                bound = run.bound(i, 2).upper()
                 speed, slope = sign * flow.velocities[n], sign * run.accelerations[i]
                 out.append(EventFunction(n, 0, sign, [(run, i)], speed, slope, bound))
         return out
@@ -206,7 +206,7 @@ class Search:
                 if 0 <= n < len(flow.forces):
                     neighbours.setdefault(n, []).append((run, i))
         for n, terms in neighbours.items():
-            bound = self.arithmetic.upper(sum(run.bound(i, 1) for run, i in terms))
+            bound = sum(run.bound(i, 1) for run, i in terms).upper()
             rate = sum(run.velocities[i] for run, i in terms)
             for side in (1, -1):
                 room = self.thresholds[n] - side * flow.forces[n]
@@ -225,7 +225,7 @@ class Search:
 
     def _sign(self, x: Any) -> int:
         try:
-            return self.arithmetic.sign(x)
+            return certain_sign(x)
         except Undecided:
             if not self.assume:
                 raise
@@ -235,9 +235,9 @@ class Search:
         """Leave the trivial root at time 0 by the first derivative that is not zero."""
         zero = self.arithmetic.number(0)
         exactly = function.side == 0 or bool(function.value == 0)
-        lead = 0
-        for k, derivative in enumerate(self._derivatives(function), 1):
-            lead = self._sign(derivative)
+        lead = k = 0
+        for derivative in self._derivatives(function):
+            lead, k = self._sign(derivative), k + 1
             if lead:
                 break
             exactly = exactly and bool(derivative == 0)
@@ -249,9 +249,9 @@ class Search:
             # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
             order = k + 1 if function.side == 0 else k
             total = sum(run.bound(i, order) for run, i in function.terms)
-            bound = self.arithmetic.upper(total)
+            bound = total.upper()
             if not bool(bound == 0):
-                function.safe = self.arithmetic.lower((k + 1) * derivative / bound)
+                function.safe = ((k + 1) * derivative / bound).lower()
 
     def _derivatives(self, function: EventFunction) -> list[Any]:
         """Return derivatives 1 .. ORDERS of the candidate's function at time 0."""
@@ -273,7 +273,7 @@ class Search:
         sign, reach = self._sign(value), abs(value)
         if slope < 0 and 4 * reach * function.bound <= slope * slope:
             function.safe = t
-            function.last = self.arithmetic.upper(t + 2 * reach / -slope)
+            function.last = (t + 2 * reach / -slope).upper()
             function.steepness = slope
             return
         if sign < 0 and function.grazes:  # it is not a graze after all
@@ -287,7 +287,7 @@ class Search:
             return
         root = self.arithmetic.sqrt(slope * slope + 2 * value * function.bound)
         step = 2 * value / (root - slope) if slope < 0 else (slope + root) / function.bound
-        function.safe = self.arithmetic.lower(t + step)
+        function.safe = (t + step).lower()
 
     def _graze(self, function: EventFunction, t: Any) -> None:
         """Settle a root that is not simple at this precision: a mover stops, a rest stays."""
@@ -298,9 +298,9 @@ class Search:
         if EXACTLY.leaves(0, function.side == 0, 0)[0]:
             function.safe = function.last = t
             return
-        slack = self.arithmetic.upper(abs(function(t)[0]))
+        slack = abs(function(t)[0]).upper()
         # by then the function has left the undecided band, or its bound is used again
-        function.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / function.bound))
+        function.safe = (t + 2 * self.arithmetic.sqrt(slack / function.bound)).upper()
 
     def _evaluate(self, function: EventFunction) -> None:
         self._count()
@@ -320,7 +320,7 @@ def root_time(search: Search, function: EventFunction) -> Any:
     """Return an enclosure of the time of an isolated root."""
     while search.refine(function):
         pass
-    return search.arithmetic.between(function.safe, function.last)
+    return function.safe.union(function.last)
 
 
 def lone_event(
@@ -356,7 +356,7 @@ def lone_event(
     early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, 0)]
     if not early:
         phase = _phase(flow, speed, pull, w2)
-        time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
+        time = (flint.arb.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
         return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
         order = ask((*early,), rules.order, *rooms.values(), 0)
@@ -375,8 +375,8 @@ def lone_event(
 
 def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
     """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
-    frequency = flow.arithmetic.sqrt(flow.arithmetic.number(w2))
-    return flow.arithmetic.arctangent(speed * frequency, pull)
+    number = flow.arithmetic.number
+    return flint.arb.atan2(speed * flow.arithmetic.sqrt(number(w2)), number(pull))
 
 
 def lone_slips(
@@ -416,6 +416,6 @@ def lone_slips(
     for m, push in pushes.items():
         if ask((m,), rules.start_direction, flow.forces[m] + push, thresholds[m], 0):
             return None
-    time = flow.arithmetic.pi() / flow.arithmetic.sqrt(number(w2))
+    time = flint.arb.pi() / flow.arithmetic.sqrt(number(w2))
     shifts = tuple((n, [ways[n]], [zero]) for n in moving)
     return FirstEvent(time, tuple(moving), (), shifts)

@@ -35,4 +35,4 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
         return None
     pull = arithmetic.number(sign * sum(chain.end_forces) / n)
     gained = arithmetic.number(sign * chain.tan_alpha - chain.mean_mu_d) * cosine + pull
-    return arithmetic.upper((needed - mean) / gained)
+    return ((needed - mean) / gained).upper()

@@ -9,6 +9,7 @@ from functools import cached_property
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.outcome import Evidence
 from exactcreep.motion.amplified import amplified_error
+from exactcreep.solvers.interface import TENSION_TOLERANCE
 from exactcreep.solvers.rearrangement import Rearrangement
 
 
@@ -16,11 +17,8 @@ from exactcreep.solvers.rearrangement import Rearrangement
 class Estimated(Rearrangement):
     """A rearrangement that is also undecided if its rounding error may be too large.
 
-    The error is estimated on demand, from the events. `promised` is the largest error for which the
-    evidence is `COMPUTED`.
+    The error is estimated on demand, from the events.
     """
-
-    promised: float
 
     @cached_property
     def _amplified(self) -> tuple[float, int]:
@@ -37,16 +35,16 @@ class Estimated(Rearrangement):
     @property
     def evidence(self) -> Evidence:
         """Undecided if a comparison is, or if the error may exceed the promise."""
-        return self.decided if self.error <= self.promised else Evidence.UNDECIDED
+        return self.decided if self.error <= TENSION_TOLERANCE else Evidence.UNDECIDED
 
     @property
     def doubt(self) -> str:
         """Why `error` breaks the promise, if it does."""
         error, number = self._amplified
-        if error <= self.promised:
+        if error <= TENSION_TOLERANCE:
             return ""
         if math.isfinite(error):
-            return f"rounding may have grown to {error:.2g}, beyond {self.promised:g}"
+            return f"rounding may have grown to {error:.2g}, beyond {TENSION_TOLERANCE:g}"
         if count := self.undecided:
             which = "1 comparison lies" if count == 1 else f"{count} comparisons lie"
             which += " within the rounding bound"

@@ -168,8 +168,7 @@ class Rearrangement(Result):
     def error(self) -> float:
         """Estimated largest rounding error of a tension or displacement; inf: events in doubt.
 
-        Known for `exact`, `reference` and `mpmath`, else nan. Rounding the state to float64 adds to
-        it.
+        Known for `exact`, else nan. Rounding the state to float64 adds to it.
         """
         return math.nan
 

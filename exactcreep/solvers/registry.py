@@ -34,11 +34,18 @@ def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
         return load()
 
 
-def solver_named(name: Any, options: dict[str, Any]) -> Solver:
-    """Return the solver `name` with the given options, or raise `InputError`."""
+def require_solver(field: str, name: Any) -> None:
+    """Raise `InputError` unless `name` is the name of a solver."""
+    if name in ("reference", "mpmath"):
+        raise InputError(field, name, "is no longer there, use certified with digits")
     if not isinstance(name, str) or name not in SOLVERS:
         allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"
-        raise InputError("solver", name, allowed)
+        raise InputError(field, name, allowed)
+
+
+def solver_named(name: Any, options: dict[str, Any]) -> Solver:
+    """Return the solver `name` with the given options, or raise `InputError`."""
+    require_solver("solver", name)
     algorithm: Any = _class_of(SOLVERS[name])  # a dataclass; its base class cannot say so
     options_taken = [option.name for option in fields(algorithm)]
     for option in (name for name in options if name not in options_taken):
@@ -83,8 +90,8 @@ def rearrange(
         Seed of the static coefficients drawn at stops.
     solver : str
         ``exact`` (float64, compiled), ``certified`` (balls: proved; options `digits`,
-        `most_digits`) or ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
-        rearrangements.
+        `most_digits`) or ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no
+        inertia, hence no rearrangements.
     max_events : int
         Stop after this number of events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
@@ -107,8 +114,8 @@ def rearrange(
 
     Notes
     -----
-    Guarantee: ``exact`` and ``certified`` miss no event; `undecided`
-    counts undecided comparisons. Source: Eqs. 5-10.
+    Guarantee: ``exact`` and ``certified`` miss no event; `undecided` counts undecided comparisons.
+    Source: Eqs. 5-10.
 
     Examples
     --------

@@ -15,7 +15,7 @@ import numpy as np
 from exactcreep.laws import Prediction, edges, pivots, prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
+from exactcreep.model.numbers import Number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
@@ -25,7 +25,7 @@ from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.solvers.interface import advance, compile_for
-from exactcreep.solvers.registry import SOLVERS
+from exactcreep.solvers.registry import require_solver
 from exactcreep.studies.compare import COMPILED, shortened
 from exactcreep.studies.trajectory import Method
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime
@@ -39,7 +39,7 @@ _MOST = 1_000_000  # most events of a pilot
 _COUNTED = 20_000  # least events of the last pilot when events are counted
 _PILOT = 0.02  # least processor time of the last pilot when time is measured, in seconds
 _FOLLOWED = 20_000  # events over which perturbed copies are followed
-_TIMED = 200  # events timed for solvers that take milliseconds each: certified, mpmath, reference
+_TIMED = 200  # events timed for solvers that take milliseconds each: certified
 _SWINGS = 10_000  # targets whose mean distance is the swing of theta
 _MANY_SLIPS = 100  # least slips of an end in a swing; then slips shift the threshold by under 1 %
 _ROUNDING = Fraction(1, 2**40)  # more than float64 rounds cos(alpha), relative
@@ -210,8 +210,8 @@ def _planned(
     require_uniform(experiment.chain.parameters(), "a plan by laws")
     experiment.drive.require_one_dilation("a plan by laws")
     wanted = whole_number(digits, "digits", least=1, most=100_000)
-    if explicit is not None and explicit not in SOLVERS:
-        raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
+    if explicit is not None:
+        require_solver("run.solver", explicit)
     chain, drive = experiment.chain, experiment.drive
     predicted = prediction(chain, drive, experiment.start)
     solver, reason, *law = _chosen(experiment, wanted, explicit, predicted, solid=solid)

@@ -47,7 +47,7 @@ def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> Non
 
 
 def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None:
-    sure = cycles(4, "--set", "chain.sigma_mu=0", "--solver", "mpmath", "--digits", "40")
+    sure = cycles(4, "--set", "chain.sigma_mu=0", "--solver", "certified", "--digits", "40")
     velocity = command(*TWO, *sure, "--json").json["velocity"]
     assert isinstance(velocity, str)
     assert len(velocity.replace(".", "")) == 40

@@ -28,11 +28,10 @@ QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
         (paper_chain(40), Cycles("0.002", 2), {}),
         (THREE, Cycles("0.0015", 4), {"solver": "sliding"}),
         (THREE, Cycles("0.0015", 4), {"solver": "verlet", "dt": "0.05"}),
-        (THREE, Cycles("0.0015", 1), {"solver": "reference"}),
         (THREE, Cycles("0.0015", 1), {"solver": "certified"}),
     ],
     ids=["tables", "copies", "denormal", "long springs", "runaway", "long", "sliding", "verlet",
-         "reference", "certified"],
+         "certified"],
 )  # fmt: skip
 def test_numpy_that_raises_what_it_passes_over_changes_nothing(
     chain: Chain, drive: Drive, words: dict[str, Any]

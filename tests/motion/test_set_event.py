@@ -34,7 +34,8 @@ class Moving(NamedTuple):
         return np.array([1, *[2] * (len(self.forces) - 2), 1])
 
     def flow(self, balls: Balls = BALLS) -> Flow:
-        flow = Flow(balls, balls.vector(self.forces.tolist()), balls.number(FRICTION))
+        friction = balls.vector([FRICTION] * len(self.forces))
+        flow = Flow(balls, balls.vector(self.forces.tolist()), friction)
         flow.velocities = balls.vector(self.velocities.tolist())
         flow.signs = self.signs
         flow.touched = set(np.flatnonzero(self.signs).tolist())
@@ -53,7 +54,7 @@ class Moving(NamedTuple):
         with FINE.active():
             flow = self.flow(FINE)
             runs = flow.runs()
-            search = Search(flow, runs, FINE.vector(self.thresholds.tolist()), {})
+            search = Search(flow, runs, FINE.vector(self.thresholds.tolist()))
             (watch,) = search.first()
             at = root_time(search, watch)
             return (watch.slider, watch.side), at, [run.moved(at) for run in runs]

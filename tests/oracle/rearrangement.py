@@ -88,7 +88,7 @@ class Motion:
             if brought != float(self.drawn(n)):
                 self.holds[n] = max(number(brought) * self.cosine, self.drag[n])
         self.place, self.speed = [MP.mpf(0)] * self.n, [MP.mpf(0)] * self.n
-        self.way, self.time = [0] * self.n, MP.mpf(0)
+        self.way, self.time, self.load = [0] * self.n, MP.mpf(0), MP.mpf(0)
         self.expansion = [number(share) for share in chain.expansion or [1] * (self.n - 1)]
         self.events: list[tuple[Any, str, list[int], list[int]]] = []
         rooms = [hold - abs(force) for hold, force in zip(self.holds, self.force, strict=True)]
@@ -130,6 +130,7 @@ class Motion:
         return together(ways)
 
     def ramp(self, change: Any) -> None:
+        self.load += change
         rates = differences(self.expansion)
         self.force = [f - rate * change for f, rate in zip(self.force, rates, strict=True)]
 
@@ -208,6 +209,22 @@ class Motion:
             steps += 1
             if steps > MOST_STEPS or len(self.events) > MOST_EVENTS:
                 raise Undecided("too long")
+
+    def reach(self, goal: Any) -> Any:
+        """Go on to a value of ``l0 theta``; return the value at which a slider would start next."""
+        while True:
+            way = 1 if goal > self.load else -1
+            far, who = self.next_starts(way)
+            left = abs(goal - self.load)
+            if abs(far - left) < TOGETHER:
+                raise Undecided("a slider is at its threshold at the target")
+            if far > left:
+                further = self.load + way * far
+                self.ramp(goal - self.load)
+                return further
+            self.ramp(way * far)
+            self.begin(who)
+            self.rest()
 
     def log(self) -> list[tuple[Any, tuple[str, tuple[int, ...], tuple[int, ...]]]]:
         """Return the time since its rearrangement began, and the signature, of every event."""
@@ -288,7 +305,7 @@ def integrate(
 
 def follow(
     chain: Chain, state: State, targets: Sequence[Any], seed: int
-) -> tuple[list[tuple[Any, Any]], list[list[float]]]:
+) -> tuple[list[tuple[Any, Any]], list[list[Any]]]:
     """Return time and signature of every event on the way to targets, and displacements there.
 
     Raises
@@ -298,21 +315,28 @@ def follow(
     """
     motion = Motion(chain, state.tensions, state.draws, seed, state.coefficients)
     motion.rest()
-    load, places = MP.mpf(0), []
+    places = []
     for target in targets:
-        goal = number(chain.l0 * Fraction(target))
-        while True:
-            way = 1 if goal > load else -1
-            far, who = motion.next_starts(way)
-            if abs(far - abs(goal - load)) < TOGETHER:
-                raise Undecided("a slider is at its threshold at the target")
-            if far > abs(goal - load):
-                break
-            motion.ramp(way * far)
-            load += way * far
-            motion.begin(who)
-            motion.rest()
-        motion.ramp(goal - load)
-        load = goal
-        places.append([float(x) for x in motion.place])
+        motion.reach(number(chain.l0 * Fraction(target)))
+        places.append(motion.place.copy())
     return motion.log(), places
+
+
+def threshold(chain: Chain, low: Fraction, cycles: int) -> Any:
+    """Return the amplitude above `low` from which on the relaxed chain creeps.
+
+    It creeps if it still moves after so many cycles. While it comes to rest, the same events follow
+    up to the least theta at which another slider would have started: the next amplitude to try.
+    """
+    load, last = number(chain.l0 * low), None
+    while True:
+        start = State.relaxed(chain)
+        motion, furthest = Motion(chain, start.tensions, start.draws, 0), MP.inf
+        for _ in range(cycles):
+            before = len(motion.events)
+            furthest = min([furthest, *(abs(motion.reach(way * load)) for way in (1, -1))])
+            if len(motion.events) == before:
+                break
+        else:
+            return last / number(chain.l0)
+        last, load = furthest, furthest * (1 + MP.mpf(10) ** -8)

@@ -29,6 +29,7 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.model.enclosure import enclosure
+from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.event_log import rearrangements
 from tests.oracle.rearrangement import MP, Trajectory, Undecided, follow, integrate
 from tests.paper import captions, paper_chain
@@ -36,14 +37,10 @@ from tests.paper import captions, paper_chain
 pytestmark = pytest.mark.filterwarnings("ignore:a static coefficient was drawn below")
 SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
     "exact": ({}, 1e-10),
-    "reference": ({}, 1e-10),
-    "mpmath": ({}, 1e-10),
     "certified": ({}, 1e-10),
     "verlet": ({"dt": 2e-4, "locate": True}, 1e-5),
 }
 """Options, and how far a tension may be off."""
-ONE_OF = {"mpmath": 4}
-"""A slow solver, which shares all but its numbers with `reference`, takes one case of so many."""
 
 
 def unlike(rng: random.Random, least: int = 40) -> Chain:
@@ -69,7 +66,7 @@ def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
     for seed in range(36):
         chain, way = unlike(rng, 40 if seed < 20 else 10), rng.choice((1, -1))
         if seed < 20:
-            run = creep(chain, Cycles("0.003", 2), seed=seed, solver="reference")
+            run = creep(chain, Cycles("0.003", 2), seed=seed)
             if run.outcome is Outcome.RUNAWAY:
                 continue
             tensions = run.state.tensions.astype(float)
@@ -87,7 +84,7 @@ def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_rearrangement_follows_the_equations_of_motion(solver: str) -> None:
     options, bound = SOLVERS[solver]
-    for chain, state, way, seed, truth in known()[:: ONE_OF.get(solver, 1)]:
+    for chain, state, way, seed, truth in known():
         if solver == "verlet" and any(len(who) > 1 for _, who, _ in truth.itinerary):
             continue  # it sees no ties
         found = rearrange(chain, state, direction=way, seed=seed, solver=solver, **options)
@@ -102,11 +99,11 @@ def test_a_rearrangement_follows_the_equations_of_motion(solver: str) -> None:
             assert_enclosed(balls, truth.exact)
 
 
-def assert_enclosed(balls: list[Any], truths: list[Any]) -> None:
-    """Require that every ball is small and has a number within that is known to forty digits."""
+def assert_enclosed(balls: list[Any], truths: list[Any], known: F = F(1, 10**40)) -> None:
+    """Require that every ball is small, and holds a number that is known so well."""
     for ball, truth in zip(balls, truths, strict=True):
         proved, exact = enclosure(ball), F(int(MP.nint(truth * 2**150)), 2**150)
-        assert abs(exact - proved.middle) <= proved.radius + F(1, 10**40)
+        assert abs(exact - proved.middle) <= proved.radius + known
         assert proved.radius < F(1, 10**12)
 
 
@@ -118,8 +115,6 @@ LOW = Chain(3, 100, "1/2", "1/2", "1/20", tan_alpha="1/5")
 VERLET = {"solver": "verlet", "dt": "0.001", "locate": True}
 RUNS: dict[str, tuple[Chain, Drive, dict[str, Any], float]] = {
     "disorder": (paper_chain(5), Cycles("0.0008", 1), {"seed": 5}, 1e-10),
-    "by reference": (paper_chain(5), Cycles("0.0008", 1), {"solver": "reference"}, 1e-10),
-    "by mpmath": (paper_chain(3), Cycles("0.0008", 1), {"solver": "mpmath"}, 1e-12),
     "by verlet": (paper_chain(3), Cycles("0.0008", 1), {"seed": 2, **VERLET}, 1e-4),
     "random steps": (paper_chain(3), GaussianSteps("0.0008", 4), {"seed": 2}, 1e-10),
     "unstable": (STRETCHED, Cycles("0.0006", 1), {"start": UNSTABLE}, 1e-10),
@@ -146,7 +141,33 @@ def require_followed(run: Creep, bound: float) -> None:
     assert [event.signature for event in events] == [signature for _, signature in log]
     times = np.array([float(time) for time, _ in log])
     assert np.array([float(event.time) for event in events]) == pytest.approx(times, abs=bound)
-    assert run.recorded["x"].astype(float) == pytest.approx(np.array(places), abs=bound)
+    assert run.recorded["x"].astype(float) == pytest.approx(
+        np.array(places, dtype=float), abs=bound
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_several_cycles_of_certified_enclose_the_equations_of_motion(seed: int) -> None:
+    """Every event, its time and the places at targets, to 35 digits."""
+    rng, events = random.Random(seed), 0
+    while not 12 <= events <= 200:
+        chain = unlike(rng) if seed % 4 else paper_chain(rng.randint(2, 5))
+        drive, start = (
+            Cycles(F(rng.randint(15, 25) * chain.n, 10**5), 3),
+            State.relaxed(chain, seed),
+        )
+        simulation = solver_named("certified", {}).simulation(chain, start, seed, ("x", "events"))
+        recorded = simulation.follow(drive, 1, drive.half_cycles).recorded
+        events = simulation.tally.events
+    targets = [drive.exact_target(q) for q in range(1, drive.half_cycles + 1)]
+    log, places = follow(chain, start, targets, seed)
+    assert simulation.evidence is Evidence.PROVED
+    events = [event for each in rearrangements(recorded) for event in each.events]
+    assert [event.signature for event in events] == [signature for _, signature in log]
+    balls = [*(event.time for event in events), *recorded["x"].ravel()]
+    assert_enclosed(
+        balls, [*(time for time, _ in log), *(x for row in places for x in row)], F(1, 10**35)
+    )
 
 
 def vectors(rng: random.Random, springs: int, targets: int) -> Path:
@@ -181,7 +202,7 @@ def proved() -> list[Creep]:
 def test_runs_along_vectors_and_of_symmetric_chains_are_the_proved_ones(solver: str) -> None:
     options, bound = SOLVERS[solver]
     assert len(proved()) >= 10
-    for run in proved()[:: ONE_OF.get(solver, 1)]:
+    for run in proved():
         symmetric = run.chain in SYMMETRIC
         if symmetric and solver == "verlet":  # which sees no ties
             continue

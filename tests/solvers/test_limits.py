@@ -29,7 +29,7 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from tests.paper import captions, paper_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
-EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
+EVENT_SOLVERS = ["exact", "certified"]
 each_solver = pytest.mark.parametrize("solver", EVENT_SOLVERS)
 
 
@@ -57,10 +57,9 @@ def test_a_runaway_is_proved_and_returned_with_what_came_before(
     inner, pull = velocities - velocities.mean(), pulls - pulls.mean()
     energy = inner @ inner + pull @ np.linalg.pinv(stiffness) @ pull
     assert velocities.mean() >= math.sqrt((1 - 1 / n) * energy) * (1 - 1e-12)
-    if solver in ("exact", "reference"):
-        run = creep(chain, Cycles("0.1", 1), solver=solver)
-        assert (run.outcome, run.reason) == (Outcome.RUNAWAY, NEVER_STOPS)
-        assert run.velocity == downhill * math.inf
+    run = creep(chain, Cycles("0.1", 1), solver=solver)
+    assert (run.outcome, run.reason) == (Outcome.RUNAWAY, NEVER_STOPS)
+    assert run.velocity == downhill * math.inf
 
 
 # Limits that were asked for
@@ -91,8 +90,6 @@ RUNS: dict[str, tuple[int, Any, dict[str, Any], int]] = {
     "verlet": (2, Cycles("0.05", 9), {"dt": 1e-9}, 2),
     "sliding": (2000, Cycles("0.9", 10**9), {}, 10**5),
     "certified": (400, Cycles("0.05", 9), {}, 5),
-    "mpmath": (100, FAR, {"digits": 50}, 5),
-    "reference": (1000, FAR, {}, 5),
     "exact": (10_000, FAR, {}, 10**5),
 }
 """Long runs of each solver, and how many events may follow a limit."""

@@ -16,7 +16,7 @@ from exactcreep.motion.arithmetic import balls_of
 from exactcreep.solvers.rearrangement import Rearrangement
 from tests.paper import unstable_chain
 
-SOLVERS = [{"solver": name} for name in ("exact", "reference", "mpmath", "verlet", "certified")]
+SOLVERS = [{"solver": name} for name in ("exact", "verlet", "certified")]
 
 
 def moved(seed: int, **options: Any) -> Rearrangement:

@@ -40,7 +40,6 @@ from exactcreep.solvers.exact.pack import (
 from exactcreep.solvers.exact.rows import NOTHING, AtTargets
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
-    TENSION_TOLERANCE,
     Simulation,
     Solver,
     Start,
@@ -436,7 +435,6 @@ class Exact(Solver):
             simulation,
             self.name,
             ended,
-            promised=TENSION_TOLERANCE,
             origin=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),

@@ -1,1 +1,1 @@
-"""One event loop over three arithmetics: float64, mpmath numbers and balls."""
+"""The event loop in balls, which proves what it finds."""

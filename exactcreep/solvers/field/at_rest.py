@@ -1,4 +1,4 @@
-"""A chain at rest and on a ramp, in numbers of Q(c) as long as they are known exactly, else in balls.
+"""A chain at rest and on a ramp: numbers in Q(c) while they are known exactly, then balls.
 
 Ramps and lone slips stay in this field (see `cosine_field`), so that ties and grazes are decided.
 A number that anything else has changed is a ball.
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Leg
-from exactcreep.model.enclosure import exact_value
-from exactcreep.model.numbers import exact_number, nearest_float
+from exactcreep.model.enclosure import enclosure, exact_value
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, symmetric
-from exactcreep.motion.arithmetic import Arithmetic, Undecided, objects
+from exactcreep.motion.arithmetic import Arithmetic, Undecided, certain_sign, objects
 from exactcreep.motion.cosine_field import EXACTLY, MOST_BITS, CosineField, Quadratic, fmpq, sign_of
 from exactcreep.solvers.interface import Start, Tally
 
@@ -114,11 +114,9 @@ class ChainAtRest(ABC):
         )
 
     def _known(self, value: Any) -> Any:
-        """Return a number of a state exactly, or as a ball if it is one."""
-        try:
-            return self.field.rational(exact_number(value, "state"))
-        except ValueError:
-            return self.arithmetic.number(value)
+        """Return a number of a state exactly, or as a ball if it has a radius."""
+        known = enclosure(value)
+        return self.arithmetic.number(value) if known.radius else self.field.rational(known.middle)
 
     def _thresholds(self) -> NDArray[Any]:
         return objects(self.held(n) for n in range(self.chain.n))
@@ -156,7 +154,7 @@ class ChainAtRest(ABC):
         if isinstance(x, (Quadratic, Fraction)):
             return sign_of(x), False
         try:
-            sign = self.arithmetic.sign(x, slack)
+            sign = certain_sign(x, slack)
         except Undecided:
             if not self.assume:
                 raise
@@ -189,12 +187,10 @@ class ChainAtRest(ABC):
             lacking = (self.thresholds - abs(rest.forces)).tolist()
             near = [n for n, room in enumerate(lacking) if not room > 0]
             told = self.rules.start_direction
-            ways = [
-                (n, self.ask((n,), told, rest.forces[n], self.thresholds[n], 0)) for n in near
-            ]
+            ways = [(n, self.ask((n,), told, rest.forces[n], self.thresholds[n], 0)) for n in near]
             starts = [(n, way) for n, way in ways if way]
             if starts:
-                self._set_off(starts, crossing=False)
+                self._set_off(starts, ramped=False)
                 return True
         if way == 0:
             return False
@@ -206,7 +202,7 @@ class ChainAtRest(ABC):
         self._move_theta(way, room, None)
         for n, sign in starts:
             rest.forces[n] = sign * self.thresholds[n]
-        self._set_off(starts, crossing=True)
+        self._set_off(starts, ramped=True)
         return True
 
     def _first_starts(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
@@ -255,8 +251,8 @@ class ChainAtRest(ABC):
                 rest.forces[n] = rest.forces[n] + fmpq(rate) * by
 
     @abstractmethod
-    def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
-        """Begin a rearrangement; `crossing`: theta has taken `starts` to their threshold."""
+    def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
+        """Begin a rearrangement; `ramped`: theta has taken `starts` to their threshold."""
 
     # -- the present state ---------------------------------------------------------------------
 

@@ -45,17 +45,17 @@ class ChainIntegrator(ChainAtRest):
         self.flow: Flow | None = None
         self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)
-        self.crossing = False  # whether a ramp has taken the first sliders to their threshold
+        self.ramped = False  # whether a ramp has taken the first sliders to their threshold
         self.announced = True
         self.event_number = 0
         self.runaway = False
         self.limits = NO_LIMITS
 
-    def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
+    def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
         self.time = self.arithmetic.number(0)
         self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions)
         self.flow.moved[:] = self.field.rational(Fraction(0))
-        self.crossing = crossing
+        self.ramped = ramped
         self.announced = False
         self.event_number = 0
         self.tally.rearrangements += 1
@@ -93,7 +93,8 @@ class ChainIntegrator(ChainAtRest):
             if slips is not None:
                 return slips
         if flow.signs.all():
-            horizon = escape_time(flow, self.runs[0], self.chain, self.field.times_cosine(Fraction(1)))
+            cosine = self.field.times_cosine(Fraction(1))
+            horizon = escape_time(flow, self.runs[0], self.chain, cosine)
             if horizon is not None and bool(horizon == 0):
                 return None
         elif len(moving) == 1:

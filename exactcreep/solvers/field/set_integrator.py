@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.arithmetic import Arithmetic, Undecided, certain_sign
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
@@ -252,14 +252,14 @@ class SetIntegrator(ChainIntegrator):
             self._look_around()
         return moves
 
-    def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
-        self.ends = [n for n, _ in starts] if crossing else []
+    def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
+        self.ends = [n for n, _ in starts] if ramped else []
         if self.keep:
             begin = self.state()
             forces = forces_of(self.arithmetic, begin.tensions, self.loads)
             still = self.arithmetic.zeros(self.chain.n)
             self.start, self.pieces = Motion(begin.displacements, still, forces), []
-        super()._set_off(starts, crossing=crossing)
+        super()._set_off(starts, ramped=ramped)
 
     # -- the rearrangement ---------------------------------------------------------------------
 
@@ -283,7 +283,7 @@ class SetIntegrator(ChainIntegrator):
             return of_all
         if self.rest.set is not None:
             self._give_up(flow)
-        undecided, moving = self.tally.undecided, np.flatnonzero(flow.signs).tolist()
+        undecided = self.tally.undecided
         event = super().first_event(flow)
         if event is not None:
             kind = Kind.TRANSVERSE
@@ -313,7 +313,7 @@ class SetIntegrator(ChainIntegrator):
         if not (length > 0 and room - length > self.slack):
             return None
         shifts = ((end, [way * length], [self.arithmetic.number(0)]),)
-        return FirstEvent(self.arithmetic.pi(), (end,), (), shifts, alike=True)
+        return FirstEvent(flint.arb.pi(), (end,), (), shifts, alike=True)
 
     @property
     def exact(self) -> bool:
@@ -331,9 +331,7 @@ class SetIntegrator(ChainIntegrator):
             for m in (n - 1, n + 1):
                 if type(ways[0]) is Quadratic and 0 <= m < self.chain.n and not flow.signs[m]:
                     pushes[m] = pushes.get(m, 0) + ways[0]
-        return any(
-            abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items()
-        )
+        return any(abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items())
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = bool(flow.signs.all())
@@ -385,7 +383,7 @@ class SetIntegrator(ChainIntegrator):
         self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
     ) -> FirstEvent:
         """Return the event of a slider that moves alone, by its energy."""
-        of_point = rules(lambda x, slack: (self.arithmetic.sign(x, slack), False))
+        of_point = rules(lambda x, slack: (certain_sign(x, slack), False))
         event = lone_event(flow, n, self.thresholds, of_point)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("the proof for all states fails for one of them")

@@ -14,7 +14,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Arithmetic
+from exactcreep.motion.arithmetic import Arithmetic, certain_sign
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
@@ -186,7 +186,7 @@ class FieldSimulation(Simulation):
             self.theta_target = None
         elif mechanics.way == 0:
             ahead = mechanics.arithmetic.number(target) - mechanics.known_theta()
-            mechanics.way = mechanics.arithmetic.sign(ahead)
+            mechanics.way = certain_sign(ahead)
         return mechanics.way
 
     def _arrive(self, target: Fraction) -> None:
@@ -216,7 +216,7 @@ class FieldSimulation(Simulation):
         if "rearrangements" not in rows and "slip_table" not in rows:
             return
         if mechanics.event_number == 1:
-            way = mechanics.way if mechanics.crossing else 0
+            way = mechanics.way if mechanics.ramped else 0
             ramp = {"half_cycle": q, "theta": theta, "direction": way}
             tensions = mechanics.state().tensions
             self.avalanche = Avalanche(mechanics.chain, arithmetic, ramp, tensions)

@@ -77,7 +77,7 @@ def test_lone_slips_stay_exact_for_ever():
     assert report["exact_in_q_c"]
     assert report["bits_lost"] < 16
     excess = simulation.mechanics.field.times_cosine(chain.mu_s - chain.mu_d)
-    for x in simulation.mechanics.rest.exact.displacements:  # a whole number of slips of 2D
+    for x in simulation.mechanics.rest.displacements:  # a whole number of slips of 2D
         a, b = x.rationals()
         assert a == 0
         assert (b / excess.rationals()[1] / 2).denominator == 1

@@ -14,6 +14,7 @@ from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
 from tests.conftest import OutOfTime
+from tests.oracle import rearrangement as oracle
 from tests.paper import captions
 
 PAIR = captions(2, tan_alpha="5/12")  # cos = 12/13, sin = 5/13
@@ -61,6 +62,27 @@ def test_two_sliders_creep_above_their_first_slip_alone(
     assert f"lower='{found.lower}'" in repr(found)
     if not given:
         assert found.evidence is found.outcome_evidence is Evidence.PROVED
+
+
+@pytest.mark.parametrize(
+    ("n", "slope", "cycles"),
+    [
+        (2, "1/4", 12),
+        (3, "1/4", 12),
+        (4, "0.35", 12),
+        pytest.param(4, "0.3", 24, marks=pytest.mark.slow),  # it comes to rest after 12 cycles
+    ],
+)
+def test_the_threshold_is_where_the_equations_of_motion_first_creep_to_thirty_digits(
+    n: int, slope: str, cycles: int
+) -> None:
+    chain = captions(n, tan_alpha=slope)
+    found = threshold(chain, digits=30)
+    lower, upper = bounds(found)
+    truth = oracle.threshold(chain, lower * Fraction(999, 1000), cycles)
+    assert found.evidence is Evidence.PROVED
+    assert upper - lower <= lower / 10**30
+    assert lower <= Fraction(str(truth)) <= upper
 
 
 @pytest.mark.parametrize(

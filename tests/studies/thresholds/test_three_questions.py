@@ -93,6 +93,6 @@ def test_two_pulled_sliders_creep_where_the_forces_drive_them(
     assert found.evidence is ec.Evidence.PROVED
     assert found.direction == way
     for amplitude, creeps in ((found.lower, False), (found.upper, True)):
-        run = ec.creep(chain, ec.Cycles(amplitude, 200), solver="reference")
+        run = ec.creep(chain, ec.Cycles(amplitude, 200))
         assert (run.outcome is ec.Outcome.CREEPING) is creeps
     assert ec.laws.edges(chain)["no_lasting_creep"] <= float(found.lower) * (1 + 1e-12)
