@@ -1,7 +1,8 @@
 """Results of every format so far are read, or refused in a sentence that says what to do.
 
-A checkpoint is read by the version that wrote it. Each file was written by ``run two-sliders-cycles --set drive.cycles=2 --record x_G --out FILE.nc
---checkpoint FILE.ckpt``, by the program that wrote that format. A new format adds its files.
+A checkpoint is read by the version that wrote it. Each file was written by ``run two-sliders-cycles
+--set drive.cycles=2 --record x_G --out FILE.nc --checkpoint FILE.ckpt``, by the program that wrote
+that format. A new format adds its files.
 """
 
 import json
@@ -31,7 +32,7 @@ def test_a_file_of_the_archive_is_read_or_refused_with_advice(file: Path) -> Non
     kind, _, number = file.stem.partition("-")
     read = {"result": Creep.load, "checkpoint": resume}[kind]
     if int(number) < FORMATS[kind]:
-        with pytest.raises(InputError, match="read it with the.* version that wrote it"):
+        with pytest.raises(InputError, match=r"read it with the.* version that wrote it"):
             read(file)
         return
     found, scene = read(file), load_scene("two-sliders-cycles")
@@ -45,7 +46,7 @@ def test_a_checkpoint_of_another_version_is_refused_with_advice(tmp_path: Path) 
     (kept,) = ARCHIVE.glob("checkpoint-*")
     line, other = f"checkpoint {VERSION}\n", tmp_path / "other.ckpt"
     other.write_bytes(kept.read_bytes().replace(line.encode(), b"checkpoint 13\n", 1))
-    with pytest.raises(InputError, match="is of version 13.*let the version that wrote it go on"):
+    with pytest.raises(InputError, match=r"is of version 13.*let the version that wrote it go on"):
         resume(other)
 
 
