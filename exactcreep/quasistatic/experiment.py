@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import KW_ONLY, dataclass, field, fields
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -102,7 +102,7 @@ class Experiment:
             drive=drive,
             seed=seed,
             options=options,
-            start=_valid_start(self.start, self.chain),
+            start=_valid_start(self.start, self.chain, algorithm),
             record=_valid_record(self.record),
             burn_in=_valid_burn_in(self.burn_in, drive),
             twin=bool(self.twin),
@@ -191,6 +191,8 @@ class Experiment:
             Numbers, texts, rationals and arrays.
         """
         start = self.start
+        if start is not None and not self.algorithm.on_file:
+            start = replace(start)  # its unrounded numbers are Python objects
         return {field.name: getattr(self, field.name) for field in fields(self)} | {
             "chain": self.chain.parameters(),
             "drive": self.drive.parameters(),
@@ -227,7 +229,7 @@ class Experiment:
         return cls(**{**data, **made})
 
 
-def _valid_start(start: Any, chain: Chain) -> State | None:
+def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:
     if start is None:
         return None
     if not isinstance(start, State):
@@ -235,6 +237,8 @@ def _valid_start(start: Any, chain: Chain) -> State | None:
     if start.n != chain.n:
         raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
     start.require_finite()
+    if start.unrounded is not None and solver.unrounded(start, chain) is None:
+        return replace(start)  # without the numbers of another solver or chain
     return start
 
 

@@ -35,7 +35,6 @@ _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'
 )
-_MARK = ("solver", "chain")
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
@@ -226,10 +225,15 @@ class Solver(ABC):
             if name not in self.records:
                 allowed = "must be one of " + ", ".join(self.records) + self.no_more
                 raise InputError("record", name, allowed)
-        start, known = self._start(chain, state, seed), state.unrounded
-        if known is not None and self._mark(chain) == {name: known.get(name) for name in _MARK}:
-            start = replace(start, unrounded=known["numbers"])
+        start = replace(self._start(chain, state, seed), unrounded=self.unrounded(state, chain))
         return self.simulation_from(start, record)
+
+    def unrounded(self, state: State, chain: Chain) -> Any:
+        """Return the unrounded numbers of a state if they are of this solver and chain, or None."""
+        known = state.unrounded
+        if known is None or known | self._mark(chain) != known:
+            return None
+        return known["numbers"]
 
     def state_of(self, simulation: Simulation, chain: Chain) -> State:
         """Return the present state of a simulation of this solver, with its unrounded numbers."""

@@ -59,8 +59,6 @@ class Copies:
 
     def _copy(self, share: float, block: int) -> Simulation:
         solver, chain, state, seed = self._run
-        if chain.sigma_mu == 0:
-            seed = block  # each copy draws its own errors
         return solver.simulation(*perturbed(chain, state, share, block), seed, ("tension", "slips"))
 
     def follow(

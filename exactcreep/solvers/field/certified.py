@@ -157,6 +157,11 @@ class CertifiedSimulation(FieldSimulation):
         self.settles = False  # at the precision limit
         self.ahead: int | None = None  # the next target of the chain; None: any
         self.reached: tuple[int, State, Tally] | None = None  # the last target, state and counts
+        if (kept := start.unrounded) is not None:
+            self._begin(kept["bits"])
+            with self.mechanics.arithmetic.active():
+                self.mechanics.go_on_from(kept["rest"].copy())
+            self.theta_target, self.tally = kept["theta_target"], self.mechanics.tally
         self._drop_anchor(None)
 
     def _drop_anchor(self, target: int | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from copy import copy
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -26,6 +27,7 @@ from exactcreep.solvers.interface import (
     Simulation,
     Start,
     Stretch,
+    Tally,
 )
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
@@ -239,6 +241,11 @@ class FieldSimulation(Simulation):
     def at_rest(self) -> bool:
         """Whether the chain is at a target."""
         return self.mechanics.flow is None and self.theta_target is not None
+
+    def unrounded(self) -> dict[str, Any]:
+        rest = replace(self.mechanics.rest.copy(), tally=Tally(), evaluations=0)
+        bits = self.mechanics.arithmetic.bits
+        return {"rest": rest, "theta_target": self.theta_target, "bits": bits}
 
     def snapshot(self) -> dict[str, Any]:
         return {

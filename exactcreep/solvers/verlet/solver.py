@@ -146,6 +146,7 @@ class VerletSimulation(Simulation):
         self._avalanche: Avalanche | None = None
         if start.unrounded is not None:
             self._go_on(start.unrounded)
+            self.arrays.drawn[1] = 0  # slips since the last target
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
