@@ -6,6 +6,7 @@ import io
 import json
 import string
 import sys
+from decimal import Context, Decimal
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -56,7 +57,8 @@ def test_numpy_that_raises_what_it_passes_over_changes_nothing(
         assert creep(chain, drive, **words) == calm
 
 
-ANSWERS = (("--help",), ("run", "--help"), ("scenes",), ("fate", "--n", "2", "--amplitude", "0.001"))
+FATE = ("fate", "--n", "2", "--amplitude", "0.001")
+ANSWERS = (("--help",), ("run", "--help"), ("scenes",), FATE)
 
 
 @pytest.mark.parametrize("columns", ["0", "1", "5", "6", "7", "10", "-3", "x", "999999999"])
@@ -83,6 +85,20 @@ def test_a_process_without_a_stream_computes_all_the_same(
     assert threshold(pair, digits=3).lower is not None
     assert fate(pair, "0.001").outcome is Outcome.CREEPING
     assert [command(*words).code for words in (*ANSWERS, ("scenes", "nothing"))] == [0, 0, 0, 0, 2]
+
+
+def test_python_s_limit_for_digits_of_integers_ends_no_answer(command: Command) -> None:
+    usual = sys.get_int_max_str_digits()
+    sys.set_int_max_str_digits(640)
+    try:
+        told = command("threshold", "--n", "2", "--digits", "700", "--json")
+    finally:
+        sys.set_int_max_str_digits(usual)
+    assert (told.code, told.err) == (0, "")
+    lower, upper = (Decimal(told.json[name]) for name in ("lower", "upper"))
+    edge = Context(prec=800).divide(Decimal("0.0014"), Context(prec=800).sqrt(Decimal(17)))
+    assert lower <= edge <= upper
+    assert len(lower.as_tuple().digits) >= 700
 
 
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
