@@ -81,8 +81,8 @@ def _shown(value: Any) -> str:
         text = ratio_text(value)
         return repr(text) if len(text) <= 60 else f"{near!r}..."
     if isinstance(value, np.ndarray):
-        few = value if value.size <= 1000 else value[:4]
-        value = list(few) if value.dtype.kind == "f" and value.ndim == 1 else few.tolist()
+        part = value if value.size <= 1000 else value[:4]
+        value = list(part) if value.dtype.kind == "f" and value.ndim == 1 else part.tolist()
     if isinstance(value, np.floating):
         return f"{float(value):.6g}"
     if isinstance(value, (list, tuple)):
@@ -201,7 +201,7 @@ def exact_number(value: Any, field: str) -> Fraction:
         return value
     if isinstance(value, (bool, np.bool_)):
         raise InputError(field, value, "must be a number, not a truth value")
-    if isinstance(value, numbers.Integral) and not isinstance(value, np.timedelta64):
+    if isinstance(value, numbers.Integral) and hasattr(value, "__index__"):
         return Fraction(int(value))
     if isinstance(value, np.floating):
         value = float(value)

@@ -20,12 +20,12 @@ class _Nowhere(io.TextIOBase):
         return len(text)
 
 
-_NOWHERE: Any = _Nowhere()
+_NOWHERE: TextIO = _Nowhere()  # type: ignore[assignment]
 
 
 def stream(name: str = "stdout") -> TextIO:
     """Return ``stdout`` or ``stderr``; if a process has none, a stream that discards all text."""
-    found = getattr(sys, name, None)
+    found: TextIO | None = getattr(sys, name, None)
     return _NOWHERE if found is None or getattr(found, "closed", False) else found
 
 

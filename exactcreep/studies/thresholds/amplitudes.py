@@ -85,4 +85,5 @@ def unit_of(value: Fraction, digits: int) -> Fraction:
 def text_of(count: int, unit: Fraction) -> str:
     """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
     exponent = Decimal(unit.numerator).adjusted() - Decimal(unit.denominator).adjusted()
-    return str(Decimal(Decimal(count).as_tuple()._replace(exponent=exponent)))
+    sign, digits, _ = Decimal(count).as_tuple()
+    return str(Decimal((sign, digits, exponent)))
