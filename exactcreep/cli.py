@@ -29,7 +29,7 @@ from exactcreep.commands.record import record, roof
 from exactcreep.commands.run import resume, run
 from exactcreep.commands.values import help_of
 from exactcreep.model.inputs import inputs_kept
-from exactcreep.watch import interrupts
+from exactcreep.watch import interrupts, terminal
 
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
@@ -73,6 +73,7 @@ def program(wanted: Collection[str]) -> App:
         version=f"exactcreep {__version__}",
         group_parameters=Group("Options"),
         suppress_keyboard_interrupt=False,
+        console=terminal.console(),
         default_parameter=Parameter(
             allow_repeating=True, negative_iterable=(), negative_none=(), show_choices=False
         ),
@@ -119,7 +120,7 @@ def status(words: Sequence[str]) -> int:
             gone = isinstance(leaving.__context__, BrokenPipeError)
             code = 0 if gone else int(leaving.code or 0)
         with unread():
-            sys.stdout.flush()
+            terminal.stream().flush()
     except Exception as error:
         interrupts.check()  # an interrupted call may end with any error
         if debug:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import pickle
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -53,6 +54,19 @@ def _digest(folder: Path) -> str:
     return hashlib.sha256(b"\0".join(sources[path] for path in sorted(sources))).hexdigest()
 
 
+class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Keeps compiled code with a checksum, since damaged code would abort the process."""
+
+    def save(self, key: Any, data: Any) -> None:
+        packed = self._dump(data)
+        super().save(key, (hashlib.sha256(packed).digest(), packed))
+
+    def load(self, key: Any) -> Any:
+        """Return stored code; None if there is none, or its checksum differs."""
+        digest, packed = super().load(key) or (b"", b"")
+        return pickle.loads(packed) if hashlib.sha256(packed).digest() == digest else None
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]
     """Stores compiled code until a compiled module, or one in its folder, changes."""
 
@@ -62,7 +76,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
         super().__init__(function)
         folder = Path(inspect.getfile(function)).parent
         if folder.is_dir():
-            self._cache_file = IndexDataCacheFile(
+            self._cache_file = CheckedFile(
                 cache_path=self._cache_path,
                 filename_base=self._impl.filename_base,
                 source_stamp=_digest(folder),

@@ -170,6 +170,8 @@ class Scene(Shown):
         InputError
             If a name is unknown.
         """
+        if not isinstance(data, Mapping):
+            raise InputError("scene", data, "must be a mapping of tables, such as {'chain': {...}}")
         _known(data, ("title", *_keys(), "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):

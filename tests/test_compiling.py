@@ -6,12 +6,14 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numba
 import pytest
 
 import exactcreep
+from exactcreep.compiling import CheckedFile
 from tests.processes import PATIENCE, begun, environment, finished
 
 NOBODY = 65534
@@ -30,6 +32,23 @@ from exactcreep import compiling
 def twice(x):
     return 2 * x
 """
+
+
+def test_compiled_code_with_a_flipped_bit_is_never_loaded(tmp_path: Path) -> None:
+    code = bytes(range(256)) * 4
+    kept = CheckedFile(str(tmp_path), "one", "stamp")
+    kept.save("key", code)
+    assert kept.load("key") == code
+    [file] = tmp_path.glob("*.nbc")
+    whole = file.read_bytes()
+    for place in range(0, len(whole), 7):
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << place % 8
+        file.write_bytes(flipped)
+        loaded = None
+        with suppress(Exception):  # the pickle itself is damaged: compiled anew, too
+            loaded = kept.load("key")
+        assert loaded in (None, code)
 
 
 def may_become_nobody() -> bool:

@@ -21,7 +21,9 @@ from cyclopts import Parameter
 
 import exactcreep
 from exactcreep.commands.values import File, Flag
+from exactcreep.watch import terminal
 from exactcreep.watch.display import Display
+from exactcreep.watch.terminal import printable
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
 """Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""
@@ -82,8 +84,12 @@ def of_members(
 
 def complain(sentence: str) -> None:
     """Print a sentence on standard error."""
+    _remark(f"exactcreep: {' '.join(sentence.split())}")
+
+
+def _remark(line: str) -> None:
     with suppress(OSError):  # the device may be full; the exit status remains
-        print(f"exactcreep: {' '.join(sentence.split())}", file=sys.stderr, flush=True)
+        print(printable(line), file=terminal.stream("stderr"), flush=True)
 
 
 @contextmanager
@@ -96,26 +102,27 @@ def unread() -> Iterator[None]:
 
 
 def put(text: str, end: str = "\n") -> None:
-    """Print text unchanged."""
+    """Print text that has no markup."""
+    _put(printable(text), end)
+
+
+def _put(text: str, end: str = "") -> None:
     with unread():
-        print(text, end=end)
+        print(text, end=end, file=terminal.stream())
 
 
 def say_written(files: object) -> None:
     """Say on standard error which files are written; standard output has only the answer."""
-    with suppress(OSError):
-        print(f"written: {files}", file=sys.stderr, flush=True)
+    _remark(f"written: {files}")
 
 
 def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
     """Print words with rich's markup, or a table; only a terminal folds lines."""
-    from rich.console import Console
-
-    folded = sys.stdout.isatty() or "COLUMNS" in os.environ
-    console = Console(highlight=False, width=None if folded else _WITHOUT_END)
+    console = terminal.console(columns=None if terminal.folds() else _WITHOUT_END)
     with console.capture() as printed:
-        console.print(words, soft_wrap=soft_wrap, **style)
-    put(re.sub(r" +$", "", printed.get(), flags=re.MULTILINE), end="")
+        console.print(printable(words) if isinstance(words, str) else words,
+                      soft_wrap=soft_wrap, **style)  # fmt: skip
+    _put(re.sub(r" +$", "", printed.get(), flags=re.MULTILINE))
 
 
 def say_heading(scene: str, title: str) -> None:
@@ -133,7 +140,7 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
     table = Table.grid(padding=(0, 2))
     for name, value in rows:
-        table.add_row(name, Text(str(value)))
+        table.add_row(printable(name), Text(printable(str(value))))
     say(table, soft_wrap=False)
 
 
@@ -216,7 +223,7 @@ def say_table(
         side: Any = "right" if name in right else "left"
         table.add_column(name, justify=side, no_wrap=name not in folded, overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     say(table, soft_wrap=False)
 
 

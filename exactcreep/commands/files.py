@@ -7,6 +7,7 @@ import itertools
 import math
 import os
 import runpy
+import secrets
 import socket
 import sys
 import time
@@ -55,7 +56,7 @@ from exactcreep.commands.values import (
     taken,
     whole,
 )
-from exactcreep.watch import interrupts
+from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
 
 if TYPE_CHECKING:
@@ -289,7 +290,9 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
     if importlib.util.find_spec("marimo") is None:
         needed = "needs marimo: pip install '.[explore]' in a clone"
         raise exactcreep.InputError("explore", "marimo", needed)
-    words = ["--headless"] if headless else []
+    # marimo's own token is a hash, which PYTHONHASHSEED decides
+    words = ["--token", f"--token-password={secrets.token_urlsafe(16)}"]
+    words += ["--headless"] if headless else []
     if number is not None:
         with socket.socket() as probe:
             try:
@@ -302,11 +305,11 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
     from exactcreep.figures import explorer
     from exactcreep.watch.display import COMPILING
 
-    with told(lambda: print(COMPILING, file=sys.stderr, flush=True)):
+    with told(lambda: print(COMPILING, file=terminal.stream("stderr"), flush=True)):
         explorer.prepare()
     app = Path(exactcreep.__file__).parent / "figures" / "explorer_app.py"
     os.environ["MARIMO_SKIP_UPDATE_CHECK"] = "1"  # no request leaves this machine
-    sys.argv = ["marimo", "--yes", "run", str(app), "--token", *words]
+    sys.argv = ["marimo", "--yes", "run", str(app), *words]
     try:  # within this process, so that no server is left behind
         runpy.run_module("marimo", run_name="__main__", alter_sys=True)
     except SystemExit as leaving:

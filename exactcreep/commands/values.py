@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 import exactcreep
+from exactcreep.watch import terminal
 
 if TYPE_CHECKING:
     from exactcreep import Scene
@@ -133,10 +134,9 @@ def help_of(function: Callable[..., Any]) -> str:
 
 def _continued(line: str) -> str:
     """Return a command line broken with backslashes, so that it can be copied from any terminal."""
-    import shutil
     import textwrap
 
-    room = shutil.get_terminal_size().columns - 6  # without the indent, a blank and a backslash
+    room = terminal.width() - 6  # without the indent, a blank and a backslash
     kept = re.sub(r"(--\S+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)  # an option and its value
     parts = textwrap.wrap(
         kept, room, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False

@@ -10,9 +10,11 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 
 from exactcreep.quasistatic.writing import check_picture, write_file
+from exactcreep.watch.terminal import printable
 
 STYLE = mpl.rc_params_from_file(
     Path(__file__).with_name("style.mplstyle"), use_default_template=False
@@ -64,6 +66,8 @@ def save_picture(figure: Figure, path: Path | str, *, force: bool = True) -> Non
     target = Path(path)
     check_picture(target)
     drawn = io.BytesIO()
+    for words in figure.findobj(Text):
+        words.set_text(printable(words.get_text()))
     with mpl.rc_context(STYLE):
         figure.savefig(drawn, format=target.suffix[1:].lower(), dpi=figure.dpi)
     write_file(target, drawn.getvalue(), "plot", force=force)

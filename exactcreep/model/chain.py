@@ -18,6 +18,7 @@ from exactcreep.model.numbers import (
     InputError,
     Number,
     Shown,
+    listed,
     nearest_float,
     number_from_zero,
     number_of_floats,
@@ -422,16 +423,15 @@ def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:
 def _each(values: Any, name: str, count: int, of: str) -> tuple[Fraction, ...]:
     """Return a list of numbers as rationals, none for an empty list, or raise `InputError`."""
     allowed = f"must be a list of {count} numbers, {of}"
-    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+    each = listed(values)
+    if each is None or len(each) not in (0, count) or (name == "end_forces" and not each):
         raise InputError(name, values, allowed)
-    if len(values) not in (0, count) or (name == "end_forces" and not len(values)):
-        raise InputError(name, values, allowed)
-    return tuple(number_of_floats(value, f"{name}[{k}]") for k, value in enumerate(values))
+    return tuple(number_of_floats(value, f"{name}[{k}]") for k, value in enumerate(each))
 
 
 def _one_or_each(value: Any, name: str, n: int) -> Any:
     """Return a number as a rational; a list as one rational if all agree, else as a tuple."""
-    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+    if listed(value) is None:
         return number_of_floats(value, name)
     each = _each(value, name, n, "of each slider")
     if not each:

@@ -18,7 +18,9 @@ def meant(name: object, known: Iterable[str]) -> str:
     >>> meant("verlett", ["exact", "verlet"]), meant("xyzzy", ["exact", "verlet"])
     ('verlet', '')
     """
-    word, bare = str(name).lower().lstrip("-"), {each.lstrip("-"): each for each in known}
+    if not isinstance(name, str):
+        return ""
+    word, bare = name.lower().lstrip("-"), {each.lstrip("-"): each for each in known}
     parts = [each for each in bare if word in _BETWEEN.split(each)]
     near = get_close_matches(word, parts or bare, 1, 0.0 if parts else _NEAR)
     return bare[near[0]] if near else ""

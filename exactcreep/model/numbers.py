@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
@@ -50,10 +50,7 @@ class InputError(ValueError):
     """
 
     def __init__(self, field: str, value: Any, allowed: str) -> None:
-        try:
-            text = shown(value)
-        except (ValueError, RecursionError):  # an endless integer, endless nesting
-            text = f"a {type(value).__name__} too large to be shown"
+        text = shown(value)
         if len(text) > 80:
             text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
         missing = value is None and allowed.startswith("is missing")
@@ -67,7 +64,14 @@ class InputError(ValueError):
 
 
 def shown(value: Any) -> str:
-    """Return a value in short: a rational in full, of a long list both ends."""
+    """Return any value in short: a rational in full, of a long list both ends."""
+    try:
+        return _shown(value)
+    except Exception:  # an endless integer, endless nesting, an object without a text
+        return f"a {type(value).__name__} too large or too odd to be shown"
+
+
+def _shown(value: Any) -> str:
     if isinstance(value, Fraction):
         if value.denominator == 1 and abs(value) < 10**15:
             return str(value.numerator)
@@ -76,10 +80,14 @@ def shown(value: Any) -> str:
             return repr(near) if Fraction(near) == value else repr(repr(near))
         text = ratio_text(value)
         return repr(text) if len(text) <= 60 else f"{near!r}..."
-    if isinstance(value, (list, tuple, np.ndarray)):
-        digits = isinstance(value, np.ndarray)
+    if isinstance(value, np.ndarray):
+        part = value if value.size <= 1000 else value[:4]
+        value = list(part) if value.dtype.kind == "f" and value.ndim == 1 else part.tolist()
+    if isinstance(value, np.floating):
+        return f"{float(value):.6g}"
+    if isinstance(value, (list, tuple)):
         few = value if len(value) <= 6 else (*value[:3], *value[-3:])
-        parts = [f"{float(part):.6g}" if digits else shown(part) for part in few]
+        parts = [_shown(part) for part in few]
         if len(value) > 6:
             parts.insert(3, f"... {len(value)} values ...")
         return f"[{', '.join(parts)}]"
@@ -174,6 +182,16 @@ def is_missing(value: Any) -> bool:
     return value is None or (isinstance(value, str) and value == "")
 
 
+def listed(value: Any) -> list[Any] | None:
+    """Return the values of a list, an array or an iterator; None for any other value, and text."""
+    if isinstance(value, (str, bytes, set, dict)) or not isinstance(value, Iterable):
+        return None
+    try:
+        return list(value)
+    except TypeError:  # an array without dimensions
+        return None
+
+
 def exact_number(value: Any, field: str) -> Fraction:
     """Return `value` as an exact rational, or raise `InputError` with the name `field`.
 
@@ -183,7 +201,7 @@ def exact_number(value: Any, field: str) -> Fraction:
         return value
     if isinstance(value, (bool, np.bool_)):
         raise InputError(field, value, "must be a number, not a truth value")
-    if isinstance(value, numbers.Integral):
+    if isinstance(value, numbers.Integral) and hasattr(value, "__index__"):
         return Fraction(int(value))
     if isinstance(value, np.floating):
         value = float(value)

@@ -15,6 +15,7 @@ from exactcreep.model.numbers import (
     InputError,
     Number,
     exact_number,
+    listed,
     nearest_float,
     whole_number,
 )
@@ -119,9 +120,10 @@ class Path(Listed):
 
 def targets_of(theta: Any) -> tuple[Any, ...]:
     """Return the targets of a list as rationals, or as tuples where springs differ; see `Path`."""
-    if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
+    given = listed(theta)
+    if given is None:
         raise InputError("theta", theta, "must be a list of numbers")
-    values = tuple(_target(value, f"theta[{i}]") for i, value in enumerate(theta))
+    values = tuple(_target(value, f"theta[{i}]") for i, value in enumerate(given))
     if not values:
         raise InputError("theta", [], "must hold at least one number")
     widths = [len(value) if isinstance(value, tuple) else 0 for value in values]
@@ -135,8 +137,9 @@ def targets_of(theta: Any) -> tuple[Any, ...]:
 
 
 def _target(value: Any, field: str) -> Any:
-    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray):
+    springs = listed(value)
+    if springs is None:
         return exact_number(value, field)
-    if not len(value):
+    if not springs:
         raise InputError(field, [], "must be a number, or a list of one for each spring")
-    return tuple(exact_number(one, f"{field}[{k}]") for k, one in enumerate(value))
+    return tuple(exact_number(one, f"{field}[{k}]") for k, one in enumerate(springs))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -18,6 +18,7 @@ from exactcreep.model.numbers import (
     Number,
     Scalar,
     Shown,
+    listed,
     nearest_float,
     number_from_zero,
     number_of_floats,
@@ -309,11 +310,10 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""
     if tensions is None:
         return np.zeros(count)
-    sequence = isinstance(tensions, Iterable) and not isinstance(tensions, (str, bytes, set, dict))
-    given = list(tensions) if sequence else tensions
-    if not sequence or len(given) != count:
+    given = listed(tensions)
+    if given is None or len(given) != count:
         allowed = f"must be {count} numbers (n - 1)"
-        raise InputError("tensions", len(given) if sequence else given, allowed)
+        raise InputError("tensions", tensions if given is None else len(given), allowed)
     floats = isinstance(tensions, np.ndarray) and tensions.dtype == np.float64
     if floats and tensions.ndim == 1 and np.isfinite(tensions).all():
         return np.asarray(np.add(tensions, 0.0))  # a zero has no sign

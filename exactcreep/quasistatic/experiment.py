@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,7 +13,13 @@ import numpy as np
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    exact_number,
+    listed,
+    nearest_float,
+    whole_number,
+)
 from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State, of_parts
@@ -277,10 +283,10 @@ def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
 
 
 def _valid_record(record: Any) -> tuple[str, ...]:
-    names = (record,) if isinstance(record, str) else record
-    if not isinstance(names, Iterable):
+    several = list(record) if isinstance(record, (set, frozenset)) else listed(record)
+    names = [record] if isinstance(record, str) else several
+    if names is None:
         raise InputError("record", record, "must be a list of names")
-    names = tuple(names)
     for name in names:
         if not isinstance(name, str) or name not in RECORDS:
             raise InputError("record", name, "must be among " + ", ".join(RECORDS))

@@ -14,7 +14,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, ParamSpec, TypeVar
 
-from exactcreep.watch import interrupts
+from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.progress import Hearer, Progress
 
 P = ParamSpec("P")
@@ -66,7 +66,7 @@ class Display(AbstractContextManager["Display"]):
         if progress is False or _telling != [self]:
             return None
         notebook = "ipykernel" in sys.modules and find_spec("ipywidgets")
-        return self.show if progress or sys.stderr.isatty() or notebook else None
+        return self.show if progress or terminal.is_terminal("stderr") or notebook else None
 
     def show(self, progress: Progress) -> None:
         """Show the progress; raise a Ctrl-C that Python has dropped."""
@@ -92,11 +92,12 @@ class Display(AbstractContextManager["Display"]):
         self.bar.update(self.task, description=what, far=far, **about)
 
     def _start(self) -> None:
-        console = import_module("rich.console").Console(stderr=True)  # loaded only when needed
+        console = terminal.console("stderr")
         if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
             rich = import_module("rich.progress")
             far = rich.TextColumn("{task.fields[far]}")
-            columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), far)
+            what = rich.TextColumn("{task.description}", markup=False)
+            columns = (what, rich.BarColumn(), far)
             self.bar = rich.Progress(*columns, console=console, transient=True)
             self.task = self.bar.add_task(self.name, total=None, far="")
             self.pause, self.next = _BETWEEN_FRAMES, -math.inf
@@ -107,12 +108,12 @@ class Display(AbstractContextManager["Display"]):
 
     def _write(self, line: str) -> None:
         if self.bar is not None:
-            self.bar.console.print(line)
+            self.bar.console.print(line, markup=False)
         else:
-            print(line, file=sys.stderr, flush=True)
+            print(line, file=terminal.stream("stderr"), flush=True)
 
     def _what(self, progress: Progress) -> str:
-        return f"{self.name or progress.phase} {progress.text}".strip()
+        return terminal.printable(f"{self.name or progress.phase} {progress.text}".strip())
 
 
 def _far(progress: Progress) -> str:

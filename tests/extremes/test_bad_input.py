@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from exactcreep import (
     Chain,
     Creep,
     Cycles,
+    Experiment,
     GaussianSteps,
     InputError,
     Outcome,
@@ -25,11 +28,13 @@ from exactcreep import (
     compare,
     creep,
     disorder,
+    fate,
     load_scene,
     plan,
     rearrange,
     resume,
     sweep,
+    threshold,
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.scene import Scene
@@ -65,6 +70,32 @@ WILD = st.one_of(
     st.lists(st.floats() | st.text(max_size=3) | st.none(), max_size=4),
     st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
 )
+
+
+class Unshown:
+    """A value that has no text and cannot be compared."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no text")
+
+    def __eq__(self, other: object) -> bool:
+        raise RuntimeError("no comparison")
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+NESTED: list[Any] = []
+NESTED.append(NESTED)
+ODD: dict[str, Any] = {
+    "no dimension": np.array(1.5), "two dimensions": np.ones((2, 2)), "empty": np.zeros((0, 3)),
+    "objects": np.array([Unshown()], dtype=object), "masked": np.ma.array([1.0, 2.0], mask=[1, 0]),
+    "all masked": np.ma.masked, "ragged": [[1], [2, 3]], "half ragged": [1, [2]],
+    "letters": np.array(["a", "b"]), "a letter": np.array("a"), "complex": np.array([1j]),
+    "fields": np.recarray(2, dtype=[("a", float)]), "no text": Unshown(), "listed": [Unshown()],
+    "nested": NESTED, "endless": 10**5000, "endless ratio": Fraction(10**5000, 3),
+    "no time": np.timedelta64("NaT"), "seconds": np.timedelta64(1, "s"), "set": {1}, "bytes": b"ab",
+    "escape": "\x1b[2J", "half a letter": "\ud800", "slice": slice(1), "class": Fraction,
+}  # fmt: skip
 FUZZ = settings(max_examples=40, deadline=None, derandomize=True,
                 suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
 
@@ -107,6 +138,9 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: rearrange(CHAIN, REST, direction=a),
         lambda a, b: rearrange(CHAIN, REST, direction=1, seed=a),
         lambda a, b: Creep.load(a), lambda a, b: resume(a), lambda a, b: load_scene(a),
+        lambda a, b: Scene.from_mapping(a), lambda a, b: Scene.from_mapping({"chain": a}),
+        lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
+        lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [
         lambda a, b: plan(a, RUN), lambda a, b: plan(CHAIN, a), lambda a, b: compare(a),
@@ -133,6 +167,14 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
 def test_wild_arguments_are_used_or_refused_in_a_sentence(kind: str, one: Any, other: Any) -> None:
     for call in CALLS[kind]:
         refusal(lambda call=call: call(one, other))
+
+
+@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
+@pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
+def test_a_value_of_any_type_is_used_or_refused_in_a_sentence(odd: Any) -> None:
+    for call in itertools.chain(*CALLS.values()):
+        refusal(lambda call=call: call(odd, odd))
 
 
 @pytest.mark.parametrize("field", ["tensions", "displacements", "coefficients", "theta"])

@@ -84,5 +84,6 @@ def unit_of(value: Fraction, digits: int) -> Fraction:
 
 def text_of(count: int, unit: Fraction) -> str:
     """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
-    exponent = len(str(unit.numerator)) - len(str(unit.denominator))
-    return str(Decimal(f"{count}e{exponent}"))
+    exponent = Decimal(unit.numerator).adjusted() - Decimal(unit.denominator).adjusted()
+    sign, digits, _ = Decimal(count).as_tuple()
+    return str(Decimal((sign, digits, exponent)))

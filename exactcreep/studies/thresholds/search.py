@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from exactcreep import solvers
 from exactcreep.model.enclosure import exact_value
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.solvers.interface import Start
@@ -78,7 +78,7 @@ class Edge:
 
     @property
     def middle(self) -> Fraction:
-        return (Fraction(self.lower or 0) + Fraction(self.upper or 0)) / 2
+        return sum(exact_number(end or 0, "edge") for end in (self.lower, self.upper)) / Fraction(2)
 
     def summary(self, what: str = "creep") -> dict[str, Any]:
         """Return the edge by names; `what` begins or ends there."""
@@ -343,7 +343,7 @@ def _settled(question: Question, edge: Edge) -> Iterator[Edge]:
     for times in _LATER:
         later = replace(question, cycles=times * question.cycles)
         question.say("behaviour below", later.cycles, most, "cycles")
-        trial = later.tried(Fraction(edge.lower or 0), "exact", {})
+        trial = later.tried(exact_number(edge.lower or 0, "edge"), "exact", {})
         edge = replace(edge, outcome_evidence=trial.outcome_evidence.and_then(Evidence.COMPUTED))
         if trial.outcome is not None and not trial.creeps:
             yield replace(edge, outcome_at_lower=trial.outcome)

@@ -251,7 +251,7 @@ def threshold(
     most = after or MOST_CYCLES
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket, points)
-    if solver not in tuple(MOST_DIGITS):  # it may not even be a text
+    if not isinstance(solver, str) or solver not in MOST_DIGITS:
         raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
