@@ -52,7 +52,7 @@ class AccuracyWarning(UserWarning):
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(chain, Cycles("0.002", 200), accuracy=1e-3)
     >>> print(caught[0].message)
-    the velocity's relative error at 95 % is 0.0058, not 0.001: run more cycles
+    the velocity's relative error at 95 % is 0.005, not 0.001: run more cycles
     """
 
 

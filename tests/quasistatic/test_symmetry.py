@@ -11,9 +11,8 @@ from exactcreep import Chain, Creep, Cycles, Drive, GaussianSteps, Outcome, Path
 
 
 def level(n: int = 2, **other: Any) -> Chain:
-    return Chain(
-        n, 1000, **({"mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": 0} | other)
-    )
+    parts: dict[str, Any] = {"mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": 0}
+    return Chain(n, 1000, **(parts | other))
 
 
 def said(chain: Chain, drive: Drive, **given: Any) -> str:
