@@ -45,22 +45,16 @@ def _play(p: Proof, model: Model) -> Expression:
     p.show("on the level the two forces are opposite: their sum is", first + last, 0)
     starts = [solved(force - sign * model.threshold(mu(place)), tension)
               for force, sign, place in ((first, -1, 1), (last, 1, 2))]  # fmt: skip
-    p.show(
-        "falling, the tension meets the threshold of slider 2 before that of slider 1 by",
-        starts[1] - starts[0],
-        c * (mu(1) - mu(2)),
-    )
+    apart = c * (mu(1) - mu(2))
+    p.show("falling, it meets the threshold of slider 2 first, by", starts[1] - starts[0], apart)
     begin = solved(last - model.threshold(), tension)
     centre = p.show(
         "so the smaller coefficient slips; the tension at the middle of its slip is",
         begin + slip.derive(model).last / 2,
         -mu_d * c,
     )
-    p.show(
-        "so y follows l0 theta as a play of half-width mu_d; l0 theta loads either slider by",
-        (model.push("last") - model.push("first")) / 2,
-        1,
-    )
+    push = (model.push("last") - model.push("first")) / 2
+    p.show("so y follows l0 theta as a play of this half-width; l0 theta loads them by", push, 1)
     return -centre
 
 
@@ -90,11 +84,9 @@ def _new_maxima(p: Proof, model: Model) -> Expression:
         kept.subs(m, m + 1) / kept,
         1 - 2 * chance.subs(n, m + 1),
     )
-    long = sp.limit(kept.subs(m, k * n), n, sp.oo)
+    long = sp.limit(kept.subs(m, k * n), n, sp.oo).subs(k, later / S)
     return p.show(
-        "after many draws, whose number grows as the path length S of y: E[s s'] =",
-        long.subs(k, later / S),
-        (S / later) ** 2,
+        "after many draws, in number as the path length S of y: E[s s'] =", long, (S / later) ** 2
     )
 
 
@@ -111,11 +103,7 @@ def _cycles(p: Proof, model: Model, half_width: Expression, correlation: Express
         _moment(low) + _moment(high),
         step,
     )
-    p.show(
-        "... and the first half-cycle, from S = zero, has",
-        sp.integrate(weight, (S, 0, 1)),
-        _moment(1),
-    )
+    p.show("... up to the first turn it is", sp.integrate(weight, (S, 0, 1)), _moment(1))
     inside = sp.integrate(weight, (S, low, later)) - _moment(low)
     grown = sp.integrate(sp.expand(inside * correlation / S**2), (later, low, high)) / 2
     gain = p.show("half-cycle n adds to the mean square", grown, (1 / low + 1 / high) / 3)
@@ -123,19 +111,11 @@ def _cycles(p: Proof, model: Model, half_width: Expression, correlation: Express
     odd = sp.Function("H")  # of n: the sum of 1/(2j - 1) up to n
     known = 2 * odd(n) / 3 - sp.Rational(1, 4) - 1 / (3 * high)
     before = known.subs(n, n - 1).subs(odd(n - 1), odd(n) - 1 / high)
-    p.show(
-        "the sum with H, of the inverse odd numbers up to that of n, has the same gain",
-        known - before,
-        gain,
-    )
+    p.show("so does the formula with H, a sum of inverse odd numbers,", known - before, gain)
     p.show("... and the same beginning", first, known.subs(n, 1).subs(odd(1), 1))
     total = known.subs(odd(n), symbol("H_q")).subs(n, symbol("q")) * reach**2
     p.entry("level_displacement", {symbol("w"): total}, lines=15)
-    p.show(
-        "it grows ever more slowly: t times the gain tends to",
-        sp.limit(n * gain, n, sp.oo),
-        1 / sp.S(3),
-    )
+    p.show("ever less: n times the gain tends to", sp.limit(n * gain, n, sp.oo), 1 / sp.S(3))
     p.entry("ages", holds=lambda: sp.limit(gain, n, sp.oo) == 0, lines=16)
 
 

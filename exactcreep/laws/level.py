@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -28,13 +28,6 @@ _FAR = 1000.0  # from here on three terms of a series have all digits of float64
 _digamma = np.vectorize(mpmath.fp.digamma, otypes=[float])
 _erfc = np.vectorize(math.erfc, otypes=[float])
 _REACH, _ORDER, _RATES = 6.5, 72, 32  # grid of y in units of l0 sigma_theta; decay rates per S
-
-
-class _Growth(NamedTuple):
-    """Mean square of x_G over (l0 sigma_theta)**2: ``rate ln t + constant``."""
-
-    rate: float
-    constant: float
 
 
 def level_displacement(chain: Chain, drive: Drive, t: Number) -> Any:
@@ -84,8 +77,8 @@ def level_displacement(chain: Chain, drive: Drive, t: Number) -> Any:
     targets = _counted(t, "t", _FIRST)
     if isinstance(drive, Cycles):
         return _plain((size - friction) ** 2 * _cycled(targets))
-    growth = _growth(friction / size)
-    return _plain(size**2 * (growth.rate * np.log(targets) + growth.constant))
+    rate, constant = _growth(friction / size)
+    return _plain(size**2 * (rate * np.log(targets) + constant))
 
 
 def level_increment(chain: Chain, drive: Drive, t: Number, tau: Number) -> Any:
@@ -139,7 +132,7 @@ def level_increment(chain: Chain, drive: Drive, t: Number, tau: Number) -> Any:
         return _plain((size - friction) ** 2 * (apart - back / 2))
     h = friction / size
     kept = np.vectorize(lambda count: _covariance(h, count), otypes=[float])(span)
-    aged = _growth(h).rate * np.log1p(span / begin)
+    aged = _growth(h)[0] * np.log1p(span / begin)
     return _plain(size**2 * (aged + (_covariance(h, 0) - kept) / 2))
 
 
@@ -214,7 +207,7 @@ def _covariance(h: float, tau: float) -> float:
 
 
 @cache
-def _growth(h: float) -> _Growth:
+def _growth(h: float) -> tuple[float, float]:
     """Return v and C for a play of half-width h under independent standard normal targets.
 
     In the path length S, y moves at unit speed and turns round at the rate ``turn``, whatever the
@@ -249,4 +242,4 @@ def _growth(h: float) -> _Growth:
         early = resolvent(lam, 1, y**2 - rate - lam**2 * later)[_ORDER // 2]
         total += measure * (early + rate / (1 + lam))
     constant = rate * (1 / 4 + np.euler_gamma + math.log(2 * rise)) + total
-    return _Growth(rate, float(constant + (_covariance(h, 0) - rate) / 4))
+    return rate, float(constant + (_covariance(h, 0) - rate) / 4)
