@@ -51,6 +51,7 @@ def runs(count: int) -> list[Creep]:
     return found
 
 
+@pytest.mark.filterwarnings("ignore:a static coefficient was drawn below mu_d")
 @pytest.mark.parametrize("count", [60, pytest.param(2000, marks=pytest.mark.slow)])
 def test_no_level_run_says_that_it_creeps(count: int) -> None:
     outcomes = [run.outcome for run in runs(count)]
