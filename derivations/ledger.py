@@ -29,7 +29,7 @@ from derivations.proof import Decision, Proof, worded
 
 NAMES = (
     "scaling procedure modes slip two_sliders pivots plateaus thresholds sliding_limit gaussian "
-    "continuum runaway shakedown beyond unlike"
+    "continuum runaway shakedown beyond unlike level"
 )
 EQUATIONS = 26
 """How many numbered equations the paper has."""

@@ -22,7 +22,7 @@ with warnings.catch_warnings():  # what the kernel's clients say about themselve
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 LARGEST_FILE = 400_000
-STUDIES = ("05", "07", "10", "11", "12", "13", "14", "15")
+STUDIES = ("05", "07", "10", "11", "12", "13", "14", "15", "16")
 """Notebooks that compute for long; they run with `pytest -m slow`."""
 
 

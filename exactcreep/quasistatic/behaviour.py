@@ -69,6 +69,9 @@ def behaviour(
 
 def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: int) -> Behaviour:
     chain = velocity.experiment.chain
+    if velocity.experiment.mirrored:
+        ages = "the chain ages: " if chain.n == 2 and chain.sigma_mu else ""
+        return Behaviour(Outcome.CYCLING, since, f"{ages}no mean drift, by symmetry")
     burn_in, mean = velocity.mean(done)
     least = velocity.error(burn_in, least=True)
     value = abs(as_float(mean)) if mean is not None else 0.0

@@ -52,7 +52,7 @@ class AccuracyWarning(UserWarning):
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(chain, Cycles("0.002", 200), accuracy=1e-3)
     >>> print(caught[0].message)
-    the velocity's relative error at 95 % is 0.0058, not 0.001: run more cycles
+    the velocity's relative error at 95 % is 0.005, not 0.001: run more cycles
     """
 
 
@@ -182,7 +182,8 @@ def creep(
           over all half-cycles after the burn-in;
         - ``CYCLING``: sliders slip, but the chain does not advance. `outcome_evidence` is
           `UNDECIDED` if the drift is below two standard errors (`reason` holds its bound), or if,
-          without disorder, the tensions have not returned.
+          without disorder, the tensions have not returned. Equal sliders on the level that start
+          relaxed have no mean drift, by symmetry; two of them age (`laws.level_displacement`).
 
         The outcome holds after `since` cycles. If the tensions have returned, the outcome holds for
         ever, and `outcome_evidence` equals `evidence`. If not, the outcome was seen only in this

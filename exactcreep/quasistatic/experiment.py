@@ -162,6 +162,16 @@ class Experiment:
         return State.relaxed(self.chain, self.seed) if self.start is None else self.start
 
     @property
+    def mirrored(self) -> bool:
+        """Whether the mirror image of the experiment differs from it in its draws only.
+
+        The mean displacement over the disorder is then zero at every target.
+        """
+        chain, drive = self.chain, self.drive
+        uniform = not chain.unlike and not drive.springs
+        return self.start is None and uniform and chain.tan_alpha == 0
+
+    @property
     def digits(self) -> int | None:
         """Significant decimal digits asked of the solver; None for float64."""
         digits = getattr(self.algorithm, "digits", None)

@@ -71,16 +71,16 @@ def standard_error(
         return silent
     # the error of a ratio of two means, since steps of a record last differently long
     excess = gains - spans * (gains.sum() / spans.sum())
-    spreads = {blocks: _spread(excess, steps // blocks) for blocks in _COARSE}
-    coarse, size = max(spreads.values())
+    spreads = {blocks: _spread(excess, blocks) for blocks in _COARSE}
+    coarse, blocks = max((spread, blocks) for blocks, spread in spreads.items())
     error = _STUDENT / 1.96 * math.sqrt(coarse / steps) / float(spans.mean())
-    single = _spread(excess, 1)[0]
+    single = _spread(excess, steps)
     rounding = 2.0**-40 * float(np.abs(gains).max())
-    if least or coarse * size <= max(2 * single, rounding**2):
+    if least or coarse * (steps // blocks) <= max(2 * single, rounding**2):
         return error
-    fine = _spread(excess, steps // FEWEST_STEPS)[0]
-    grows = any(spreads[blocks][0] > most * fine for blocks, most in _MOST_GROWTH.items())
-    return math.nan if grows or _skewness(excess, steps // 32) > _MOST_SKEWNESS else error
+    fine = _spread(excess, FEWEST_STEPS)
+    grows = any(spreads[blocks] > most * fine for blocks, most in _MOST_GROWTH.items())
+    return math.nan if grows or _skewness(excess, 32) > _MOST_SKEWNESS else error
 
 
 def mean_over_seeds(
@@ -165,16 +165,19 @@ def rests_are_short(advances: NDArray[np.float64], jump: float) -> bool:
     return bool(rests.size >= blocks and rests.max() < advances.size / blocks)
 
 
-def _sums(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
-    return np.asarray(steps[steps.size % size :].reshape(-1, size).sum(axis=1))
+def _sums(steps: NDArray[np.float64], blocks: int) -> NDArray[np.float64]:
+    """Return the sum of each block over the root of its length; blocks differ by a step at most."""
+    begins = -(np.arange(0, -blocks - 1, -1) * steps.size // blocks)
+    return np.asarray(np.add.reduceat(steps, begins[:-1]) / np.sqrt(np.diff(begins)))
 
 
-def _spread(steps: NDArray[np.float64], size: int) -> tuple[float, int]:
-    return float(_sums(steps, size).var(ddof=1)) / size, size
+def _spread(steps: NDArray[np.float64], blocks: int) -> float:
+    """Return the variance of a step, of mean 0, that independent blocks of steps would have."""
+    return float((_sums(steps, blocks) ** 2).sum()) / (blocks - 1)
 
 
-def _skewness(steps: NDArray[np.float64], size: int) -> float:
-    sums = _sums(steps, size)
+def _skewness(steps: NDArray[np.float64], blocks: int) -> float:
+    sums = _sums(steps, blocks)
     centred = sums - sums.mean()
     power = float((centred**2).mean()) ** 1.5
     return abs(float((centred**3).mean())) / power if power > 0 else 0.0

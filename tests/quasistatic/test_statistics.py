@@ -81,3 +81,14 @@ def test_steps_that_fall_as_fast_as_inverse_squares_are_told_from_others() -> No
         assert found is None or found.change == pytest.approx(65.0**-power, rel=1e-9)
     assert approach(np.append(ends, ends[-1:], axis=0), 128) is None  # it has come to rest
     assert approach(ends, 63) is None
+
+
+@pytest.mark.parametrize("place", [0, 3, 4, 10, 899])
+def test_a_single_jump_is_no_drift_wherever_it_lies(place: int) -> None:
+    """Its velocity is the jump over the time, and so is about its error."""
+    for steps in (900, 901, 911):  # no number of blocks divides them
+        moves = 0.01 * np.random.default_rng(1).standard_normal(steps)
+        moves[place] += 5
+        positions = np.concatenate([[0.0], np.cumsum(moves)])
+        error = standard_error(positions, np.arange(steps + 1.0), least=True)
+        assert positions[-1] / steps == pytest.approx(0.75 * error, rel=0.05)
