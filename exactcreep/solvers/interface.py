@@ -231,7 +231,7 @@ class Solver(ABC):
     def unrounded(self, state: State, chain: Chain) -> Any:
         """Return the unrounded numbers of a state if they are of this solver and chain, or None."""
         known = state.unrounded
-        if known is None or known | self._mark(chain) != known:
+        if known is None or {**known, **self._mark(chain)} != known:
             return None
         return known["numbers"]
 

@@ -115,7 +115,7 @@ class Origin(NamedTuple):
     def at_leg(self, chain: Chain, leg: Leg) -> Origin:
         """Return the start of a leg, with its tensions and its load."""
         springs = chain.n - 1
-        start = tuple(self.theta * (springs if len(self.theta) == 1 else 1))
+        start = tuple(self.theta) * (springs if len(self.theta) == 1 else 1)
         passed = Leg(start[:springs], leg.begin).expansion(chain)
         numbers, ramps = self.numbers.copy(), [split(chain.l0 * ramp) for ramp in passed]
         high, low = np.array([*ramps, (0.0, 0.0)]).T

@@ -169,8 +169,8 @@ class ExactSimulation(Simulation):
                 ended = Ending(stop, limits.reason(stop))
                 break
         recorded = targets.rows.recorded(self.record, done) | tables.joined(logs)
-        marks = {"doubts": targets.doubts[:done], "x_G_low": targets.x_G_low[:done]}
-        return Stretch(done, recorded, *ended, **marks)
+        doubts, low = targets.doubts[:done], targets.x_G_low[:done]
+        return Stretch(done, recorded, *ended, doubts=doubts, x_G_low=low)
 
     def _take(self, leg: Leg) -> None:
         """Set out on a leg, unless it has already begun."""
