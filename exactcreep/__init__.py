@@ -4,8 +4,8 @@ The system is a `Chain`, a `State` and a `Drive` (`Cycles`, `GaussianSteps`, `Pa
 `TemperatureRecord`). With a seed and a solver they form an `Experiment`. `load_scene` reads a
 `Scene` from a TOML file.
 
-- `creep` follows a whole drive (`Creep`), `resume` continues from a checkpoint, `rearrange` follows
-  one rearrangement (`Rearrangement`, of `Event`; motion: `Solution`), `sweep` runs a grid.
+- `creep` follows a whole drive (`Creep`), `rearrange` follows one rearrangement (`Rearrangement`,
+  of `Event`; motion: `Solution`), `sweep` runs a grid.
 - `fate` and `survival` (`Fate`, `Survival`) find out how creep ends, for one or many starts.
 - `threshold` and, with disorder, `intercept` (`Threshold`, `Intercept`) find the amplitude above
   which a chain creeps. `quiescent` finds the rests of a run (`Quiescence`).

@@ -21,7 +21,6 @@ from .quasistatic.creep import (
     AccuracyWarning as AccuracyWarning,
     Interrupted as Interrupted,
     creep as creep,
-    resume as resume,
 )
 from .quasistatic.experiment import Experiment as Experiment
 from .quasistatic.creep_result import Creep as Creep

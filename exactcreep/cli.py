@@ -26,17 +26,14 @@ from exactcreep import __version__
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.record import record, roof
-from exactcreep.commands.run import resume, run
+from exactcreep.commands.run import run
 from exactcreep.commands.values import help_of
-from exactcreep.model.inputs import inputs_kept
 from exactcreep.watch import interrupts, terminal
 
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
-    "resume": resume,
     "reproduce": files.reproduce,
-    "sweep": files.sweep,
     "show": files.show,
     "export": files.export,
     "animate": files.animate,
@@ -48,6 +45,11 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "compare": studies.compare,
 }
 """The commands by name; None: made from a public function, which is imported when called."""
+_GONE = {
+    "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
+    "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
+}
+"""Commands of earlier versions, and what does their work."""
 _PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
 """Replacements for signs that a stream cannot encode."""
 _warned: set[str] = set()
@@ -103,7 +105,8 @@ def status(words: Sequence[str]) -> int:
 
         # not by exactcreep.scene, which loads numpy
         scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
-        near = did_you_mean(arguments[0], [*COMMANDS, "--help"])
+        near = f": {_GONE[arguments[0]]}" if arguments[0] in _GONE else ""
+        near = near or did_you_mean(arguments[0], [*COMMANDS, "--help"])
         near = near or did_you_mean(f"run {arguments[0]}", scenes)
         near = near or "; exactcreep --help lists the commands"
         complain(f"No such command {arguments[0]!r}{near}")
@@ -111,10 +114,9 @@ def status(words: Sequence[str]) -> int:
     code = 0 if arguments else 2
     try:
         try:
-            with inputs_kept():
-                program(arguments[:1])(
-                    arguments, exit_on_error=False, print_error=False, result_action="return_value"
-                )
+            program(arguments[:1])(
+                arguments, exit_on_error=False, print_error=False, result_action="return_value"
+            )
         except SystemExit as leaving:
             # if a pager closes the pipe of a help, click exits with 1
             gone = isinstance(leaving.__context__, BrokenPipeError)

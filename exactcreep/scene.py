@@ -17,7 +17,6 @@ from typing import Any
 
 from exactcreep.model.chain import ANGLES, Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.inputs import keep
 from exactcreep.model.names import did_you_mean, meant
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.remarks import in_degrees
@@ -51,7 +50,7 @@ _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_
 """Keys of ``[drive]`` beside a table of SI units: temperatures (K) for dilations."""
 _IN_UNITS = ("physical", "pipeline")
 """Tables of SI units, which make the chain."""
-_RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start")
+_RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start", "twin")
 _START = ("tensions", "theta", "size", "seed")
 
 
@@ -360,7 +359,6 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     if path.suffix == ".nc":
         raise InputError("scene", name, f"is a result: exactcreep show {name} draws it")
     text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)
-    keep(path)
     return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)
 
 

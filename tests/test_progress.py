@@ -11,7 +11,6 @@ import pytest
 
 import exactcreep as ec
 from exactcreep import Cycles, creep
-from exactcreep.studies.members import run_members
 from exactcreep.watch import display, preparation
 from exactcreep.watch.display import Display
 from exactcreep.watch.progress import Progress, reporter
@@ -28,7 +27,6 @@ SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
     ("compute", "counted"),
     [
         (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
-        (lambda hear: run_members([GIVEN] * 3, 3, progress=hear), "members"),
         (lambda hear: ec.sweep(SMALL, progress=hear), "cells"),
         (lambda hear: ec.threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
         (lambda hear: ec.compare(GIVEN, METHODS, seeds=1, events=20, progress=hear), "runs"),

@@ -303,6 +303,14 @@ def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Di
             raise SystemExit(INTERRUPTED) from None
 
 
+def distinct(**files: Path | None) -> None:
+    """Raise `InputError` if two of these files are the same."""
+    named: dict[Path, str] = {}
+    for name, path in files.items():
+        if path is not None and (first := named.setdefault(path.resolve(), name)) != name:
+            raise exactcreep.InputError(name, str(path), f"must not be the file of {first}")
+
+
 @dataclass(frozen=True)
 class Answer:
     """The result of a command.
@@ -339,17 +347,15 @@ class Printed:
     def check(self, **others: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same.
 
-        This is checked before the computation. `others` are the files of further options.
+        This is checked before the computation. `others` are the files of other parameters.
         """
         from exactcreep.quasistatic.writing import check_output, check_picture
 
-        named = {path.resolve(): name for name, path in others.items() if path is not None}
-        for path, name in ((self.out, "out"), (self.plot, "plot")):
+        outputs = {"out": self.out, "plot": self.plot}
+        distinct(**others, **outputs)
+        for name, path in outputs.items():
             if path is not None:
                 check_output(path, name, force=self.force)
-                if (first := named.setdefault(path.resolve(), name)) != name:
-                    allowed = f"must not be the file of --{first}"
-                    raise exactcreep.InputError(name, str(path), allowed)
         if self.plot is not None:
             check_picture(self.plot)
 
@@ -362,14 +368,11 @@ class Printed:
             style.save_picture(answer.draw(), path, force=force)
 
         written, failed = list[Path](), None
-        for name, path, write in (("out", self.out, answer.save), ("plot", self.plot, draw)):
+        for path, write in ((self.out, answer.save), (self.plot, draw)):
             if path is not None:
                 try:
-                    written.append(_written(write, path, force=self.force))
-                    if written[-1] != path:
-                        allowed = "was made by another program meanwhile; this result is in"
-                        allowed += f" {written[-1]}"
-                        failed = failed or exactcreep.InputError(name, str(path), allowed)
+                    write(path, force=self.force)
+                    written.append(path)
                 except exactcreep.InputError as error:
                     failed = failed or error
                 except KeyboardInterrupt:
@@ -388,20 +391,6 @@ class Printed:
             complain(answer.remark)
         if answer.status:
             raise SystemExit(answer.status)
-
-
-def _written(write: Callable[..., object], path: Path, *, force: bool) -> Path:
-    """Write a file and return its name, a new name if another program has taken it meanwhile."""
-    from exactcreep.quasistatic.writing import Occupied, free_name
-
-    name = path
-    while True:  # yet another program may take the next name at the same time
-        try:
-            write(name, force=force and name == path)
-        except Occupied:
-            name = free_name(path)
-        else:
-            return name
 
 
 @Parameter(name="*")

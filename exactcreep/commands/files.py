@@ -1,4 +1,4 @@
-"""Commands about scenes and files: list, show, export, animate, explore, sweep, reproduce."""
+"""Commands about scenes and files: list, show, export, animate, explore, reproduce."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ import secrets
 import socket
 import sys
 import time
-from collections import Counter
 from collections.abc import Sequence
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -26,21 +24,18 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
-    counted,
+    distinct,
     put,
     say,
-    say_heading,
     say_table,
     say_written,
     shown,
-    value_text,
 )
 from exactcreep.commands.values import (
     File,
     Flag,
     Folder,
     Force,
-    Member,
     Name,
     Number,
     Run,
@@ -50,7 +45,6 @@ from exactcreep.commands.values import (
     Solver,
     Whole,
     Workers,
-    chosen,
     one_of,
     scene_of,
     taken,
@@ -60,13 +54,11 @@ from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
 
 if TYPE_CHECKING:
-    import xarray as xr
     from pandas import DataFrame
 
     from exactcreep.figures.paper import Picture, Table
 
 ALL, DEFAULT = "all", Printed()
-_MOST_ROWS = 50  # most points of a sweep that are printed
 
 
 def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
@@ -106,7 +98,6 @@ def show(
     *,
     half_cycle: Whole | None = None,
     window: Whole = "200",
-    member: Member = "1",
     out: File | None = None,
     force: Force = False,
 ) -> None:
@@ -129,12 +120,10 @@ def show(
     exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
     """
     from exactcreep.figures.run import draw_portrait, portrait
-    from exactcreep.quasistatic.creep_result import load_members
 
-    members = load_members(run)
     output = Output(plot=out or run.with_suffix(".png"), force=force)
-    output.check()
-    seen = chosen(members, member)
+    output.check(run=run)
+    seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
     view = portrait(seen, wanted, wide or 1)
     said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
@@ -148,7 +137,6 @@ def export(
     *,
     to: File,
     table: Name = "half_cycles",
-    member: Member = "1",
     force: Force = False,
 ) -> None:
     """Write one table of a saved run as CSV or Parquet.
@@ -168,13 +156,13 @@ def export(
     exactcreep export run.nc --table events --to events.parquet
     exactcreep export run.nc --table rearrangements --to avalanches.csv
     """
-    from exactcreep.quasistatic.creep_result import load_members
     from exactcreep.quasistatic.writing import check_output, write_file
 
     if to.suffix not in (".csv", ".parquet"):
         raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
+    distinct(run=run, to=to)
     check_output(to, "to", force=force)
-    rows = chosen(load_members(run), member).to_pandas(table)
+    rows = exactcreep.Creep.load(run).to_pandas(table)
     write_file(to, _content(rows, to), "to", force=force)
     say_written(f"{to} ({len(rows)} rows)")
 
@@ -201,7 +189,6 @@ def animate(
     rearrangement: Whole | None = None,
     solver: Solver = None,
     seed: Seed = None,
-    member: Member = "1",
     frames: Whole | None = None,
     max_seconds: Number | None = None,
     out: File | None = None,
@@ -234,7 +221,7 @@ def animate(
     from exactcreep.watch.limits import Limits
 
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
-    experiment = wanted.experiment(chosen(wanted.settings(), member))
+    experiment = wanted.experiment(wanted.settings()[0])
     ending = out.suffix.lower() if out is not None else ".gif"
     if ending not in (".gif", ".html"):
         raise exactcreep.InputError("out", str(out), "must end in .gif or .html")
@@ -316,124 +303,6 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
         if leaving.code and interrupts.status() is None:
             raise
     raise KeyboardInterrupt  # marimo also handles Ctrl-C, and then returns normally
-
-
-def sweep(
-    scene: SceneName,
-    /,
-    *,
-    settings: Settings = None,
-    solver: Solver = None,
-    seeds: Whole | None = None,
-    workers: Workers = None,
-    scheduler: Annotated[str | None, taken("ADDRESS")] = None,
-    out: Folder | None = None,
-    resume: Flag = False,
-    plot: File | None = None,
-    force: Force = False,
-) -> None:
-    """Run every member of a scene as a labelled grid, on all cores or on a cluster.
-
-    Each cell is saved when it finishes. A sweep that was stopped continues with --resume and gives
-    the same bits. The grid is written to DIRECTORY/sweep.nc.
-
-    Parameters
-    ----------
-    seeds : int
-        Run every point with the seeds 0 .. K-1.
-    scheduler : ADDRESS
-        A dask scheduler, e.g. tcp://10.0.0.1:8786.
-    out : DIR
-        Directory of the results. Default: SCENE-sweep.
-    resume : bool
-        Continue with the cells in the directory.
-    plot : path
-        Draw the velocities to this PNG, PDF or SVG file.
-
-    Examples
-    --------
-    exactcreep sweep chain-plateaus --workers 8 --plot plateaus.png
-    exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
-    exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
-    """
-    wanted = scene_of(scene, settings, solver=solver)
-    if (count := whole(seeds, "seeds", most=10**6)) is not None:
-        wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
-    folder = out or Path(f"{wanted.name}-sweep")
-    output = Output(plot=plot, force=force)
-    output.check()
-    if plot is not None and not set(wanted.vary) - {"run.seed"}:
-        allowed = "needs something that varies besides the seed"
-        raise exactcreep.InputError("plot", str(plot), allowed)
-    if workers is not None and scheduler is not None:
-        allowed = "cannot be given together with a scheduler"
-        raise exactcreep.InputError("workers", workers, allowed)
-    threads = whole(workers, "workers")
-    with (
-        nullcontext() if scheduler is None else _cluster(scheduler) as executor,
-        shown(wanted.name, hint=f"; --out {folder} --resume goes on") as display,
-    ):
-        grid = exactcreep.sweep(
-            wanted, executor=executor, workers=threads, out=folder, resume=resume,
-            progress=display.show,
-        )  # fmt: skip
-
-    def tell() -> None:
-        say_heading(wanted.name, wanted.title)
-        _print_grid(grid)
-        say_written(folder / "sweep.nc")
-
-    def draw() -> Any:
-        from exactcreep.figures.sweep import draw_sweep
-
-        return draw_sweep(grid, wanted.title or wanted.name)
-
-    output.deliver(Answer({}, tell, draw=draw))
-
-
-def _print_grid(grid: xr.Dataset) -> None:
-    from exactcreep.figures.sweep import points_of
-    from exactcreep.model.numbers import with_error
-    from exactcreep.model.outcome import Outcome, with_direction
-
-    points = points_of(grid)
-    names = list(points[0].varied)
-    words = [
-        grid[name].transpose(*names, ...).to_numpy().reshape(len(points), -1).tolist()
-        for name in ("outcome", "direction")
-    ]
-    cells = [
-        [with_direction(Outcome(outcome), way) for outcome, way in zip(*row, strict=True)]
-        for row in zip(*words, strict=True)
-    ]
-    rows = [
-        (*map(value_text, point.varied.values()), with_error(point.measured, point.error),
-         counted(happened) if len(happened) > 1 else happened[0])
-        for point, happened in zip(points, cells, strict=True)
-    ]  # fmt: skip
-    say_table((*names, "velocity", "outcome"), rows[:_MOST_ROWS], folded=(*names, "outcome"))
-    if len(rows) > _MOST_ROWS:
-        put(f"and {len(rows) - _MOST_ROWS} more")
-    seeds = grid["velocity"].size // len(points)
-    of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
-    put(f"{len(points)} points{of_seeds}: {counted(itertools.chain(*cells))}")
-    for reason, count in _reasons_for_no_error(grid).items():
-        put(f"no standard error in {count} runs: {reason}")
-
-
-def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:
-    """Return why standard errors are unknown, and in how many runs for each reason."""
-    runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
-    return Counter(str(reason) for velocity, reason in runs if math.isfinite(velocity) and reason)
-
-
-def _cluster(scheduler: str) -> Any:
-    try:
-        from exactcreep.studies.dask_cluster import cluster
-    except ImportError:
-        allowed = "needs dask: pip install '.[cluster]' in a clone"
-        raise exactcreep.InputError("scheduler", scheduler, allowed) from None
-    return cluster(scheduler)
 
 
 def reproduce(

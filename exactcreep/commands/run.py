@@ -1,16 +1,12 @@
-"""``exactcreep run`` and ``resume``: run a scene, or continue from a checkpoint."""
+"""``exactcreep run``: run a scene, and every member of a scene that varies."""
 
 from __future__ import annotations
 
-import json
 import math
-import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib import import_module
-from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,15 +19,16 @@ from exactcreep.commands.answer import (
     STALE,
     Answer,
     Output,
-    as_json,
     counted,
-    grouped,
-    of_members,
+    distinct,
+    put,
     say,
     say_heading,
     say_rows,
     say_table,
+    say_written,
     shown,
+    value_text,
 )
 from exactcreep.commands.values import (
     File,
@@ -43,15 +40,22 @@ from exactcreep.commands.values import (
     Seed,
     Settings,
     Whole,
+    Workers,
     scene_of,
     taken,
+    whole,
 )
 
 if TYPE_CHECKING:
-    from exactcreep import Creep, Descent, Walk
+    import xarray as xr
+
+    from exactcreep import Creep, Descent, Scene, Walk
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
     from exactcreep.watch.limits import Limits
+
+
+_MOST_ROWS = 50  # most points of a grid that are printed
 
 
 @Parameter(name="*")
@@ -62,11 +66,16 @@ class Session(Output):
     Parameters
     ----------
     plot : path
-        Draw x_G and theta to this PNG, PDF or SVG file.
+        Draw x_G and theta, or the grid of a scene that varies, to this PNG, PDF or SVG file.
+    out : path
+        Write the result to this NetCDF file. If the scene varies, a directory for the run of every
+        member and the grid sweep.nc; the same command goes on.
+    force : bool
+        Overwrite files that exist, and begin anew what they hold.
     every : SECONDS
         Time between two writings of the checkpoint.
     max_events : int
-        Stop a member after K events.
+        Stop a run after K events.
     max_seconds : SECONDS
         Stop after this time.
     """
@@ -74,56 +83,39 @@ class Session(Output):
     every: Seconds = "60"
     max_events: Whole | None = None
     max_seconds: Seconds | None = None
+    workers: Workers = None
 
     def limits(self) -> Limits:
         """Return the limits of the command; the time begins now, at its first line."""
-        import_module("exactcreep.scene")  # the time to load it does not count
-        import_module("exactcreep.studies.members")
+        import_module("exactcreep.studies.sweep")  # the time to load it does not count
         from exactcreep.watch.limits import Limits
 
         return Limits.of(self.max_events, self.max_seconds)
 
-    def run(
-        self,
-        limits: Limits,
-        settings: Sequence[Mapping[str, Any]],
-        members: Iterator[Member],
-        note: Mapping[str, Any],
-        kept: Checkpoint | None,
-    ) -> None:
-        """Run members, then save, draw and print them, and exit with their status.
-
-        The `note` of the checkpoint: the scene's name and title, and the settings of members.
-        """
-        from exactcreep.quasistatic.checkpoint import CheckpointWarning
-        from exactcreep.quasistatic.creep_result import save_members
-        from exactcreep.studies.members import run_members
+    def run(self, limits: Limits, wanted: Scene, kept: Checkpoint | None) -> None:
+        """Run a scene, then save, draw and print its result, and exit with its status."""
+        from exactcreep.quasistatic.creep import run_alone
 
         self.check(checkpoint=None if kept is None else Path(kept.path))
-        ahead = [*islice(members, _AHEAD)]
-        if self.plot and not any("x_G" in member.experiment.record for member in ahead):
+        (member,) = wanted.members()
+        if self.plot and "x_G" not in member.experiment.record:
             allowed = "needs x_G among the recorded quantities"
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
-        with shown(quiet=self.json) as display, warnings.catch_warnings():
-            warnings.simplefilter("ignore", CheckpointWarning)  # the last line reports it
+        with shown(quiet=self.json) as display:
             try:
-                results = run_members(
-                    (member.experiment for member in chain(ahead, members)), len(settings),
-                    progress=display.show, limits=limits, checkpoint=kept,
-                )  # fmt: skip
+                result = run_alone(
+                    member.experiment, progress=display.show, limits=limits, checkpoint=kept
+                )
             except exactcreep.Interrupted as interrupted:
-                results, status, remark = interrupted.results, INTERRUPTED, "interrupted"
-                remark += f"; exactcreep resume {kept.path} goes on" if kept else ""
-        limited = any(each.outcome is exactcreep.Outcome.LIMIT for each in results)
-        if not status and (limited or len(results) < len(settings)):
+                result, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
+                remark += "; the same command goes on" if kept else ""
+        if not status and result.outcome is exactcreep.Outcome.LIMIT:
             status = LIMIT
         if kept is not None and kept.stale:
             status, remark = max(status, STALE), f"{kept.stale}; it does not hold the last part"
-        scene, title = str(note.get("scene", "")), str(note.get("title", ""))
-        whole = len(settings) == 1 and status != INTERRUPTED
-        moved = _in_millimetres(results[0], ahead[0]) if whole else None
-        summary = of_members(scene, settings, [result.summary() for result in results])
+        moved = None if status == INTERRUPTED else _in_millimetres(result, member)
+        summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
             summary |= {type(moved).__name__.lower(): moved.summary()}
 
@@ -132,22 +124,72 @@ class Session(Output):
             from exactcreep.figures.run import draw_descent, draw_run
 
             if isinstance(moved, exactcreep.Walk):
-                return draw_walk(moved, title)
+                return draw_walk(moved, wanted.title)
             if moved is not None:
-                return draw_descent(moved, title)
-            return draw_run(results, settings, title)
+                return draw_descent(moved, wanted.title)
+            return draw_run(result, wanted.title)
 
         def tell() -> None:
-            say_heading(scene, title)
-            _print(results, settings, moved)
+            say_heading(wanted.name, wanted.title)
+            _print_run(result, moved)
 
-        save = partial(save_members, results)
-        self.deliver(Answer(summary, tell, save, draw, status, remark))
+        self.deliver(Answer(summary, tell, result.save, draw, status, remark))
+
+    def sweep(self, limits: Limits, wanted: Scene) -> None:
+        """Run every member of a scene, then draw and print the grid, and exit with its status."""
+        from exactcreep.studies.sweep import swept
+
+        output = replace(self, out=None)
+        output.check()
+        if self.out is not None and self.out.suffix == ".nc":
+            allowed = "must be a directory, without .nc: this scene varies"
+            raise exactcreep.InputError("out", str(self.out), allowed)
+        if self.plot:
+            from exactcreep.figures.sweep import as_lines
+
+            record = wanted.vary.get("run.record") or wanted.tables["run"].get("record")
+            if record is None and as_lines(wanted.vary):
+                wanted = wanted.with_settings({"run.record": ["x_G"]})
+            elif {*wanted.vary} == {"run.seed"} and "x_G" not in (record or ()):
+                allowed = "needs x_G among the recorded quantities"
+                raise exactcreep.InputError("plot", str(self.plot), allowed)
+        runs: dict[int, Mapping[str, Any]] = {}
+
+        def take(index: int, result: Creep) -> None:
+            if self.json:
+                runs[index] = result.summary()
+
+        status, remark = 0, ""
+        with shown(wanted.name, quiet=self.json) as display:
+            try:
+                data = swept(
+                    wanted, workers=whole(self.workers, "workers"), out=self.out, force=self.force,
+                    progress=display.show, limits=limits, take=take,
+                )  # fmt: skip
+            except exactcreep.Interrupted as interrupted:
+                data, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
+                remark += "; the same command goes on" if self.out else ""
+        if not status and not data["finished"].all():
+            status = LIMIT
+        settings = wanted.settings()
+        members = [{"set": settings[index], **run} for index, run in sorted(runs.items())]
+
+        def tell() -> None:
+            say_heading(wanted.name, wanted.title)
+            _print_grid(data)
+
+        def draw() -> Any:
+            from exactcreep.figures.sweep import draw_sweep
+
+            return draw_sweep(data, wanted.title or wanted.name)
+
+        if self.out is not None:
+            say_written(self.out / "sweep.nc")
+        summary = {"scene": wanted.name, "members": members}
+        output.deliver(Answer(summary, tell, draw=draw, status=status, remark=remark))
 
 
 DEFAULT = Session()
-_AHEAD = 256
-"""Members that are made and checked before the first one runs; later members are made in turn."""
 
 
 def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
@@ -172,11 +214,12 @@ def run(
     seed: Seed = None,
     accuracy: Number | None = None,
     record: Annotated[list[str] | None, taken("NAMES")] = None,
+    seeds: Whole | None = None,
     checkpoint: File | None = None,
     session: Session = DEFAULT,
     twin: Flag = False,
 ) -> None:
-    """Run a scene: drive its chain, or the chain of every member.
+    """Run a scene: drive its chain. A scene that varies is a sweep: all its members, on all cores.
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.
@@ -197,8 +240,10 @@ def run(
     record : NAMES
         x_G, x, tension, slips, events, rearrangements, slip_table; repeatable or with commas; or
         none.
+    seeds : int
+        Run every point with the seeds 0 .. K-1.
     checkpoint : path
-        Write a file from which exactcreep resume continues.
+        Keep this file up to date; the same command continues the run in it.
     twin : bool
         Follow slightly perturbed copies until one differs, however late.
 
@@ -206,8 +251,10 @@ def run(
     --------
     exactcreep run two-sliders-cycles
     exactcreep run six-sliders-cycles --set chain.tan_alpha=1/5 --plot run.png
-    exactcreep run chain-jumps --out jumps.nc --checkpoint jumps.ckpt
+    exactcreep run six-sliders-cycles --set drive.cycles=1e5 --checkpoint six.ckpt --out six.nc
     exactcreep run bristol-roof --plot roof.png
+    exactcreep run chain-plateaus --workers 8 --out plateaus --plot plateaus.png
+    exactcreep run two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
@@ -217,43 +264,21 @@ def run(
         names = [name for entry in record for name in entry.split(",") if name]
     wanted = scene_of(
         scene, settings, solver=solver, dt=dt, locate=locate, digits=digits, seed=seed,
-        accuracy=accuracy, record=[] if names == ["none"] else names,
+        accuracy=accuracy, record=[] if names == ["none"] else names, twin=twin or None,
     )  # fmt: skip
-    varied, note, kept = wanted.settings(), {"scene": wanted.name, "title": wanted.title}, None
-    members = (replace(each, experiment=replace(each.experiment, twin=twin))
-               for each in wanted.members())  # fmt: skip
+    if (count := whole(seeds, "seeds", most=10**6)) is not None:
+        wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
+    distinct(scene=Path(scene), checkpoint=checkpoint)
+    if not wanted.vary:
+        kept = None
+        if checkpoint is not None:
+            kept = Checkpoint(checkpoint, session.every, force=session.force)
+        return session.run(limits, wanted, kept)
     if checkpoint is not None:
-        note["settings"] = as_json(varied)
-        kept = Checkpoint(checkpoint, session.every, force=session.force, note=note)
-    session.run(limits, varied, members, note, kept)
-
-
-def resume(checkpoint: Path, /, *, session: Session = DEFAULT) -> None:
-    """Continue from a checkpoint, bit for bit as if the run had never stopped.
-
-    The file is kept up to date. Limits start again, except the limit of events.
-
-    Parameters
-    ----------
-    checkpoint : FILE
-        File from `exactcreep run --checkpoint`.
-
-    Examples
-    --------
-    exactcreep resume jumps.ckpt --out jumps.nc
-    """
-    from exactcreep.quasistatic.checkpoint import Checkpoint
-    from exactcreep.scene import Literal, Member
-
-    limits = session.limits()
-    kept = Checkpoint.read(checkpoint, session.every)
-    settings: list[dict[str, Any]] = [{} for _ in kept.experiments]
-    with kept.refused():
-        if "settings" in kept.note:  # the command line wrote the file
-            settings = json.loads(kept.note["settings"], parse_float=Literal)
-        pairs = zip(settings, kept.experiments, strict=True)
-        members = [Member(dict(setting), experiment) for setting, experiment in pairs]
-    session.run(limits, settings, iter(members), {"scene": checkpoint.stem} | kept.note, kept)
+        allowed = "is of one run, and this scene varies: --out DIR saves each member that has"
+        allowed += " finished, and the same command goes on"
+        raise exactcreep.InputError("checkpoint", str(checkpoint), allowed)
+    session.sweep(limits, wanted)
 
 
 # --- printing a run -------------------------------------------------------------------------------
@@ -267,24 +292,7 @@ def _number_or_range(name: str, value: Any) -> str:
     return " to ".join(f"{float(end):.6g}" for end in ends)
 
 
-def _print(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], moved: Descent | Walk | None
-) -> None:
-    first = results[0]
-    known = [pair for pair in first.chain.parameters().items() if pair[0] != "n"]
-    numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in known)
-    options = "".join(f", {name} = {v}" for name, v in first.experiment.options.items())
-    say(
-        f"{'first member: ' * bool(settings[0])}N = {first.chain.n}{numbers};"
-        f" solver {first.solver}{options}, seed {first.seed}"
-    )
-    if len(settings) > 1 or settings[0]:
-        _print_members(results, settings)
-    else:
-        _print_one(first, moved)
-
-
-def _measured(result: Creep, digits: int = 6) -> str:
+def _measured(result: Creep) -> str:
     from exactcreep.model.numbers import with_error
 
     value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure
@@ -294,21 +302,24 @@ def _measured(result: Creep, digits: int = 6) -> str:
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
     if math.isnan(error):
-        return f"{value:.{digits}g}"
+        return f"{value:.6g}"
     return with_error(value, error)
 
 
-def _predicted(result: Creep, digits: int) -> tuple[str, str]:
+def _predicted(result: Creep) -> tuple[str, str]:
     """Return the label of the paper's equation for a run, and its velocities where it holds."""
     from exactcreep.laws import prediction
 
     found = prediction(result.chain, result.drive)
     if found is None:
         return "", ""
-    slope = result.chain.tan_alpha  # below its threshold the equation gives uphill velocities
-    holds = slope == 0 or any(value * slope > 0 for value in found.printed)
-    values = found.printed if holds else ()
-    return found.label, " or ".join(f"{value:.{digits}g}" for value in values)
+    values = _holding(result.chain.tan_alpha, found.printed)
+    return found.label, " or ".join(f"{value:.6g}" for value in values)
+
+
+def _holding(slope: Any, values: Sequence[float]) -> Sequence[float]:
+    """Return the velocities of the paper's equation; below its threshold they would be uphill."""
+    return values if slope == 0 or any(value * slope > 0 for value in values) else ()
 
 
 def _held(result: Creep) -> str:
@@ -324,7 +335,11 @@ def _held(result: Creep) -> str:
     return f"{values}{off} ({found.law})"
 
 
-def _print_one(result: Creep, moved: Descent | Walk | None) -> None:
+def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
+    chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
+    numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
+    options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
+    say(f"N = {result.chain.n}{numbers}; solver {result.solver}{options}, seed {result.seed}")
     rows: list[tuple[str, Any]] = [
         ("outcome", result.sentence),
         (f"velocity per {result.drive.per}", _measured(result)),
@@ -335,7 +350,7 @@ def _print_one(result: Creep, moved: Descent | Walk | None) -> None:
         rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
-    label, law = _predicted(result, 6)
+    label, law = _predicted(result)
     rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
     rows += [("  law that holds", held)] if (held := _held(result)) else []
     rows += [] if moved is None else moved.lines()
@@ -355,12 +370,6 @@ def _print_one(result: Creep, moved: Descent | Walk | None) -> None:
     say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
 
 
-def _behaviour(result: Creep) -> str:
-    from exactcreep.model.outcome import with_direction
-
-    return with_direction(result.outcome, result.direction)
-
-
 def _outside(warnings: Mapping[str, int]) -> list[str]:
     from exactcreep.quasistatic.creep import PHYSICS
 
@@ -376,30 +385,47 @@ def _accuracy(count: int) -> str:
     )
 
 
-def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> None:
-    from exactcreep.quasistatic.course import known_of
+# --- printing a grid ------------------------------------------------------------------------------
 
-    cells = [
-        (_measured(result, 4), _predicted(result, 4)[1], _behaviour(result), str(result.slip_count))
-        for result in results
-    ]
-    rows = [
-        (*setting, *cells[members[0]], f"({len(members)} members)" * (len(members) > 1))
-        for setting, members in grouped(settings, cells)
-    ]
-    keys = [key.rpartition(".")[2] for key in settings[0]]
-    names = (*keys, "velocity", "paper", "outcome", "slips", "")
-    say_table(names, rows, right=("paper", "slips"), folded=keys)
-    missing = len(settings) - len(results)
-    say(
-        f"{len(results)} member{'s' * (len(results) > 1)}: {counted(row[2] for row in cells)}"
-        + (f"; {missing} not run" if missing else "")
-        + f"; {sum(result.seconds for result in results):.3g} s"
-    )
-    say(f"trajectories: {known_of(results) or counted(run.evidence.value for run in results)}")
-    if sentences := [result.metastable for result in results if result.metastable]:
-        say(f"of {len(results)} members {len(sentences)} creep, but {sentences[0]}")
-    if long := sum(result.long_rearrangements for result in results):
-        say(f"accuracy: {_accuracy(long)}")
-    for text in _outside(sum((Counter(result.warnings) for result in results), Counter())):
-        say(f"outside the model: {text}")
+
+def _print_grid(grid: xr.Dataset) -> None:
+    from exactcreep.figures.sweep import points_of, predicted
+    from exactcreep.model.numbers import with_error
+    from exactcreep.model.outcome import Outcome, with_direction
+
+    points = points_of(grid)
+    names = list(points[0].varied)
+    columns = [
+        grid[name].transpose(*names, ...).to_numpy().reshape(len(points), -1).tolist()
+        for name in ("outcome", "direction", "velocity_decimal") if name in grid
+    ]  # fmt: skip
+    rows, outcomes = [], Counter[str]()
+    for point, known, ways, *decimals in zip(points, *columns, strict=True):
+        cells = Counter(
+            with_direction(Outcome(outcome), way) if outcome else "not run"
+            for outcome, way in zip(known, ways, strict=True)
+        )
+        outcomes += cells
+        alone = decimals[0][0] if decimals and len(known) == 1 else ""
+        law = predicted(point.parameters)
+        printed = _holding(point.parameters["tan_alpha"], law.printed) if law else ()
+        rows.append((*map(value_text, point.varied.values()),
+                     alone or with_error(point.measured, point.error),
+                     " or ".join(f"{value:.4g}" for value in printed),
+                     counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
+    say_table((*names, "velocity", "paper", "outcome"), rows[:_MOST_ROWS],
+              right=("paper",), folded=(*names, "outcome"))  # fmt: skip
+    if len(rows) > _MOST_ROWS:
+        put(f"and {len(rows) - _MOST_ROWS} more")
+    seeds = grid["velocity"].size // len(points)
+    of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
+    put(f"{len(points)} points{of_seeds}: {counted(outcomes)}")
+    put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
+    for reason, count in _reasons_for_no_error(grid).items():
+        put(f"no standard error in {count} runs: {reason}")
+
+
+def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:
+    """Return why standard errors are unknown, and in how many runs for each reason."""
+    runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
+    return Counter(str(reason) for velocity, reason in runs if math.isfinite(velocity) and reason)

@@ -44,7 +44,6 @@ Settings = Annotated[
 ]
 Solver = Annotated[str | None, taken("NAME", help="Default: what the scene names, else exact.")]
 Seed = Annotated[str | None, taken("SEED", help="Of the disorder and random dilations.")]
-Member = Annotated[str, taken("K", help="Which member of a scene that varies something.")]
 Workers = Annotated[str | None, taken("K", help="Threads; default one per processor.")]
 Patience = Annotated[str | None, taken("SECONDS", help="Come back after so much time.")]
 Force = Annotated[Flag, Parameter(help="Overwrite files that exist.")]
@@ -96,11 +95,6 @@ def scene_of(scene: str, settings: Sequence[str] | None, **run: Any) -> Scene:
         loaded = replace(loaded, title=title)
     options = {f"run.{name}": value for name, value in run.items() if value is not None}
     return loaded.with_settings(options)
-
-
-def chosen(members: Sequence[T], member: str) -> T:
-    """Return the member that ``--member`` names."""
-    return members[(whole(member, "member", most=len(members)) or 1) - 1]
 
 
 def whole(text: str | None, name: str, least: int = 1, most: int | None = None) -> int | None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -24,17 +23,16 @@ from numpy.typing import NDArray
 from exactcreep.figures.style import (
     DASHED,
     DASHES,
+    DISPLACEMENT,
     DOTTED,
     INKS,
     LENGTH,
-    MOST_NAMED,
     STYLE,
     PlainNumbers,
     new_figure,
     setting_label,
     styled,
 )
-from exactcreep.figures.sweep import draw_velocities, exact_or_same, points_of_runs
 from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
@@ -50,18 +48,13 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
-from exactcreep.studies.sweep import SEED
 
 Floats = NDArray[np.float64]
-MOST_LINES = 10
-"""Most members that are drawn as lines; more members are drawn as velocities over a number."""
-_APART = 0.01  # lines whose ends are nearer than this part of the height share one label
 WINDOW = 200
 """Half-cycles in a space-time diagram. The default of `portrait`."""
 _SLIDERS = tuple(ink for ink in INKS if ink not in (INKS[1], INKS[6]))
 """Colours of sliders; x_G is black, and the law has a colour of its own."""
 _LONGEST_TRACE = 400  # most half-cycles of theta drawn as a line; more are drawn as a band
-_MOST_ENDS = 32  # most lines with a label at the end
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
@@ -71,52 +64,36 @@ _FORMULAS = {
 }  # fmt: skip
 """Units in the table of rearrangements, as an axis label writes them."""
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
-_DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 
 
 # --- one or several runs -------------------------------------------------------------------------
 
 
 @styled
-def draw_run(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]] = (), title: str = ""
-) -> Figure:
-    """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
-
-    A single run also shows every slider if it recorded positions, and the law. Several runs are
-    coloured by the first quantity that varies. More than `MOST_LINES` runs are drawn as mean
-    velocities beside the laws if a number with at least three values varies among them.
-    `settings`: what varies among the runs, by the keys of a scene; one mapping for each result.
-    """
-    shared = shared_text(results)
-    varied = settings[0] if settings else {}
-    if len(results) > MOST_LINES and any(_is_number(settings, key) for key in varied):
-        return draw_velocities(points_of_runs(results, settings), title, shared)
-    members = _Members.of(results, settings or [{}] * len(results))
-    band = all(run.drive.cyclic and run.half_cycles > _LONGEST_TRACE for run in results)
+def draw_run(run: Creep, title: str = "") -> Figure:
+    """Draw theta(t) and x_G(t) of a run that recorded x_G, time in half-cycles."""
+    band = run.drive.cyclic and run.half_cycles > _LONGEST_TRACE
     figure = new_figure(6.4, 5.2, title)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 5 if band else 2.4))
     if band:
-        _draw_band(top, results)
+        _draw_band(top, run)
     else:
-        _draw_theta(top, results, members.inks)
-    top.set_title(shared, fontsize=8)
+        theta = run.drive.targets(1, run.half_cycles, run.seed)
+        top.plot(*_trajectory(theta), color="0.25", linewidth=0.7 if theta.size < 2000 else 0.3)
+    top.set_title(parameters_text(run), fontsize=8)
     top.set_ylabel(r"dilation $\theta$")
     top.margins(x=0.01)
     top.yaxis.set_major_formatter(_theta_label)
-    if not any(map(_moved, results)):
-        words = "\n".join(dict.fromkeys(run.finding for run in results))
-        bottom.text(0.5, 0.5, f"{words}\nbefore the end of a first half-cycle",
-                    transform=bottom.transAxes, ha="center", va="center")  # fmt: skip
+    if not np.size(run.recorded.get("x_G", ())):
+        words = f"{run.finding}\nbefore the end of a first half-cycle"
+        bottom.text(0.5, 0.5, words, transform=bottom.transAxes, ha="center", va="center")
         top.set(xticks=[], yticks=[])
         bottom.set(xticks=[], yticks=[])
-    elif len(results) == 1:
-        draw_one(bottom, results[0])
-        _draw_law(bottom, results[0])
+    else:
+        draw_one(bottom, run)
+        _draw_law(bottom, run)
         bottom.get_legend().remove()
         figure.legend(loc="outside lower center", ncols=4)
-    else:
-        _draw_members(bottom, members)
     return figure
 
 
@@ -125,74 +102,44 @@ def _theta_label(theta: float, _: object) -> str:
     return f"{round(theta, 12) + 0.0:g}".replace("-", "\N{MINUS SIGN}")
 
 
-def shared_text(results: Sequence[Creep]) -> str:
-    """Return the parameters that all runs share, in one line."""
-    every = [{**run.chain.parameters(), **run.drive.parameters()} for run in results]
-    shared = {key: value for key, value in every[0].items()
-              if isinstance(value, (int, Fraction))
-              and all(key in other and other[key] == value for other in every)}  # fmt: skip
-    return ", ".join(setting_label(key, value) for key, value in shared.items())
+def parameters_text(run: Creep) -> str:
+    """Return the parameters of a run in one line."""
+    known = run.chain.parameters() | run.drive.parameters()
+    return ", ".join(setting_label(key, value) for key, value in known.items()
+                     if isinstance(value, (int, Fraction)))  # fmt: skip
 
 
-def _is_number(settings: Sequence[Mapping[str, Any]], key: str) -> bool:
-    """Return whether a quantity other than the seed has at least three values, all numbers."""
-    values = [setting[key] for setting in settings]
-    numbers = all(isinstance(exact_or_same(value), Fraction) for value in values)
-    return key != SEED and numbers and len(set(map(str, values))) > 2
-
-
-def _moved(run: Creep) -> bool:
-    return np.size(run.recorded.get("x_G", ())) > 0
-
-
-def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1], *, named: bool = True) -> str:
+def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
     """Draw the displacement by the law from the burn-in on, and return the law's name, or "".
 
     The sliding limit is never drawn: it does not hold for sliders that stick.
     """
     law = prediction(run.chain, run.drive, run.experiment.start)
     if law is None or not law.values or run.solver == Sliding.name:
-        return ""
+        return
     off = f" (± {law.deviation:.2g} per {run.drive.per})" if law.deviation > 0 else ""
     begin = min(run.burn_in, run.half_cycles - 1)
     time = np.array([begin, run.half_cycles])
     height = _trajectory(run.recorded["x_G"], _start(run).mean())[1][begin]
     for number, velocity in enumerate(law.values):
         axes.plot(time, height + velocity * (time - begin), color=ink, linestyle=DASHED,
-                  linewidth=1, label=f"law: {law.law}{off}" if named and not number else "",
+                  linewidth=1, label="" if number else f"law: {law.law}{off}",
                   zorder=4)  # fmt: skip
         if law.deviation > 0:
             low, high = (height + (velocity + sign * law.deviation) * (time - begin)
                          for sign in (-1, 1))  # fmt: skip
             axes.fill_between(time, low, high, color=ink, alpha=0.2, linewidth=0)
-    return law.law
 
 
 def _start(run: Creep) -> Floats:
     return floats(run.experiment.initial.displacements)
 
 
-def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
-    longest = max(run.half_cycles for run in results)
-    for level in sorted({abs(run.drive.targets(1, 1, run.seed)[0]) for run in results})[::-1]:
-        axes.fill_between([0, longest], -level, level, facecolor="0.85", edgecolor="0.3")
+def _draw_band(axes: Axes, run: Creep) -> None:
+    longest, level = run.half_cycles, abs(run.drive.targets(1, 1, run.seed)[0])
+    axes.fill_between([0, longest], -level, level, facecolor="0.85", edgecolor="0.3")
     text = rf"cycles between $\pm A_\theta$ ({longest} half-cycles)"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=8)
-
-
-def _draw_theta(axes: Axes, results: Sequence[Creep], inks: Sequence[Any]) -> None:
-    """Draw theta over time, one line for each drive, in the colour of its run if it has one."""
-    drives: dict[Any, list[int]] = {}
-    for place, run in enumerate(results):
-        own = str(run.drive), run.seed if run.drive.random else None
-        drives.setdefault(own, []).append(place)
-    if len(drives) > len(INKS):
-        axes.set_title(f"the first {len(INKS)} of {len(drives)} drives", fontsize=8)
-    for places in [*drives.values()][: len(INKS)]:
-        run, colours = results[places[0]], {inks[place] for place in places}
-        ink = colours.pop() if len(colours) == 1 and len(drives) > 1 else "0.25"
-        theta = run.drive.targets(1, run.half_cycles, run.seed)
-        axes.plot(*_trajectory(theta), color=ink, linewidth=0.7 if theta.size < 2000 else 0.3)
 
 
 def draw_one(axes: Axes, run: Creep) -> None:
@@ -214,79 +161,6 @@ def _name_time(axes: Axes, run: Creep) -> None:
     target = "half-cycles" if run.drive.cyclic else "targets"
     axes.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
     axes.margins(x=0.01)
-
-
-class _Members(NamedTuple):
-    """Runs that are drawn as lines: the family of each run, and its label within the family."""
-
-    runs: Sequence[Creep]
-    families: list[str]
-    own: list[str]
-    inks: list[str]
-    dashes: list[Any]
-
-    @classmethod
-    def of(cls, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> _Members:
-        """Return the members, coloured by the first quantity that varies among them."""
-        # a quantity that all members share cannot distinguish them
-        telling = [key for key in settings[0] if any(s[key] != settings[0][key] for s in settings)]
-        words = [[setting_label(key, setting[key]) for key in telling] or [""]
-                 for setting in settings[: len(results)]]  # fmt: skip
-        families = [first for first, *_ in words]
-        styles = itertools.cycle(itertools.product(DASHES, INKS))
-        look = dict(zip(dict.fromkeys(families), styles, strict=False))
-        dashes, inks = zip(*(look[family] for family in families), strict=True)
-        own = [", ".join(others) for _, *others in words]
-        return cls(results, families, own, [*inks], [*dashes])
-
-
-def _draw_members(axes: Axes, members: _Members) -> None:
-    legend = len(set(members.families)) <= MOST_NAMED
-    ends: list[tuple[float, str, str]] = []
-    lines: list[Floats] = []
-    named: set[str] = set()
-    laws: dict[str, None] = {}
-    widest = max(np.ptp(run.recorded["x_G"]) for run in members.runs if _moved(run))
-    for run, family, own, ink, dashes in zip(*members, strict=True):
-        if not _moved(run):
-            continue
-        if family not in named:
-            laws[_draw_law(axes, run, ink, named=False)] = None
-        count = members.families.count(family)
-        label = "" if family in named else f"{family} ({count} members)" if count > 1 else family
-        named.add(family)
-        axes.plot(*_trajectory(run.recorded["x_G"]), color=ink, linestyle=dashes, label=label,
-                  linewidth=1.4 if label else 0.8, alpha=None if label else 0.8)  # fmt: skip
-        words = own if legend else ", ".join(filter(None, (family, own)))
-        lines.append(floats(run.recorded["x_G"]))
-        ends.append((float(lines[-1][-1]), words, ink))
-    handles = [Line2D([], [], color="0.3", linestyle=DASHED, linewidth=1, label=f"law: {law}")
-               for law in laws if law]  # fmt: skip
-    if handles:
-        figure: Any = axes.figure
-        figure.legend(handles=handles, loc="outside lower center")
-    _name_time(axes, members.runs[0])
-    axes.set_ylabel(_DISPLACEMENT)
-    if legend and any(members.families):
-        axes.legend(loc="best")
-    near = _APART * widest
-    beside = [sum(line.size == other.size and np.abs(line - other).max() <= near
-                  for other in lines) for line in lines]  # fmt: skip
-    ends = [end for end, count in zip(ends, beside, strict=True) if count == 1 and end[1]]
-    if ends and len(lines) <= _MOST_ENDS:
-        _name_ends(axes, ends)
-
-
-def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
-    """Write each line's own setting beside its end, and move labels apart where they overlap."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high)
-    at = -1.0
-    for value, words, ink in sorted(ends):
-        at = max((value - low) / (high - low), at + 1 / 36)  # 1/36 of the height: one line of text
-        axes.annotate(words, (1.0, at), xycoords="axes fraction", xytext=(4, 0), color=ink,
-                      textcoords="offset points", fontsize=6.5, va="center",
-                      annotation_clip=False)  # fmt: skip
 
 
 def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -598,7 +472,7 @@ class Plots:
         if not isinstance(drive, TemperatureRecord):
             draw_one(axes, result)
             return axes
-        reached, moved, name = result.half_cycles, floats(result.recorded["x_G"]), _DISPLACEMENT
+        reached, moved, name = result.half_cycles, floats(result.recorded["x_G"]), DISPLACEMENT
         time = drive.clock(np.arange(1, reached + 1))
         over = time if drive.dates is None else drive.dates[:reached]
         if solid is not None:
@@ -650,7 +524,7 @@ class Plots:
         with mpl.rc_context(STYLE):
             axes = ax or plt.subplots(layout="constrained")[1]
             if ax is None:
-                axes.set_title(shared_text([self._result]), fontsize=8)
+                axes.set_title(parameters_text(self._result), fontsize=8)
         kept = binned.density > 0
         y, error = binned.density[kept], np.nan_to_num(binned.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}

@@ -26,6 +26,7 @@ INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
+DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  " + LENGTH
 PLAIN = (1e-3, 2e4)
 """Range in which a logarithmic axis shows plain numbers instead of powers of ten."""

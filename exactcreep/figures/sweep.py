@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from exactcreep.figures.style import (
     DASHED,
+    DASHES,
+    DISPLACEMENT,
     INKS,
     MOST_NAMED,
     STYLE,
@@ -32,9 +34,9 @@ from exactcreep.figures.style import (
     symbol_of,
 )
 from exactcreep.laws import Prediction, law_values, prediction_of, sliding_velocity_random
+from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION
-from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import SEED, dimensions
@@ -52,6 +54,8 @@ STAIRCASE = "staircase of relaxed starts, exact"
 """Legend of `laws.staircase_two_sliders`."""
 EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """Style of a corrected or exact law."""
+MOST_LINES = 10
+"""Most cells that are drawn as lines although a number varies among them."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
 _ROUNDING = 1e-9  # relative; smaller differences are rounding errors
@@ -158,27 +162,6 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
     return points
 
 
-def points_of_runs(runs: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """Return the points of members of a scene without laws; each is the mean over the seeds."""
-    groups: dict[tuple[tuple[str, Any], ...], list[Creep]] = {}
-    for run, setting in zip(runs, settings, strict=False):
-        own = {key: value for key, value in setting.items() if key != SEED}
-        groups.setdefault(tuple((key, _shown(value)) for key, value in own.items()), []).append(run)
-    points = []
-    for pairs, members in groups.items():
-        sizes = {name: getattr(members[0].drive, name) for name in ("amplitude", "sigma_theta")
-                 if hasattr(members[0].drive, name)}  # fmt: skip
-        velocities, errors = (
-            np.array([getattr(run, name) for run in members], float)
-            for name in ("velocity", "velocity_error")
-        )
-        varied = {key.rpartition(".")[2]: value for key, value in pairs}
-        parameters = {**members[0].chain.parameters(), **sizes, "solver": members[0].solver}
-        mean, off = mean_over_seeds(velocities, errors)
-        points.append(Point(varied, float(mean), float(off), parameters=parameters))
-    return points
-
-
 def exact_or_same(value: Any) -> Any:
     """Return a number as an exact rational, and anything else unchanged."""
     try:
@@ -224,20 +207,46 @@ def draw_points(
     axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
 
 
+def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
+    """Return whether a grid is drawn as trajectories: few, or along no number of three values."""
+    lengths = (_numbers(list(map(_shown, values))) for key, values in vary.items() if key != SEED)
+    return math.prod(map(len, vary.values())) <= MOST_LINES or max(lengths, default=0) < 3
+
+
 @styled
 def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
-    """Draw the velocities of a sweep over the quantity with most values; see `plot_sweep`."""
-    return draw_velocities(points_of(dataset), title)
-
-
-@styled
-def draw_velocities(points: Sequence[Point], title: str = "", under: str = "") -> Figure:
-    """Draw velocities as `draw_sweep` does; `under` the title stands what does not vary."""
+    """Draw the trajectories of a grid if it has them and `as_lines` holds, else velocities."""
+    vary = json.loads(dataset.attrs["vary"])
+    if "recorded_x_G" in dataset and as_lines(vary):
+        figure = new_figure(6.4, 4.4, title)
+        _draw_trajectories(figure.subplots(), dataset, vary)
+        return figure
+    points = points_of(dataset)
     figure = new_figure(*((6.0, 4.4) if _mapped(points) else (5.6, 4.0)), title)
     _draw(figure.subplots(), points)
-    if under and not _mapped(points):
-        figure.axes[0].set_title(under, fontsize=8)
     return figure
+
+
+def _draw_trajectories(axes: Axes, dataset: xr.Dataset, vary: Mapping[str, Sequence[Any]]) -> None:
+    """Draw x_G of every cell that recorded it, coloured by the first key that varies."""
+    lines = dataset["recorded_x_G"].to_numpy().reshape(-1, dataset.sizes["half_cycle"])
+    telling = {key for key, values in vary.items() if len(values) > 1}
+    styles = itertools.cycle(itertools.product(DASHES, INKS))
+    look: dict[str, tuple[Any, str]] = {}
+    for values, line in zip(itertools.product(*vary.values()), lines, strict=True):
+        labels = [setting_label(key, value) for key, value in zip(vary, values, strict=True)
+                  if key in telling]  # fmt: skip
+        family = next(iter(labels), "")
+        label = "" if family in look else family
+        dashes, ink = look.setdefault(family, look.get(family) or next(styles))
+        reached = np.flatnonzero(np.isfinite(line))
+        axes.plot([0, *(reached + 1)], [0.0, *line[reached]], color=ink, linestyle=dashes,
+                  label=label, linewidth=1.4 if label else 0.8)  # fmt: skip
+    target = "half-cycles" if dataset.attrs.get("drive") == Cycles.kind else "targets"
+    axes.set(xlabel=rf"time $t/\tau_\mathrm{{th}}$ ({target})", ylabel=DISPLACEMENT)
+    axes.margins(x=0.01)
+    if telling and len(look) <= MOST_NAMED:
+        axes.legend(loc="best")
 
 
 def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -325,7 +324,6 @@ class TemperatureRecord(Listed):
                 among = ", ".join(table.columns[:12])
                 allowed = f"must be one of the columns of {path}: {among}"
                 raise InputError(field, name, f"{allowed} (delimiter = {self.delimiter!r})")
-        keep(self.file)
         return self._readings(table[[*self.columns.values()]]), content
 
     def _readings(self, table: DataFrame) -> Readings:

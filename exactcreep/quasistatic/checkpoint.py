@@ -1,8 +1,8 @@
-"""Checkpoint files: snapshots of runs at rest and their recorded rows, appended line by line.
+"""Checkpoint files: snapshots of a run at rest and its recorded rows, appended line by line.
 
 The first line names the format and its version. Every other line is a record: a SHA-256 digest of
 the previous digest and the rest of the line, then JSON in which arrays are base64. The first record
-holds the experiments; each later one holds a snapshot of a run and its rows since the previous
+holds the experiment; each later one holds a snapshot of the run and its rows since the previous
 snapshot. Nothing is written twice, nothing in a file is executed, and only one process at a time
 writes. If a file is damaged, the run continues from the last record before the damage.
 """
@@ -15,11 +15,9 @@ import json
 import math
 import os
 import re
-import threading
 import time
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from typing import Any
 
@@ -28,141 +26,107 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
+from exactcreep.model.names import difference
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.remarks import warn
-from exactcreep.model.user_files import content_of, opened, refused
-from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.model.user_files import content_of, refused
 from exactcreep.quasistatic.observed_run import ObservedRun
-from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
-VERSION = 14
+VERSION = 15
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 LINE = b"exactcreep checkpoint %d\n" % VERSION
-_LONGEST_LINE = 40  # bytes in the first line
 _MOST_PARTS, _PART = 10**6, 30  # lists and objects in a record; bytes for each further one
 _NO_RUN = "is not a checkpoint of a run"
+_ANEW = "name another file, or begin anew with force"
 _FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failed write, and after many
 
 
 class CheckpointWarning(UserWarning):
-    """A checkpoint could not be written; the run continues, and tries again."""
+    """A run goes on from its checkpoint, or a checkpoint is damaged or could not be written."""
 
 
 class Checkpoint:
-    """The checkpoint file of one or more runs.
-
-    `runs`: the snapshot and the blocks of rows read from the file for each of the `experiments`
-    that has begun; `note`: data that the caller wants to find in the file; `stale`: why the file is
-    not up to date, or "".
-    """
+    """The checkpoint file of a run. `stale`: why it is not up to date, or ""."""
 
     def __init__(
-        self,
-        path: str | os.PathLike[str],
-        every: Any = 60,
-        *,
-        force: bool = False,
-        note: Mapping[str, Any] | None = None,
+        self, path: str | os.PathLike[str], every: Any = 60, *, force: bool = False
     ) -> None:
         self.every = nearest_float(number_from_zero(every, "every"))
-        check_output(path, "checkpoint", force=force)
-        self.path = os.fspath(path)
-        self.note = dict(note or {})
-        self.experiments: list[Experiment] = []
-        self.runs: dict[int, tuple[Any, dict[str, list[Any]]]] = {}
-        self.stale = ""
-        self._force, self._last = force, -math.inf
-        self._wait = self.every  # seconds until the next write
+        check_output(path, "checkpoint", force=True)
+        self.path, self.force, self.stale = os.fspath(path), force, ""
+        self._last, self._wait = -math.inf, self.every  # seconds between two writes
         self._size, self._digest = 0, ""  # of the written part
-        self._seen: tuple[int, ...] = ()  # the file that was read
-        self._counts: dict[int, dict[str, int]] = defaultdict(dict)  # its rows, by members
-        self._ready: dict[int, tuple[dict[str, Any], Recorder]] = {}  # to be written
-        self._lock = threading.Lock()
-
-    @classmethod
-    def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
-        """Return the checkpoint in a file to continue from, or raise `InputError`."""
-        checkpoint = cls(path, every, force=True)
-        # a file that begins otherwise is refused before a lock appears beside it
-        with opened(checkpoint.path, "checkpoint", MOST_BYTES) as file:
-            _begin_of(file.read(_LONGEST_LINE), checkpoint.path)
-        with locked(path, "checkpoint"):
-            content = content_of(path, "checkpoint", MOST_BYTES)
-            checkpoint._seen = _identity(path)
-        (first, *others), checkpoint._size, checkpoint._digest = _records(content, checkpoint.path)
-        with checkpoint.refused():
-            checkpoint.note = dict(first["note"])
-            described = first["experiments"]
-            checkpoint.experiments = [Experiment.from_description(each) for each in described]
-            for record in others:
-                member = record["member"]
-                _, rows = checkpoint.runs.get(member, (None, defaultdict(list)))
-                for name, block in record["rows"].items():
-                    rows[name].append(block)
-                checkpoint.runs[member] = record["run"], rows
-        if lost := len(content) - checkpoint._size:
-            said = f"{checkpoint.path} ends within a record, or is damaged: its last {lost} bytes"
-            said += " are passed over, and the run goes on from the record before"
-            warn(said, CheckpointWarning)
-        return checkpoint
-
-    def refused(self) -> AbstractContextManager[None]:
-        """Turn every error of a block into an `InputError`: the file holds no valid run."""
-        return refused("checkpoint", self.path, _NO_RUN)
+        self._counts: dict[str, int] = {}  # its rows
+        self._ready: dict[str, Any] | None = None  # the snapshot to be written
 
     @contextmanager
-    def writing(self, experiments: Sequence[Experiment]) -> Iterator[None]:
-        """Lock the file during a block, and write the experiments into it if it is new."""
-        for solver in (experiment.algorithm for experiment in experiments):
-            if not solver.on_file:
-                kept = ", ".join(name for name, known in SOLVERS.items() if known().on_file)
-                allowed = f"keeps runs of {kept}, not of {solver.name}"
-                raise InputError("checkpoint", self.path, allowed)
+    def writing(self, run: ObservedRun) -> Iterator[None]:
+        """Lock the file during a block; set the run to its last snapshot, or begin the file.
+
+        Raises `InputError` if the file is not a checkpoint of the run's experiment.
+        """
+        self.run = run
+        if not (solver := run.experiment.algorithm).on_file:
+            kept = ", ".join(name for name, known in SOLVERS.items() if known().on_file)
+            raise InputError("checkpoint", self.path, f"keeps runs of {kept}, not of {solver.name}")
+        run.kept_up_to_date = True
         with locked(self.path, "checkpoint"):
-            if self._size:
-                if _identity(self.path) != self._seen:
-                    allowed = "was written by another process since it was read: resume it again"
-                    raise InputError("checkpoint", self.path, allowed)
+            if os.path.exists(self.path) and not self.force:
+                self._read()
             else:
-                self._begin(experiments)
+                described = run.experiment.description()
+                try:
+                    self._add({"version": __version__, "experiment": described})
+                except TypeError as error:
+                    said = f"cannot be written: {error}"
+                    raise InputError("checkpoint", self.path, said) from None
             yield
 
-    def _begin(self, experiments: Sequence[Experiment]) -> None:
-        self.experiments = list(experiments)
-        described = [experiment.description() for experiment in experiments]
-        try:
-            self._add({"version": __version__, "note": self.note, "experiments": described})
-        except TypeError as error:
-            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
-
-    def restore(self, index: int, run: ObservedRun) -> None:
-        """Set a run to its last snapshot in the file, if it has any, or raise `InputError`."""
-        run.kept_up_to_date = True
-        if index in self.runs:
-            with self.refused():
-                run.restore(*self.runs.pop(index))
+    def _read(self) -> None:
+        """Set the run to the last snapshot in the file, if there is any."""
+        content, run = content_of(self.path, "checkpoint", MOST_BYTES), self.run
+        (first, *others), self._size, self._digest = _records(content, self.path)
+        with refused("checkpoint", self.path, _NO_RUN):
+            differs = difference(first["experiment"], run.experiment.description(), _text)
+        if differs:
+            allowed = f"holds another experiment: {differs}; {_ANEW}"
+            raise InputError("checkpoint", self.path, allowed)
+        if lost := len(content) - self._size:
+            said = f"{self.path} ends within a record, or is damaged: its last {lost} bytes"
+            said += " are passed over, and the run goes on from the record before"
+            warn(said, CheckpointWarning)
+        if others:
+            with refused("checkpoint", self.path, _NO_RUN):
+                rows: dict[str, list[Any]] = {}
+                for record in others:
+                    for name, block in record["rows"].items():
+                        rows.setdefault(name, []).append(block)
+                run.restore(others[-1]["run"], rows)
                 run.result()  # fails if the snapshot is not valid
-            self._counts[index] = run.recorder.counts()
+            self._counts = run.recorder.counts()
+            per = "half-cycles" if run.experiment.drive.cyclic else "targets"
+            goes = "has ended" if run.ended else "goes on"
+            said = f"{self.path} holds {run.done} of {run.total} {per}: the run {goes}"
+            warn(said, CheckpointWarning)
 
-    def take(self, index: int, run: ObservedRun) -> None:
-        """Note a snapshot of a run that is at rest; write it if the time has come."""
-        with self._lock:  # runs are in parallel threads
-            if run.simulation.at_rest and not run.recorder.partial:
-                self._ready[index] = run.kept(), run.recorder
-            if time.monotonic() - self._last >= self._wait:
-                self.write()
+    def take(self) -> None:
+        """Note a snapshot of the run if it is at rest; write it if the time has come."""
+        if self.run.simulation.at_rest and not self.run.recorder.partial:
+            self._ready = self.run.kept()
+        if time.monotonic() - self._last >= self._wait:
+            self.write()
 
     def write(self) -> None:
-        """Append the noted snapshots; after a failure, warn and double the time to the next try."""
-        self._last = time.monotonic()
-        for index, (run, recorder) in list(self._ready.items()):
-            rows = recorder.rows(self._counts[index], run["rows"])
+        """Append the noted snapshot; after a failure, warn and double the time to the next try."""
+        self._last, ready = time.monotonic(), self._ready
+        if ready is not None:
+            rows = self.run.recorder.rows(self._counts, ready["rows"])
             try:
-                self._add({"member": index, "run": run, "rows": rows})
+                self._add({"run": ready, "rows": rows})
             except InputError as error:
                 if not self.stale:
                     warn(f"{error}; the run goes on", CheckpointWarning)
@@ -171,8 +135,7 @@ class Checkpoint:
                 self._wait = min(max(2 * self._wait, _FIRST_WAIT), max(self.every, _LONGEST_WAIT))
                 self._last = time.monotonic()
                 return
-            self._counts[index] = run["rows"]
-            del self._ready[index]
+            self._counts, self._ready = ready["rows"], None
         self.stale, self._wait = "", self.every
 
     def _add(self, content: Mapping[str, Any]) -> None:
@@ -180,7 +143,7 @@ class Checkpoint:
         record, digest = packed(content, self._digest)
         if not self._size:
             record = LINE + record
-            write_file(self.path, record, "checkpoint", force=self._force)
+            write_file(self.path, record, "checkpoint")
         else:
             try:
                 with open(self.path, "r+b") as file:
@@ -192,15 +155,19 @@ class Checkpoint:
             except OSError as error:
                 with suppress(OSError):
                     os.truncate(self.path, self._size)
-                reason = f"cannot be written: {error.strerror or error}; resume goes on from what"
-                raise InputError("checkpoint", self.path, f"{reason} it holds") from None
+                reason = f"cannot be written: {error.strerror or error}; the same call goes on"
+                raise InputError("checkpoint", self.path, f"{reason} from what it holds") from None
         self._size += len(record)
         self._digest = digest
 
 
+def _text(value: Any) -> str:
+    return json.dumps(_encoded(value), separators=(",", ":"))
+
+
 def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
     """Return the line of a record, and its digest; `before` is the digest of the record before."""
-    tree = json.dumps(_encoded(content), separators=(",", ":"))
+    tree = _text(content)
     digest = hashlib.sha256(f"{before}{tree}".encode()).hexdigest()
     return f"{digest} {tree}\n".encode(), digest
 
@@ -248,33 +215,13 @@ def _decoded(item: dict[str, Any]) -> Any:
     return held.astype(held.dtype.newbyteorder("="))  # a writable copy
 
 
-def to_bytes(content: Mapping[str, Any]) -> bytes:
-    return LINE + packed(content)[0]
-
-
-def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of the first record of a file, or raise `InputError`."""
-    records, _, _ = _records(content_of(path, "checkpoint", MOST_BYTES), os.fspath(path))
-    content: dict[str, Any] = records[0]
-    return content
-
-
-def _identity(path: str | os.PathLike[str]) -> tuple[int, ...]:
-    """Return numbers that change if a file is written or replaced; () if there is no file."""
-    try:
-        about = os.stat(path)
-    except OSError:
-        return ()
-    return about.st_dev, about.st_ino, about.st_size
-
-
 def _begin_of(data: bytes, name: str) -> int:
     line = _FIRST_LINE.match(data)
     if line is None:
-        raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
+        raise InputError("checkpoint", name, f"is not a checkpoint of exactcreep; {_ANEW}")
     if int(line[1]) != VERSION:
         told = f"is of version {int(line[1])}; this program reads version {VERSION}: let the"
-        raise InputError("checkpoint", name, f"{told} version that wrote it go on, or begin again")
+        raise InputError("checkpoint", name, f"{told} version that wrote it go on; {_ANEW}")
     return line.end()
 
 
@@ -291,6 +238,6 @@ def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
             records.append(json.loads(tree, object_hook=_decoded))
         digest, end = sum_of_both, end + len(record)
     if not records:
-        allowed = f"is truncated or damaged: of its {len(data)} bytes none can be gone on from"
+        allowed = f"is truncated or damaged: no run can go on from its {len(data)} bytes; {_ANEW}"
         raise InputError("checkpoint", name, allowed)
     return records, end, digest

@@ -1,4 +1,4 @@
-"""Drive a chain from target to target of the temperature: `creep`, and `resume` from a checkpoint.
+"""Drive a chain from target to target of the temperature: `creep`.
 
 A solver follows the drive in blocks of targets. A block ends at a target that an observer of the
 run needs, or after a tenth of a second. The blocks do not change the result.
@@ -18,7 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import as_float
-from exactcreep.model.numbers import InputError, Number
+from exactcreep.model.numbers import Number
 from exactcreep.model.remarks import PhysicsWarning as PhysicsWarning
 from exactcreep.model.remarks import warn
 from exactcreep.model.state import State
@@ -57,27 +57,22 @@ class AccuracyWarning(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a computation; `results` holds the results so far, and `partial` the last one.
+    """Ctrl-C during a computation; `partial` holds its result so far.
 
     Parameters
     ----------
-    results : sequence
-        Results so far, the last one partial: of `creep` a `Creep`, of `fate` a `Fate`.
+    partial : object
+        The partial result: of `creep` a `Creep`, of `fate` a `Fate`, of `sweep` a grid.
 
     Examples
     --------
-    >>> Interrupted([creep(pair, Cycles("0.001", 50))]).partial.half_cycles
+    >>> Interrupted(creep(pair, Cycles("0.001", 50))).partial.half_cycles
     100
     """
 
-    def __init__(self, results: Sequence[Any]) -> None:
+    def __init__(self, partial: Any) -> None:
         super().__init__("interrupted")
-        self.results = list(results)
-
-    @property
-    def partial(self) -> Any:
-        """The result that was being computed."""
-        return self.results[-1]
+        self.partial = partial
 
 
 def interruptible(computation: Callable[P, T]) -> Callable[P, T]:
@@ -92,7 +87,7 @@ def interruptible(computation: Callable[P, T]) -> Callable[P, T]:
         with interrupts.deferred() as interrupted:
             result = computation(*args, **words)
             if alone and interrupted():
-                raise Interrupted([result])
+                raise Interrupted(result)
         return result
 
     return heard
@@ -157,11 +152,13 @@ def creep(
         Stop after this number of events, or of seconds of wall time, with the partial result and
         the outcome `LIMIT`.
     checkpoint : path, optional
-        A file from which `resume` continues with the same bits (`exact`, `sliding`, `verlet`).
+        A file that is kept up to date (`exact`, `sliding`, `verlet`). If it exists, the same call
+        continues the run in it with the same bits, and says so by a `CheckpointWarning`. Limits
+        start again, except `max_events`.
     every : number
         Seconds between two writings of the checkpoint.
     force : bool
-        Whether an existing checkpoint file may be overwritten.
+        Begin the run anew even if the checkpoint exists, and overwrite it.
     **options
         Options of the solver.
 
@@ -198,7 +195,8 @@ def creep(
     Raises
     ------
     InputError
-        If an argument is out of range, or the solver lacks an option.
+        If an argument is out of range, the solver lacks an option, or the checkpoint belongs to
+        another experiment (the message names the first parameter that differs).
     Interrupted
         At Ctrl-C: a KeyboardInterrupt that holds the partial result.
 
@@ -212,6 +210,12 @@ def creep(
     >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
     >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
     ('creeping', 0.776114, (100, 2))
+
+    A run that was stopped goes on with the same call:
+
+    >>> part = creep(chain, Cycles("0.001", 50), checkpoint="run.ckpt", max_events=100)
+    >>> part.half_cycles, creep(chain, Cycles("0.001", 50), checkpoint="run.ckpt").half_cycles
+    (6, 100)
     """
     asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # not yet checked
     experiment = Experiment(
@@ -223,51 +227,6 @@ def creep(
     return _warned(run_alone(experiment, progress=progress, limits=limits, checkpoint=kept))
 
 
-@shows_progress
-def resume(
-    path: str | os.PathLike[str],
-    *,
-    progress: Hearer = None,
-    max_events: int | None = None,
-    max_seconds: float | None = None,
-    every: float = 60.0,
-) -> Creep:
-    """Continue from a checkpoint of `creep` and return the result, as if never interrupted.
-
-    `resume` keeps the file up to date. Limits start again, except `max_events`.
-
-    Parameters
-    ----------
-    path : path
-        The checkpoint that `creep` or ``exactcreep run --checkpoint`` wrote.
-    progress, max_events, max_seconds, every
-        As for `creep`.
-
-    Returns
-    -------
-    Creep
-        As for `creep`.
-
-    Raises
-    ------
-    InputError
-        If the file is no checkpoint of one run, damaged, or of another version.
-
-    Examples
-    --------
-    >>> part = creep(pair, Cycles("0.001", 50), checkpoint="run.ckpt", max_events=100)
-    >>> part.half_cycles, resume("run.ckpt").half_cycles
-    (6, 100)
-    """
-    saved = Checkpoint.read(path, every)
-    if len(saved.experiments) != 1:
-        allowed = f"holds {len(saved.experiments)} runs; the command exactcreep resume goes on"
-        raise InputError("checkpoint", saved.path, allowed)
-    limits = Limits.of(max_events, max_seconds)
-    (experiment,) = saved.experiments
-    return _warned(run_alone(experiment, progress=progress, limits=limits, checkpoint=saved))
-
-
 def run_alone(
     experiment: Experiment,
     *,
@@ -275,38 +234,31 @@ def run_alone(
     limits: Limits = NO_LIMITS,
     checkpoint: Checkpoint | None = None,
 ) -> Creep:
-    """Run one experiment in this thread, or continue it from a checkpoint that was read."""
-    kept = nullcontext() if checkpoint is None else checkpoint.writing([experiment])
+    """Run one experiment, or continue it from its checkpoint; Ctrl-C raises `Interrupted`."""
+    run = ObservedRun(experiment)
+    kept = nullcontext() if checkpoint is None else checkpoint.writing(run)
     with kept, interrupts.deferred() as interrupted:
-        own = replace(limits, interrupted=interrupted)
-        result = run_experiment(experiment, own, progress, checkpoint)
+        result = advanced(run, replace(limits, interrupted=interrupted), progress, checkpoint)
         if checkpoint is not None:
             checkpoint.write()
         if interrupted():
-            raise Interrupted([result])
+            raise Interrupted(result)
     return result
 
 
-def run_experiment(
-    experiment: Experiment,
-    limits: Limits,
-    progress: Hearer = None,
-    checkpoint: Checkpoint | None = None,
-    index: int = 0,
+def advanced(
+    run: ObservedRun, limits: Limits, progress: Hearer = None, checkpoint: Checkpoint | None = None
 ) -> Creep:
-    """Run one experiment, in any thread, under this `index` in the checkpoint."""
+    """Continue a run, in any thread, until it ends or a limit is reached."""
 
     def watch(phase: str = "running") -> None:
         if callable(progress):
             progress(_progress(run, phase))
         if checkpoint is not None and phase == "running":
-            checkpoint.take(index, run)
+            checkpoint.take()
 
-    run = ObservedRun(experiment)
-    if checkpoint is not None:
-        checkpoint.restore(index, run)
     if not run.ended:
-        say = partial(watch, "compiling")
+        experiment, say = run.experiment, partial(watch, "compiling")
         compile_for(experiment.algorithm, experiment.chain, experiment.record, say)
         pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
         run.advance(limits, watch, pause)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
-from exactcreep.model.inputs import keep
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import (
     Evidence,
@@ -392,7 +391,8 @@ class Creep(Result):
         InputError
             If the file exists and `force` is false, or it cannot be written.
         """
-        save_members([self], path, force=force)
+        content = import_module("exactcreep.quasistatic.netcdf").netcdf({None: self.dataset})
+        write_file(path, content, "out", force=force)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Creep:
@@ -401,7 +401,7 @@ class Creep(Result):
         Parameters
         ----------
         path : path
-            A file with one result; for several results use `load_members`.
+            A file with one result: written by `save`, or a cell of a sweep.
 
         Returns
         -------
@@ -411,28 +411,10 @@ class Creep(Result):
         Raises
         ------
         InputError
-            If the file holds no result, or several.
+            If the file holds no result.
         """
-        members = load_members(path)
-        if len(members) != 1:
-            name = os.fspath(path)
-            raise InputError("result", name, f"holds {len(members)} members; use load_members")
-        return members[0]
-
-
-def save_members(
-    results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
-) -> None:
-    """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ..."""
-    content = import_module("exactcreep.quasistatic.netcdf").netcdf(_datasets().groups_of(results))
-    write_file(path, content, "out", force=force)
-
-
-def load_members(path: str | os.PathLike[str]) -> list[Creep]:
-    """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
-    with import_module("exactcreep.quasistatic.netcdf").opened_groups(path, "result") as groups:
-        keep(path)
-        return [Creep(**fields) for fields in _datasets().members_of(groups)]
+        with import_module("exactcreep.quasistatic.netcdf").opened_dataset(path, "result") as held:
+            return cls(**_datasets().fields_of(held))
 
 
 def _datasets() -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from enum import Enum
 from fractions import Fraction
 from inspect import signature
@@ -43,32 +43,6 @@ _STATE = {
 """Parts of a state, after ``initial_`` and ``final_``."""
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
 """Rational parameters of drives; they may be longer than a number that a user may type."""
-
-
-def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
-    """Return the datasets of a file by their groups: one at the root (None), or several below."""
-    if len(results) == 1:
-        return {None: results[0].dataset}
-    about = {"format": FORMAT, "version": __version__, "members": len(results)}
-    members = {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
-    return {None: xr.Dataset(attrs=about)} | members
-
-
-def members_of(groups: Mapping[str | None, Group]) -> Iterator[dict[str, Any]]:
-    """Yield the fields of each result in a file; raise any exception if it has none."""
-    about = groups[None].attributes
-    written = str(about.get("format"))
-    if not written.startswith(FORMAT.rpartition(" ")[0]):
-        raise ValueError("it is not a result of exactcreep")
-    if written != FORMAT:
-        told = f"it is an {written[:40]!r}; this program reads {FORMAT!r}: read it with the"
-        raise ValueError(f"{told} version that wrote it, or run its experiment again")
-    members = [groups[None]]
-    if "members" in about:
-        members = [groups[f"member_{k}"] for k in range(1, len(groups))]
-        if len(members) != about["members"]:
-            raise ValueError(f"it holds {len(members)} of {about['members']} members")
-    yield from map(_fields_of, members)
 
 
 def dataset_of(result: Creep) -> xr.Dataset:
@@ -167,8 +141,17 @@ def attribute(value: Any) -> Any:
     return value.value if isinstance(value, Enum) else value
 
 
-def _fields_of(member: Group) -> dict[str, Any]:
+def fields_of(member: Group) -> dict[str, Any]:
+    """Return the fields of the result in a file; raise any exception if it has none."""
     about, exact = member.attributes, None
+    written = str(about.get("format"))
+    if not written.startswith(FORMAT.rpartition(" ")[0]):
+        raise ValueError("it is not a result of exactcreep")
+    if written != FORMAT:
+        told = f"it is an {written[:40]!r}; this program reads {FORMAT!r}: read it with the"
+        raise ValueError(f"{told} version that wrote it, or run its experiment again")
+    if "members" in about:
+        raise ValueError("it holds several members: read it with the version that wrote it")
     if "velocity_exact" in about:
         parts = about["velocity_exact"], about["velocity_exact_radius"]
         exact = Enclosure(*map(ratio_of, parts))

@@ -22,7 +22,7 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State, of_parts
+from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.solvers.interface import Solver
@@ -199,7 +199,7 @@ class Experiment:
         return targets + targets % 2 if self.drive.cyclic else targets
 
     def description(self) -> dict[str, Any]:
-        """Return the experiment as plain data; `from_description` makes the same experiment.
+        """Return the experiment as plain data, by which two experiments are compared.
 
         Returns
         -------
@@ -216,33 +216,6 @@ class Experiment:
             "start": start and vars(start),
             "record": list(self.record),
         }
-
-    @classmethod
-    def from_description(cls, data: Mapping[str, Any]) -> Experiment:
-        """Return the experiment from its `description`.
-
-        Parameters
-        ----------
-        data : mapping
-            Returned by `description`.
-
-        Returns
-        -------
-        Experiment
-            The same experiment.
-
-        Raises
-        ------
-        InputError
-            If the data are not an experiment.
-        """
-        drive, start = dict(data["drive"]), data["start"]
-        made = {
-            "chain": Chain(**data["chain"]),
-            "drive": drive_of_parameters(drive.pop("kind"), drive),
-            "start": None if start is None else of_parts(start),
-        }
-        return cls(**{**data, **made})
 
 
 def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:

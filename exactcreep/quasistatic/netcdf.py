@@ -47,7 +47,7 @@ def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
     return file.getbuffer()
 
 
-class _Room:
+class Room:
     """The number of bytes that may still be read of a file: at first somewhat above its size."""
 
     def __init__(self, size: int) -> None:
@@ -62,7 +62,7 @@ class _Room:
 class Group(Mapping[str, NDArray[Any]]):
     """A dataset in an open file, read on demand: attributes, and arrays by name, without labels."""
 
-    def __init__(self, group: h5py.Group, room: _Room) -> None:
+    def __init__(self, group: h5py.Group, room: Room) -> None:
         self._group, self._room, self._read = group, room, dict[str, NDArray[Any]]()
         self._names = dict.fromkeys(group)
         self.attributes = {
@@ -87,7 +87,7 @@ class Group(Mapping[str, NDArray[Any]]):
         return self._read[name]
 
     def _array(self, name: str) -> NDArray[Any]:
-        held = own_object(self._group, name)
+        held = _own_object(self._group, name)
         if not isinstance(held, h5py.Dataset) or held.id.get_type().get_class() not in _KINDS:
             raise ValueError(f"{name} must be an array of numbers or texts")
         made = held.id.get_create_plist()
@@ -125,7 +125,7 @@ class Group(Mapping[str, NDArray[Any]]):
         return name in self._names
 
 
-def own_object(group: h5py.Group, name: str) -> Any:
+def _own_object(group: h5py.Group, name: str) -> Any:
     """Return the object of a name in a group, unless the name is a link."""
     if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
         raise ValueError(f"{name} is a link, and is not followed")
@@ -133,15 +133,13 @@ def own_object(group: h5py.Group, name: str) -> Any:
 
 
 @contextmanager
-def opened_groups(path: str | os.PathLike[str], field: str) -> Iterator[dict[str | None, Group]]:
-    """Yield the groups of a NetCDF file, None for the root; every error is an `InputError`."""
+def opened_dataset(path: str | os.PathLike[str], field: str) -> Iterator[Group]:
+    """Yield the dataset in a NetCDF file; every error is an `InputError`."""
     name = file_name(path, field)
     with opened(name, field, MOST_BYTES) as file, refused(field, name):
-        room = _Room(_sealed(file))
+        room = Room(_sealed(file))
         with h5py.File(file, "r") as root:
-            held = {key: own_object(root, key) for key in root}
-            groups = {key: item for key, item in held.items() if isinstance(item, h5py.Group)}
-            yield {key: Group(item, room) for key, item in ({None: root} | groups).items()}
+            yield Group(root, room)
 
 
 def _sealed(file: BinaryIO) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import secrets
 import socket
@@ -12,16 +11,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from exactcreep.model.inputs import is_input
 from exactcreep.model.numbers import InputError
 
 PICTURES = (".png", ".pdf", ".svg")
+_EXISTS = "exists and is not overwritten without force"
 _PATIENCE = 0.2  # seconds to wait for another process that is about to end
-
-
-class Occupied(InputError):
-    def __init__(self, field: str, value: str, allowed: str = "") -> None:
-        super().__init__(field, value, allowed or "exists and is not overwritten without force")
 
 
 def file_name(value: Any, field: str) -> str:
@@ -44,7 +38,7 @@ def file_name(value: Any, field: str) -> str:
 def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Path:
     """Return `path` if a file can be written there, else raise `InputError`."""
     if _regular_file(path, field).exists() and not force:
-        raise Occupied(field, os.fspath(path))
+        raise InputError(field, os.fspath(path), _EXISTS)
     return Path(path)
 
 
@@ -59,18 +53,10 @@ def _regular_file(path: str | os.PathLike[str], field: str) -> Path:
         (Path(name).is_symlink() and not there, "must not be a link to a file that does not exist"),
         (not target.parent.is_dir(), "must lie in a directory that exists"),
         (not os.access(target.parent, os.W_OK), "must lie in a directory that can be written"),
-        (there and is_input(target), "is read by this command, and must not be replaced by it"),
     ):
         if wrong:
             raise InputError(field, name, allowed)
     return target
-
-
-def free_name(path: str | os.PathLike[str]) -> Path:
-    """Return ``run-2.nc``, ``run-3.nc``, ... for ``run.nc``: the first that does not exist."""
-    taken = Path(path)
-    names = (taken.with_name(f"{taken.stem}-{k}{taken.suffix}") for k in itertools.count(2))
-    return next(name for name in names if not os.path.lexists(name))
 
 
 def output_directory(path: str | os.PathLike[str], field: str) -> Path:
@@ -131,8 +117,8 @@ def write_file(
     """Write `content` to a file, completely or not at all, even if the power fails.
 
     The content is written to a part beside the file, which then takes its name; links are followed.
-    Raises `Occupied` if the file exists and `force` is false, and `InputError` with the name
-    `field` if it cannot be written.
+    Raises `InputError` with the name `field` if the file exists and `force` is false, or it cannot
+    be written.
     """
     target = _regular_file(path, field)
     try:
@@ -155,7 +141,7 @@ def write_file(
             finally:
                 os.close(folder)
     except FileExistsError:
-        raise Occupied(field, os.fspath(path)) from None
+        raise InputError(field, os.fspath(path), _EXISTS) from None
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise InputError(field, os.fspath(path), reason) from None

@@ -171,7 +171,7 @@ def compare(
         except KeyboardInterrupt:
             if not rows:
                 raise
-            raise Interrupted([dataset()]) from None
+            raise Interrupted(dataset()) from None
     return dataset()
 
 

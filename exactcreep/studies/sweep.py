@@ -1,20 +1,22 @@
-"""Sweeps: run every member of a scene as one cell of a labelled grid, on threads or many machines.
+"""Sweeps: run every member of a scene as one cell of a labelled grid, on threads or an executor.
 
-Each finished cell is saved at once in a small file whose name is the digest of its experiment. So a
-sweep that was stopped can continue, and a larger grid reuses the cells of a smaller one.
+With a directory each finished run is saved in a file whose name is the digest of its experiment. So
+the same call continues a sweep that was stopped, and a larger grid reuses the runs of a smaller
+one. Cells are made shortly before they are computed.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager
+from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,36 +27,37 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
+from exactcreep.model.names import difference
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.remarks import warn
-from exactcreep.model.user_files import content_of, refused
-from exactcreep.quasistatic import checkpoint
-from exactcreep.quasistatic.checkpoint import MOST_BYTES
-from exactcreep.quasistatic.creep import PHYSICS, run_alone
-from exactcreep.quasistatic.dataset import attribute
+from exactcreep.model.user_files import refused
+from exactcreep.quasistatic.checkpoint import CheckpointWarning, packed
+from exactcreep.quasistatic.creep import PHYSICS, Interrupted, advanced
+from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.quasistatic.dataset import attribute, fields_of
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.netcdf import netcdf, opened_groups
-from exactcreep.quasistatic.recorder import Recorder
+from exactcreep.quasistatic.netcdf import netcdf, opened_dataset
+from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.statistics import mean_over_seeds
-from exactcreep.quasistatic.summary import RUN, TYPES, Place, attribute_of, names
+from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import locked, output_directory, write_file
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solvers.interface import require_like
+from exactcreep.solvers.interface import compile_for
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
-from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
+from exactcreep.studies.pool import in_parallel, lost, reason_of
 from exactcreep.watch import interrupts
 from exactcreep.watch.display import shows_progress
+from exactcreep.watch.limits import NO_LIMITS, Limits
 from exactcreep.watch.progress import Hearer, Progress, reporter
 
 FORMAT = "exactcreep sweep 1"
 SEED = "run.seed"
-_CELL_FORMAT = "exactcreep cell 1"
 _CELL = names(Place.CELL)
-_TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings"}
+_TAKEN = {*_CELL, "half_cycle", "slider", "spring", "warnings", "finished", "file"}
 """Names in a grid that no dimension may have."""
-_BETWEEN = 1000  # experiments that are made before they are counted anew
+_AHEAD = 256  # values of each key whose members are checked before the first cell is computed
 _MOST_FAILURES = 10  # cells that may fail before one succeeds
-Cell = dict[str, Any]
 
 
 @shows_progress
@@ -64,7 +67,7 @@ def sweep(
     executor: Executor | None = None,
     workers: int | None = None,
     out: str | os.PathLike[str] | None = None,
-    resume: bool = False,
+    force: bool = False,
     progress: Hearer = None,
 ) -> xr.Dataset:
     """Run every member of a scene and return the results as one labelled grid.
@@ -76,15 +79,17 @@ def sweep(
         combination is a member of the scene, and its run is a cell of the grid. A list of
         experiments, or of pairs of a chain and a drive, is numbered along ``experiment``.
     executor : concurrent.futures.Executor, optional
-        Computes the cells: threads, processes, or a cluster (see
-        `exactcreep.studies.dask_cluster`). It is not shut down.
+        Computes the cells: threads, processes, or a cluster, e.g. of dask:
+        ``client.get_executor(pure=False)``. It is not shut down.
     workers : int, optional
         Number of threads if there is no executor. Default: one for each processor.
     out : path, optional
-        Directory, created if missing, for every finished cell, and for the grid ``sweep.nc``, which
-        is written at the end or after Ctrl-C. Default: nothing is saved.
-    resume : bool
-        Reuse the cells in `out` instead of computing them again.
+        Directory, created if missing, for the run of every finished cell (`Creep.load` reads it),
+        and for the grid ``sweep.nc``, which is written at the end or after Ctrl-C. The same call
+        goes on: it computes only the missing cells, and a `CheckpointWarning` counts the others.
+        Default: nothing is saved.
+    force : bool
+        Compute the cells in `out` again, and replace the grid of another scene there.
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
@@ -92,26 +97,28 @@ def sweep(
     -------
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
-        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. If
-        ``run.seed`` varies, velocity_mean is the mean over the seeds, and velocity_mean_error its
-        standard error: from their scatter if there are six or more, else from velocity_error.
+        velocity_error, x_G, the counts, outcome, direction and evidence of every cell, whether it
+        is ``finished``, and the ``file`` of its run in `out`. If ``run.seed`` varies, velocity_mean
+        is the mean over the seeds, and velocity_mean_error its standard error: from their scatter
+        if there are six or more, else from velocity_error.
 
         Recorded quantities follow as ``recorded_x_G`` etc. along ``half_cycle``, padded with nan
-        (or -1), with ``recorded_theta`` unless the drive is cyclic.
+        (or -1), with ``recorded_theta`` unless the drive is cyclic. The tables of events,
+        rearrangements and slips are only in the files in `out`.
 
     Raises
     ------
     InputError
-        If a member is out of range; if `out` is in use, has damaged cells or files of another
-        scene, or has cells and ``resume`` is false; if a worker has another version, the executor
-        is lost, or cells fail. With `out` the other cells are finished first.
-    KeyboardInterrupt
-        After Ctrl-C; finished cells are saved.
+        If a member is out of range; if `out` is in use, has damaged cells or the grid of another
+        scene (the message names the first key that differs); if a worker has another version, the
+        executor is lost, or cells fail. With `out` the other cells are finished first.
+    Interrupted
+        At Ctrl-C: a KeyboardInterrupt that holds the grid so far; finished cells are saved.
 
     Notes
     -----
-    Guarantee: a cell depends only on its experiment: a sweep that was stopped and resumed gives the
-    same dataset bit for bit, on machines with the same mathematics libraries.
+    Guarantee: a cell depends only on its experiment: a sweep that was stopped and continued gives
+    the same dataset bit for bit, on machines with the same mathematics libraries.
 
     Examples
     --------
@@ -130,20 +137,255 @@ def sweep(
         scene = _Listed(scene)
     elif not isinstance(scene, Scene):
         scene = load_scene(scene)  # type: ignore[arg-type]
-    cells = _Cells(scene, progress)
-    with cell_folder(out, scene, resume=resume) as folder:
-        cells.keep_in(folder)
+    return swept(
+        scene, executor=executor, workers=workers, out=out, force=force, progress=progress
+    )  # fmt: skip
+
+
+def swept(
+    scene: Scene,
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    force: bool = False,
+    progress: Hearer = None,
+    limits: Limits = NO_LIMITS,
+    take: Callable[[int, Creep], object] | None = None,
+) -> xr.Dataset:
+    """Return the grid of `sweep`. `take` receives the number and the run of each computed cell.
+
+    The `limits` hold in threads: the events for each cell, the time for all. A cell that a limit
+    ended is in the grid, but not finished, and not saved. When the time is over no further cell
+    begins, but the first always does.
+    """
+    cells = _Cells(scene, limits, take)
+    with _folder(out, scene, force=force) as folder:
         try:
-            with pool_of(executor, workers) as pool:
-                cells.compute(pool, progress)
-        except (KeyboardInterrupt, CellsFailed):
-            cells.finished()
+            with interrupts.deferred() as interrupted:
+                cells.compute(folder, executor, workers, progress)
+                stopped = interrupted()
+        finally:
+            grid = _assembled(scene, cells.probes, cells.entries)
+            if folder is not None:
+                write_file(folder.path / "sweep.nc", netcdf({None: grid}), "out")
+    if cells.found:
+        told = f"{cells.found} of {len(cells.entries)} cells were computed before"
+        warn(f"{os.fspath(out or '')} goes on: {told}", CheckpointWarning)
+    if cells.warned:
+        counts = "; ".join(f"{PHYSICS[name]}, in {count}" for name, count in cells.warned.items())
+        warn(f"{counts} of {len(cells.entries)} cells")
+    if stopped:
+        raise Interrupted(grid)
+    return grid
+
+
+class _Cells:
+    """The cells of a sweep: the entries of those that are computed, and the running ones."""
+
+    def __init__(
+        self, scene: Scene, limits: Limits, take: Callable[[int, Creep], object] | None
+    ) -> None:
+        self.scene, self.limits, self.take = scene, limits, take
+        self.settings, self.probes = scene.settings(), _probes(scene)
+        self.entries: list[dict[str, Any]] = [{} for _ in self.settings]
+        self.running: dict[int, Experiment] = {}
+        self.heard: dict[Experiment, Progress] = {}  # of the running cells, in threads
+        self.failed: dict[int, InputError] = {}
+        self.warned = Counter[str]()
+        self.done = self.found = self.events = 0
+        self.folder: _Folder | None = None
+
+    def compute(
+        self, folder: _Folder | None, executor: Executor | None, workers: int | None,
+        progress: Hearer,
+    ) -> None:  # fmt: skip
+        """Compute and save the missing cells; with a folder, errors are raised after all others."""
+        self.folder, say = folder, reporter(progress)
+
+        def tell(phase: str = "running") -> None:
+            now, total = [*self.heard.values()], len(self.entries)
+            say(phase, self.done, total, "cells", found=self.found,
+                events=self.events + sum(one.events for one in now),
+                work=(self.done + sum(one.share for one in now)) / total)  # fmt: skip
+
+        def tasks() -> Iterator[tuple[int, Experiment]]:
+            for index, experiment in self._missing():
+                if executor is None:  # threads must not compile at the same time
+                    compile_for(experiment.algorithm, experiment.chain, experiment.record,
+                                partial(tell, "compiling"))  # fmt: skip
+                yield index, experiment
+
+        function = self._here if executor is None else computed
+        with closing(in_parallel(function, tasks(), executor, workers)) as ended:
+            for one in ended:
+                if one is not None:
+                    try:
+                        self._keep(*one)
+                    except (CancelledError, BrokenExecutor) as error:
+                        raise lost(executor, error) from None
+                tell()
+        if self.failed:
+            first = self.failed[min(self.failed)]
+            count = f"{len(self.failed)} of {len(self.entries)} cells failed"
+            allowed = f"{first.allowed}; {count}, and all others are computed"
+            raise InputError(first.field, first.value, allowed)
+
+    def _missing(self) -> Iterator[tuple[int, Experiment]]:
+        """Yield the number and the experiment of each cell that is not in the folder."""
+        for index, setting in enumerate(self.settings):
+            if index and self.limits.passed():
+                return
+            try:
+                experiment = _experiment(self.scene, setting)
+                if (logs := LOGS.keys() & experiment.record) and self.folder is None:
+                    allowed = "are too many for a grid; out = DIR keeps them in the files of cells"
+                    raise InputError("run.record", ", ".join(sorted(logs)), allowed)
+            except InputError as error:
+                self._fail(index, error)
+                continue
+            result = self.folder.load(experiment) if self.folder else None
+            if result is None:
+                self.running[index] = experiment
+                yield index, experiment
+            else:
+                self.found += 1
+                self._enter(index, result)
+
+    def _here(
+        self, experiment: Experiment, stopped: Callable[[], bool]
+    ) -> tuple[str, Creep | None]:
+        """Return the run of a cell, in a thread; None if it was interrupted, or has no time."""
+        if experiment is not self.running.get(0) and (stopped() or self.limits.passed()):
+            return __version__, None
+        own = replace(self.limits, interrupted=stopped)
+
+        def hear(progress: Progress) -> None:
+            self.heard[experiment] = progress
+
+        result = advanced(ObservedRun(experiment), own, hear)
+        return __version__, None if stopped() else result
+
+    def _keep(self, index: int, future: Future[tuple[str, Creep | None]]) -> None:
+        """Take the result of a cell, and save it if it is whole; an error in it names the cell."""
+        experiment = self.running.pop(index)
+        self.heard.pop(experiment, None)
+        try:
+            version, result = future.result()
+        except (CancelledError, BrokenExecutor):
             raise
-        dataset = cells.finished()
-    if left := Counter(name for value in cells.values if value for name in value["warnings"]):
-        counts = "; ".join(f"{PHYSICS[name]}, in {count}" for name, count in left.items())
-        warn(f"{counts} of {len(cells.values)} cells")
-    return dataset
+        except InputError as error:
+            self._fail(index, error)
+        except KeyboardInterrupt:
+            if not interrupts.waiting():  # Ctrl-C reached only a worker process
+                raise
+        except Exception as error:  # a worker's: it crashed, or had too little memory
+            self._fail(index, InputError("cell", index + 1, f"failed: {reason_of(error)}"))
+        else:
+            if version != __version__:
+                allowed = f"must run the same version as this program, {__version__}"
+                raise InputError("worker", version, allowed)
+            if result is not None:
+                if self.folder is not None and result.outcome is not Outcome.LIMIT:
+                    self.folder.save(result)
+                self._enter(index, result)
+
+    def _enter(self, index: int, result: Creep) -> None:
+        self.done, self.events = self.done + 1, self.events + result.event_count
+        self.entries[index] = _entries(result)
+        self.warned.update(result.warnings.keys())
+        if self.take is not None:
+            self.take(index, result)
+
+    def _fail(self, index: int, error: InputError) -> None:
+        """Note an error in a cell; raise it if no other cell could be saved."""
+        where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
+        allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
+        self.failed[index] = InputError(error.field, error.value, allowed)
+        if self.folder is None or (not self.done and len(self.failed) >= _MOST_FAILURES):
+            raise self.failed[index] from error
+
+
+def computed(experiment: Experiment) -> tuple[str, Creep]:
+    """Return the version of this program and the run of a cell, in a worker of an executor."""
+    return __version__, advanced(ObservedRun(experiment), NO_LIMITS)
+
+
+class _Folder:
+    """The directory of a sweep: a file for the run of each cell, and the grid."""
+
+    def __init__(self, path: Path, *, force: bool) -> None:
+        self.path, self.force = path, force
+
+    def require_own_grid(self, scene: Scene) -> None:
+        """Raise `InputError` if there is a ``sweep.nc`` that is no grid of this scene."""
+        if self.force or not (grid := self.path / "sweep.nc").exists():
+            return
+        name = os.fspath(self.path)
+        with opened_dataset(grid, "out") as held, refused("out", name, "holds no grid of a sweep"):
+            differs = difference(json.loads(held.attributes["tables"]), scene.tables, _text)
+        if differs:
+            allowed = f"holds a sweep of another scene: {differs}; name another directory, or begin"
+            raise InputError("out", name, f"{allowed} anew with force")
+
+    def load(self, experiment: Experiment) -> Creep | None:
+        """Return the saved run of an experiment; None if there is none."""
+        path = self.path / file_of(experiment)
+        if self.force or not path.exists():
+            return None
+        with (
+            refused("cell", os.fspath(path), "cannot be used; delete it to compute it again"),
+            opened_dataset(path, "result") as held,
+        ):
+            if held.attributes.get("cell") != path.stem:
+                raise ValueError("it is not this cell")
+            result = Creep(**fields_of(held))
+            _entries(result)  # fails if the file is not valid
+            for name in dict(result.warnings):
+                PHYSICS[name]
+        return result
+
+    def save(self, result: Creep) -> None:
+        path = self.path / file_of(result.experiment)
+        write_file(path, netcdf({None: result.dataset.assign_attrs(cell=path.stem)}), "out")
+
+
+@contextmanager
+def _folder(
+    out: str | os.PathLike[str] | None, scene: Scene, *, force: bool
+) -> Iterator[_Folder | None]:
+    """Yield the directory of a sweep, locked against other processes, or None."""
+    if out is None:
+        yield None
+        return
+    path = output_directory(out, "out")
+    if not os.access(path, os.W_OK):
+        raise InputError("out", os.fspath(out), "must be a directory that can be written")
+    with locked(path / "sweep.nc", "out"):
+        folder = _Folder(path, force=force)
+        folder.require_own_grid(scene)
+        output_directory(path / "cells", "out")
+        yield folder
+
+
+def file_of(experiment: Experiment) -> str:
+    """Return the name of the file of a cell within the directory of its sweep."""
+    about = {"version": __version__, "experiment": experiment.description()}
+    return f"cells/{packed(about)[1][:32]}.nc"
+
+
+def _entries(result: Creep) -> dict[str, Any]:
+    """Return the entries of a cell."""
+    experiment = result.experiment
+    drive, columns = experiment.drive, experiment.record
+    recorded = {name: result.recorded[name] for name in columns if name not in LOGS}
+    if recorded and not (drive.cyclic or drive.springs):
+        recorded["theta"] = drive.targets(1, result.half_cycles, experiment.seed)
+    entries = {name: getattr(result, attribute_of(name)) for name in _CELL}
+    cell = {name: getattr(entry, "value", entry) for name, entry in entries.items()}
+    decimal = {} if result.velocity_text is None else {"velocity_decimal": result.velocity_text}
+    whole = result.outcome is not Outcome.LIMIT
+    return cell | decimal | {"recorded": recorded, "finished": whole, "file": file_of(experiment)}
 
 
 class _Listed(Scene):
@@ -161,222 +403,30 @@ class _Listed(Scene):
             raise InputError("scene", listed, "must hold at least one experiment")
         vary = {"experiment": list(range(len(experiments)))}
         super().__init__("experiments", "", {"run": {}}, vary, Path())
-        vars(self)["listed"] = experiments
+        vars(self)["_listed"] = experiments
+
+    @property
+    def listed(self) -> list[Experiment]:
+        listed: list[Experiment] = vars(self)["_listed"]
+        return listed
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
-        listed: list[Experiment] = vars(self)["listed"]
-        return listed[int((settings or {}).get("experiment", 0))]
-
-
-class CellsFailed(InputError):
-    """Some cells failed; all others have been computed and saved."""
-
-
-class _Cells:
-    """The cells of a sweep: the experiment of each, and its result or None."""
-
-    def __init__(self, scene: Scene, progress: Hearer) -> None:
-        self.scene, self.settings = scene, scene.settings()
-        self.experiments = list[Experiment]()
-        say, total = reporter(progress), len(self.settings)
-        for made, setting in enumerate(self.settings):
-            if made and made % _BETWEEN == 0:
-                say("preparing", made, total, "cells", text="prepared")
-            self.experiments.append(_experiment(scene, setting))
-        self.values: list[Cell | None] = [None] * len(self.experiments)
-        self.folder: CellFolder | None = None
-
-    def keep_in(self, folder: CellFolder | None) -> None:
-        """Read the cells in a folder, and save all others there."""
-        self.folder = folder
-        if folder is not None:
-            self.values = [folder.load(experiment) for experiment in self.experiments]
-
-    def compute(self, pool: Pool, progress: Hearer) -> None:
-        """Compute and save the missing cells; with a folder, errors are raised after all others."""
-        todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
-        # each slider costs about the same in every half-cycle
-        weights = {k: member.drive.half_cycles * member.chain.n for k, member in todo.items()}
-        say, total, whole = reporter(progress), len(self.values), sum(weights.values())
-        loaded, failed = total - len(todo), dict[int, CellsFailed]()
-        made = events = worked = 0
-
-        def tell() -> None:
-            compiling = pool.signals is not None and pool.signals.compiling
-            say("compiling" if compiling else "running", loaded + made, total, "cells",
-                events=events, found=loaded, work=worked / whole if whole else 1.0)  # fmt: skip
-
-        tell()
-        with interrupts.deferred() as interrupted:
-            for ended in pool.completed(finished_cell, todo.items()):
-                if ended is not None:
-                    index, future = ended
-                    try:
-                        cell = self._value(pool, future, index)
-                    except CellsFailed as error:
-                        failed[index] = error
-                        hopeless = not loaded + made and len(failed) >= _MOST_FAILURES
-                        if self.folder is None or hopeless:
-                            raise
-                    except KeyboardInterrupt:
-                        if not interrupted():  # Ctrl-C reached only a worker process
-                            raise
-                    else:
-                        self.keep(index, cell)
-                        made, events = made + 1, events + cell["events"]
-                        worked += weights[index]
-                tell()
-            if interrupted():
-                raise KeyboardInterrupt
-        if failed:
-            first = failed[min(failed)]
-            count = f"{len(failed)} of {total} cells failed, and all others are computed"
-            raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
-
-    def keep(self, index: int, cell: Cell) -> None:
-        """Store the result of a cell, and save it if there is a folder."""
-        if self.folder is not None:
-            self.folder.save(self.experiments[index], cell)
-        self.values[index] = cell
-
-    def _value(self, pool: Pool, future: Future[Cell], index: int) -> Cell:
-        """Return the result of a cell; an error in it names the cell."""
-        where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
-        try:
-            value = future.result()
-        except InputError as error:
-            allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
-            raise CellsFailed(error.field, error.value, allowed) from None
-        except (CancelledError, BrokenExecutor) as error:
-            raise pool.lost(error) from None
-        except Exception as error:  # a worker's: it crashed, or had too little memory
-            raise CellsFailed("cell", where, f"failed: {reason_of(error)}") from error
-        if value["version"] != __version__:
-            allowed = f"must run the same version as this program, {__version__}"
-            raise InputError("worker", value["version"], allowed)
-        return value
-
-    def finished(self) -> xr.Dataset:
-        """Return the grid of the computed cells, and save it if there is a folder."""
-        dataset = _assembled(self.scene, self.experiments, self.values)
-        if self.folder is not None:
-            self.folder.write(dataset)
-        return dataset
-
-
-def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cell:
-    """Return the cell of one experiment; `signals` belong to a sweep in the same process."""
-
-    def glance(progress: Progress) -> None:
-        if signals is not None:
-            signals.compiling = progress.phase == "compiling"
-            if signals.stop:
-                raise KeyboardInterrupt
-
-    if signals is not None and signals.stop:
-        raise KeyboardInterrupt
-    result = run_alone(experiment, progress=glance)
-    recorded = {name: result.recorded[name] for name in experiment.record}
-    drive = experiment.drive
-    if experiment.record and not (drive.cyclic or drive.springs):
-        recorded["theta"] = drive.targets(1, result.half_cycles, experiment.seed)
-    value: Cell = {"version": __version__, "warnings": dict(result.warnings), "recorded": recorded}
-    entries = {name: getattr(result, attribute_of(name)) for name in _CELL}
-    value |= {name: getattr(entry, "value", entry) for name, entry in entries.items()}
-    if result.velocity_text is not None:
-        value["velocity_decimal"] = result.velocity_text
-    return value
-
-
-@contextmanager
-def cell_folder(
-    out: str | os.PathLike[str] | None, scene: Scene, *, resume: bool
-) -> Iterator[CellFolder | None]:
-    """Yield the directory of a sweep, locked against other processes, or None."""
-    if out is None:
-        yield None
-        return
-    path = output_directory(out, "out")
-    if not os.access(path, os.W_OK):
-        raise InputError("out", os.fspath(out), "must be a directory that can be written")
-    with locked(path / "sweep.nc", "out"):
-        yield CellFolder(path, scene, resume=resume)
-
-
-class CellFolder:
-    """The directory of a sweep: one file for each cell, the grid, and the settings of its scene."""
-
-    def __init__(self, path: Path, scene: Scene, *, resume: bool) -> None:
-        self.path, self.cells, self.grid = path, path / "cells", path / "sweep.nc"
-        self.tables = _tables(scene)
-        of_another = f"holds a sweep of another scene than {scene.name}; name another directory"
-        known = self.cells / "scene.json"
-        if known.exists() and content_of(known, "out", MOST_BYTES) != self.tables.encode():
-            raise InputError("out", os.fspath(path), of_another)
-        if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
-            allowed = "holds the cells of an earlier sweep; resume it, or name another"
-            raise InputError("out", os.fspath(path), allowed)
-        self._require_own_grid()
-        output_directory(self.cells, "out")
-        write_file(known, self.tables.encode(), "out")
-
-    def _require_own_grid(self) -> None:
-        """Raise `InputError` if there is a ``sweep.nc`` that is no grid of this scene."""
-        if not self.grid.exists():
-            return
-        about: Mapping[str, Any] = {}
-        with suppress(InputError), opened_groups(self.grid, "out") as groups:
-            about = groups[None].attributes
-        if (about.get("format"), about.get("tables")) != (FORMAT, self.tables):
-            allowed = "holds a sweep.nc that is not of this scene; name another directory"
-            raise InputError("out", os.fspath(self.path), allowed)
-
-    def write(self, dataset: xr.Dataset) -> None:
-        """Write the grid; replace an earlier grid of this scene, but no other file."""
-        self._require_own_grid()
-        write_file(self.grid, netcdf({None: dataset}), "out")
-
-    def load(self, experiment: Experiment) -> Cell | None:
-        name = _digest(experiment)
-        path = self.cells / f"{name}.cell"
-        if not path.exists():
-            return None
-        with refused("cell", os.fspath(path), "cannot be used; delete it to compute it again"):
-            content = checkpoint.read(path)
-            if (content["format"], content["name"]) != (_CELL_FORMAT, name):
-                raise ValueError("it is not this cell")
-            return _cell(experiment, content["value"])
-
-    def save(self, experiment: Experiment, value: Cell) -> None:
-        name = _digest(experiment)
-        content = {"format": _CELL_FORMAT, "name": name, "value": value}
-        write_file(self.cells / f"{name}.cell", checkpoint.to_bytes(content), "out")
-
-
-def _cell(experiment: Experiment, held: Mapping[str, Any]) -> Cell:
-    """Return the cell in a file; raise an error if the file holds another experiment."""
-    value, recorded = dict(held), dict(held["recorded"])
-    for name in _CELL:
-        entry = TYPES[name](value[name])
-        value[name] = getattr(entry, "value", entry)
-    require_like(np.zeros(0), recorded.pop("theta", np.zeros(0)), "theta")
-    Recorder(experiment).restore({name: [rows] for name, rows in recorded.items()})
-    return value | {"warnings": {str(name): int(n) for name, n in held["warnings"].items()}}
+        return self.listed[int((settings or {}).get("experiment", 0))]
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
     """Return one member; it records only quantities that the scene names."""
     record = setting.get("run.record", scene.tables["run"].get("record", []))
-    experiment = scene.experiment({**setting, "run.record": record})
-    if logs := LOGS.keys() & experiment.record:
-        allowed = "are too many for a sweep; record them in a single run"
-        raise InputError("run.record", ", ".join(sorted(logs)), allowed)
-    return experiment
+    return scene.experiment({**setting, "run.record": record})
 
 
-def _digest(experiment: Experiment) -> str:
-    description = {"version": __version__, "experiment": experiment.description()}
-    return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
+def _probes(scene: Scene) -> list[Experiment]:
+    """Return the members in which one key at a time varies, so that a bad value is found early."""
+    if isinstance(scene, _Listed):
+        return scene.listed
+    first = {key: values[0] for key, values in scene.vary.items()}
+    varied = [{key: value} for key, values in scene.vary.items() for value in values[1:_AHEAD]]
+    return [_experiment(scene, {**first, **setting}) for setting in ({}, *varied)]
 
 
 def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
@@ -408,12 +458,15 @@ def _tables(scene: Scene) -> str:
 
 
 def _assembled(
-    scene: Scene, experiments: list[Experiment], values: Sequence[Cell | None]
+    scene: Scene, experiments: list[Experiment], cells: Sequence[Mapping[str, Any]]
 ) -> xr.Dataset:
-    """Return the cells as one dataset; ``finished`` is false for cells not computed."""
+    """Return the entries of cells as one dataset; ``finished`` is false for cells not computed.
+
+    A parameter is shared by all cells if the given experiments share it.
+    """
     dimension_of = dimensions(scene.vary)
     shape = tuple(len(options) for options in scene.vary.values())
-    dims, cells = tuple(dimension_of.values()), [value or {} for value in values]
+    dims = tuple(dimension_of.values())
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     columns: dict[str, tuple[Any, dict[str, str]]] = {}  # value if missing, and attributes
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
@@ -427,8 +480,12 @@ def _assembled(
     }
     if SEED in scene.vary:
         variables |= _means(variables, dims.index(dimension_of[SEED]))
-    finished = np.array([value is not None for value in values]).reshape(shape)
-    variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
+    for name, missing, meaning in (
+        ("finished", False, "the cell has been computed to its end"),
+        ("file", "", "the file of its run in the directory of the sweep"),
+    ):
+        values = np.array([cell.get(name, missing) for cell in cells]).reshape(shape)
+        variables[name] = (dims, values, {"long_name": meaning})
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
         recorded = [cell.get("recorded", {}).get(name) for cell in cells]
         if any(array is not None for array in recorded):

@@ -68,7 +68,7 @@ ENDLESS = {
     "survival --n 6 --amplitude 0.000969 --starts 4000": "cycles lived",
     "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact": "last advance",
     "plan chain-jumps": "interrupted",
-    "run two-sliders-cycles --set drive.cycles=1e9 --checkpoint a.ckpt --force": "resume a.ckpt",
+    "run two-sliders-cycles --set drive.cycles=1e9 --checkpoint a.ckpt --force": "same command",
 }
 """Lines that are never done in time, with a word of what is known when they are stopped."""
 

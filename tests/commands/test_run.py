@@ -1,4 +1,4 @@
-"""``exactcreep run`` and ``resume``: what they print, write and keep, and how they leave."""
+"""``exactcreep run``: what it prints, writes and keeps, and how it ends."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ import re
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep import Creep, Outcome, resume
-from exactcreep.quasistatic.creep_result import load_members
+from exactcreep import Creep, Outcome, creep, load_scene
+from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 from tests.test_book import README
@@ -93,25 +95,63 @@ def test_the_data_that_are_written_are_those_of_the_run(command: Command) -> Non
 # --- checkpoints ---------------------------------------------------------------------------------
 
 
-def test_resume_prints_what_an_uninterrupted_run_prints(command: Command) -> None:
-    whole = command(*JUMPS, *cycles(20, "--json")).json
-    most = str(max(member["events"] for member in whole["members"]) - 1)
-    part = command(*JUMPS, *cycles(20), "--max-events", most, "--checkpoint", "a.ckpt")
-    assert part.code == 3
-    again = command("resume", "a.ckpt", "--json", "--out", "a.nc").json
-    for member in (*whole["members"], *again["members"]):
+def untimed(told: dict) -> dict:
+    for member in told.get("members", [told]):
         assert member.pop("seconds") > 0
-    assert again == whole
-    assert len(load_members("a.nc")) == 16
+    return told
+
+
+def test_the_same_command_goes_on_and_prints_what_an_uninterrupted_run_prints(
+    command: Command,
+) -> None:
+    whole = untimed(command(*QUICK, "--json").json)
+    stopped = "--max-events", str(whole["events"] - 1), "--checkpoint", "a.ckpt"
+    assert command(*QUICK, *stopped).code == 3
+    with pytest.warns(
+        CheckpointWarning, match="a.ckpt holds 19 of 20 half-cycles: the run goes on"
+    ):
+        told = command(*QUICK, "--checkpoint", "a.ckpt", "--json")
+    assert untimed(told.json) == whole
+    said = "drive.cycles is 10 there, and 11 here; name another file, or begin anew with force"
+    assert said in command(*SIX, *cycles(11), "--checkpoint", "a.ckpt").sentence
+
+
+def test_the_same_command_goes_on_with_the_members_of_a_scene(command: Command) -> None:
+    whole = untimed(command(*JUMPS, *cycles(20, "--json")).json)
+    most = str(max(member["events"] for member in whole["members"]) - 1)
+    part = command(*JUMPS, *cycles(20, "--json"), "--max-events", most, "--out", "a")
+    assert part.code == 3
+    ended = [member for member in part.json["members"] if member["outcome"] == "limit"]
+    assert 0 < len(ended) < 16
+    with pytest.warns(CheckpointWarning, match=f"a goes on: {16 - len(ended)} of 16 cells"):
+        again = command(*JUMPS, *cycles(20, "--json"), "--out", "a")
+    assert untimed(again.json) == whole
+    late = command(*JUMPS, *cycles(21, "--json"), "--max-seconds", "0")
+    assert (late.code, len(late.json["members"])) == (3, 1)
+    assert late.json["members"][0]["reason"] == "max_seconds = 0 was reached"
+
+
+def test_trajectories_are_drawn_in_one_picture_unless_many_numbers_vary(
+    command: Command, drawn: list[Figure]
+) -> None:
+    slopes = "--set", "vary.chain.tan_alpha=[0.1,0.2,0.3]", "--plot"
+    assert command(*TWO, *cycles(4), "--seeds", "2", *slopes, "a.png", "--out", "grid").code == 0
+    (axes,) = drawn[-1].axes
+    grid = xr.load_dataset("grid/sweep.nc", engine="h5netcdf")
+    lines = [line.get_ydata()[1:] for line in axes.lines]
+    assert np.array_equal(lines, grid.recorded_x_G.to_numpy().reshape(6, 8))
+    assert len(axes.get_legend().get_texts()) == 3
+    assert command(*TWO, *cycles(4), "--seeds", "4", *slopes, "b.png").code == 0
+    assert "alpha" in drawn[-1].axes[0].get_xlabel()  # twelve cells: velocities
 
 
 def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
     Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of exactcreep" in command("resume", "a.ckpt").sentence
-    assert "exists" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
+    assert "is not a checkpoint of exactcreep" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
     assert Path("a.ckpt").read_text() == "PK"
     assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
-    assert command("resume", "a.ckpt").code == 0
+    with pytest.warns(CheckpointWarning, match="the run has ended"):
+        assert command(*QUICK, "--checkpoint", "a.ckpt").code == 0
 
 
 # --- signals and the compiler --------------------------------------------------------------------
@@ -136,8 +176,11 @@ def test_a_signal_saves_and_summarises_what_was_computed(tmp_path: Path) -> None
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + signal.SIGTERM
     assert json.loads(out)["reason"] == "interrupted"
-    assert "exactcreep resume a.ckpt goes on" in err
+    assert "the same command goes on" in err
     loaded = Creep.load(tmp_path / "a.nc")
     assert loaded.half_cycles == json.loads(out)["half_cycles"] > 100
     assert loaded.velocity == pytest.approx(9.757, rel=0.01)
-    assert resume(kept, max_events=0).half_cycles == loaded.half_cycles
+    run = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10**9})
+    with pytest.warns(CheckpointWarning, match=f"holds {loaded.half_cycles} of"):
+        gone_on = creep(run.chain, run.drive, checkpoint=kept, max_events=0)
+    assert gone_on.half_cycles == loaded.half_cycles

@@ -32,7 +32,6 @@ from exactcreep import (
     load_scene,
     plan,
     rearrange,
-    resume,
     sweep,
     threshold,
 )
@@ -137,7 +136,7 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: rearrange(a, REST, direction=1), lambda a, b: rearrange(CHAIN, a, direction=1),
         lambda a, b: rearrange(CHAIN, REST, direction=a),
         lambda a, b: rearrange(CHAIN, REST, direction=1, seed=a),
-        lambda a, b: Creep.load(a), lambda a, b: resume(a), lambda a, b: load_scene(a),
+        lambda a, b: Creep.load(a), lambda a, b: load_scene(a),
         lambda a, b: Scene.from_mapping(a), lambda a, b: Scene.from_mapping({"chain": a}),
         lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
         lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),

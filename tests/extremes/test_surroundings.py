@@ -125,7 +125,7 @@ def test_text_of_a_scene_reaches_the_terminal_without_control_characters(
 _SOAK = """
 import os, resource, sys, time, warnings
 from pathlib import Path
-from exactcreep import Creep, Cycles, Chain, InputError, creep, load_scene, resume, sweep
+from exactcreep import Creep, Cycles, Chain, InputError, creep, load_scene, sweep
 
 folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
 os.chdir(folder)
@@ -144,13 +144,14 @@ scene = scene.with_settings({"drive.cycles": 20, "vary.run.seed": [1, 2]})
 whole, grid = creep(chain, Cycles("0.002", 40), record=("x", "events")), sweep(scene)
 seen = []
 for turn in range(rounds):
-    part = creep(chain, Cycles("0.002", 40), record=("x", "events"), checkpoint="a.ckpt", every=0,
-                 max_events=100 * (turn % 9), force=True)
-    result = resume("a.ckpt", every=0)
+    run = dict(chain=chain, drive=Cycles("0.002", 40), record=("x", "events"),
+               checkpoint="a.ckpt", every=0)
+    part = creep(**run, max_events=100 * (turn % 9), force=True)
+    result = creep(**run)
     assert result == whole
     result.save("a.nc", force=True)
     assert Creep.load("a.nc") == whole
-    assert sweep(scene, out="grid", resume=True).identical(grid)
+    assert sweep(scene, out="grid").identical(grid)
     for write in (result.save, lambda path: creep(chain, Cycles("0.002", 4), checkpoint=path)):
         try:
             write("/proc/exactcreep.file")  # where not even root can write

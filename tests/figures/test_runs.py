@@ -18,28 +18,28 @@ CHAIN, SIX, VARIED = paper_chain(2), paper_chain(6), paper_chain(6, "0.02")
 DRIVE = ec.Cycles("0.004", 20)
 
 
-def drawn(runs: list[ec.Creep], **about: object):
-    return assert_shows_data(draw_run(runs, **about), framed=True).axes
+def drawn(run: ec.Creep):
+    return assert_shows_data(draw_run(run), framed=True).axes
 
 
 def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_chain() -> None:
     start = ec.State(np.array([0.1]), np.array([1.0, 3.0]), np.full(2, 0.6), np.ones(2, int), 0.0)
     run = ec.creep(CHAIN, ec.GaussianSteps("0.002", 300), seed=1, start=start, record=("x_G", "x"))
     theta = run.drive.targets(1, run.half_cycles, run.seed)
-    top, bottom = drawn([run])
+    top, bottom = drawn(run)
     x = run.recorded["x"]
     for axes, place, begin, values in (
         (top, 0, 0.0, theta), (bottom, 0, 2.0, run.recorded["x_G"]),
         (bottom, 1, 1.0, x[:, 0]), (bottom, 2, 3.0, x[:, 1]),
     ):  # fmt: skip
         assert_array_equal(line(axes, place), [np.arange(301), np.append(begin, values)])
-    (band,) = drawn([ec.creep(CHAIN, ec.Cycles("0.002", 201))])[0].collections  # of many cycles
+    (band,) = drawn(ec.creep(CHAIN, ec.Cycles("0.002", 201)))[0].collections  # of many cycles
     assert_array_equal(np.ptp(band.get_paths()[0].vertices, axis=0), (402, 0.004))
 
 
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
     run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
-    law, (_, bottom) = prediction(run.chain, run.drive), drawn([run])
+    law, (_, bottom) = prediction(run.chain, run.drive), drawn(run)
     x, y = line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)")
     assert x.tolist() == [run.burn_in, run.half_cycles]
     assert y[0] == run.recorded["x_G"][run.burn_in - 1]
@@ -48,7 +48,7 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     x, y = band.get_paths()[0].vertices.T
     wide = 2 * law.deviation * (run.half_cycles - run.burn_in)
     assert np.ptp(y[x == run.half_cycles]) == pytest.approx(wide)
-    sliding = drawn([ec.creep(paper_chain(10), ec.Cycles("0.01", 8), solver="sliding")])[1]
+    sliding = drawn(ec.creep(paper_chain(10), ec.Cycles("0.01", 8), solver="sliding"))[1]
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
 
 

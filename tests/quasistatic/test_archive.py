@@ -9,13 +9,15 @@ import json
 from fractions import Fraction
 from pathlib import Path
 
+import h5py
 import pytest
 
-from exactcreep import Creep, InputError, load_scene, resume
+from exactcreep import Creep, Cycles, InputError, creep, load_scene
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.creep import run_alone
-from exactcreep.quasistatic.creep_result import load_members
-from exactcreep.quasistatic.dataset import FORMAT
+from exactcreep.quasistatic.dataset import FORMAT, fields_of
+from exactcreep.quasistatic.netcdf import Group, Room
+from tests.paper import paper_chain
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 FORMATS = {"result": int(FORMAT.rpartition(" ")[2]), "checkpoint": VERSION}
@@ -27,16 +29,22 @@ def test_the_archive_holds_the_formats_of_this_program() -> None:
         assert number == max(int(file.stem.partition("-")[2]) for file in ARCHIVE.glob(f"{kind}-*"))
 
 
+@pytest.mark.filterwarnings("ignore:.*the run has ended")
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_a_file_of_the_archive_is_read_or_refused_with_advice(file: Path) -> None:
     kind, _, number = file.stem.partition("-")
-    read = {"result": Creep.load, "checkpoint": resume}[kind]
+    scene = load_scene("two-sliders-cycles")
+    known = scene.with_settings({"drive.cycles": 2, "run.record": ["x_G"]}).experiment({})
+
+    def gone_on(file: Path) -> Creep:
+        return creep(known.chain, known.drive, checkpoint=file)
+
+    read = {"result": Creep.load, "checkpoint": gone_on}[kind]
     if int(number) < FORMATS[kind]:
         with pytest.raises(InputError, match=r"read it with the.* version that wrote it"):
             read(file)
         return
-    found, scene = read(file), load_scene("two-sliders-cycles")
-    known = scene.with_settings({"drive.cycles": 2, "run.record": ["x_G"]}).experiment({})
+    found = read(file)
     run = run_alone(known)
     assert found.state == run.state
     assert (found.recorded["x_G"] == run.recorded["x_G"]).all()
@@ -47,12 +55,14 @@ def test_a_checkpoint_of_another_version_is_refused_with_advice(tmp_path: Path) 
     line, other = f"checkpoint {VERSION}\n", tmp_path / "other.ckpt"
     other.write_bytes(kept.read_bytes().replace(line.encode(), b"checkpoint 13\n", 1))
     with pytest.raises(InputError, match=r"is of version 13.*let the version that wrote it go on"):
-        resume(other)
+        creep(paper_chain(2), Cycles("0.01", 2), checkpoint=other)
 
 
 def test_results_of_version_0_3_0_say_what_they_said_then() -> None:
     """Of every solver and drive; see the experiments of the members."""
-    runs = load_members(ARCHIVE.parent / "results-of-0.3.0.nc")
+    with h5py.File(ARCHIVE.parent / "results-of-0.3.0.nc") as file:
+        groups = [Group(file[f"member_{k}"], Room(2**24)) for k in range(1, len(file) + 1)]
+        runs = [Creep(**fields_of(group)) for group in groups]
     said = json.loads((ARCHIVE.parent / "results-of-0.3.0.json").read_text("utf-8"))
     assert len(runs) == len(said) == 9
     for run, then in zip(runs, said, strict=True):

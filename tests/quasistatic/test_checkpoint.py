@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep, resume
+from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep, load_scene
 from exactcreep import Path as Targets
-from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
-from exactcreep.quasistatic.creep import run_alone
+from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, begun, wait_until
 from tests.quasistatic.runs import RECORDS, SIX, THIRTY, TWO, VECTORS
@@ -45,11 +44,11 @@ def test_runs_stopped_at_random_events_go_on_bit_for_bit(tmp_path: Path, run: di
     stops = [0, *sorted(rng.sample(range(1, max(whole.event_count, 6)), 3))]
     creep(**run, max_events=stops[0], checkpoint=file, every=0)
     for stop in (*stops[1:], whole.event_count - 5):  # the last in the midst of an avalanche
-        part = resume(file, max_events=max(stop, 1), every=0)
+        part = creep(**run, checkpoint=file, max_events=max(stop, 1), every=0)
         assert part == whole or part.outcome is Outcome.LIMIT
         assert part.event_count >= min(stop, whole.event_count)
     for _ in range(2):  # what is finished stays finished
-        assert resume(file) == whole
+        assert creep(**run, checkpoint=file) == whole
 
 
 def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None:
@@ -64,11 +63,15 @@ def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None
     recorded, written = sum(values.nbytes for values in whole.recorded.values()), len({*contents})
     assert written > 5
     assert file.stat().st_size < 1.5 * recorded + written * 2**14
-    assert resume(file) == whole
+    assert creep(**run, checkpoint=file) == whole
 
 
 def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) -> None:
     file, whole = tmp_path / "run.ckpt", creep(TWO, Cycles("0.01", 3))
+
+    def resume(file: Path) -> Any:
+        return creep(TWO, Cycles("0.01", 3), checkpoint=file)
+
     creep(TWO, Cycles("0.01", 3), checkpoint=file, every=0)
     good, rng = file.read_bytes(), np.random.default_rng(1)
     first = good.index(b"\n", good.index(b"\n") + 1) + 1  # where the experiment ends
@@ -108,10 +111,10 @@ def test_a_full_disk_costs_a_warning_and_the_run_goes_on(
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.warns(CheckpointWarning, match="resume goes on from what it holds") as seen:
+    with pytest.warns(CheckpointWarning, match="the same call goes on from what it holds") as seen:
         result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0, force=True)
     assert len(seen) == 1
-    assert result == whole == resume(file)
+    assert result == whole == creep(SIX, Cycles("0.005", 20), checkpoint=file)
 
 
 def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path) -> None:
@@ -122,23 +125,39 @@ def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path) -
         linked.symlink_to(file)
         named = f"is being written by process {process.pid} on {socket.gethostname()}"
         for name in (file, linked):
-            with pytest.raises(InputError, match=named):
-                resume(name, max_events=10)
-            with pytest.raises(InputError, match=named):
-                creep(TWO, Cycles("0.01", 3), checkpoint=name, force=True)
+            for force in (False, True):
+                with pytest.raises(InputError, match=named):
+                    creep(TWO, Cycles("0.01", 3), checkpoint=name, force=force)
         assert process.poll() is None
         process.kill()
         process.wait()
     assert str(process.pid) in (tmp_path / ".run.ckpt.lock").read_text()  # left behind
-    assert resume(file, max_events=1).half_cycles > 0
+    run = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10**9})
+    gone_on = creep(run.chain, run.drive, checkpoint=file, max_events=1)
+    assert gone_on.half_cycles > 0
 
 
-def test_a_file_that_was_written_since_it_was_read_is_not_written(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    creep(TWO, Cycles("0.01", 3), checkpoint=file, max_events=5)
-    early = Checkpoint.read(file)
-    whole, content = resume(file), file.read_bytes()
-    with pytest.raises(InputError, match="by another process since it was read"):
-        run_alone(early.experiments[0], checkpoint=early)
-    assert file.read_bytes() == content
-    assert resume(file) == whole
+def test_a_file_of_another_experiment_is_refused_with_the_first_parameter_that_differs(
+    tmp_path: Path,
+) -> None:
+    file, run = tmp_path / "run.ckpt", {"chain": TWO, "drive": Cycles("0.01", 3)}
+    creep(**run, checkpoint=file, max_events=5)
+    content = file.read_bytes()
+    for change, said in (
+        ({"chain": SIX, "drive": Cycles("0.01", 4)}, "chain.n is 2 there, and 6 here"),
+        ({"drive": Cycles("0.01", 4), "seed": 1}, "drive.cycles is 3 there, and 4 here"),
+        ({"seed": 1}, "seed is 0 there, and 1 here"),
+        ({"record": ()}, r"record is \['x_G'\] there, and \[\] here"),
+        ({"start": State.prepared(TWO, ["0.1"])}, "start.tensions is None there, and"),
+        ({"solver": "verlet", "dt": "0.05"}, "solver is 'exact' there, and 'verlet' here"),
+    ):
+        with pytest.raises(InputError, match=f"holds another experiment: {said}.*anew with force"):
+            creep(**{**run, **change}, checkpoint=file)
+        assert file.read_bytes() == content
+    with pytest.warns(CheckpointWarning, match=r"run.ckpt holds 0 of 6 half-cycles: the run goes"):
+        creep(**run, checkpoint=file)
+    with pytest.warns(CheckpointWarning, match=r"run.ckpt holds 6 of 6 half-cycles: the run has"):
+        assert creep(**run, checkpoint=file) == creep(**run)
+    other = {**run, "seed": 1}
+    assert creep(**other, checkpoint=file, force=True) == creep(**other)
+    assert creep(**other, checkpoint=file) == creep(**other)

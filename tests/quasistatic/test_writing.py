@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from exactcreep import InputError
-from exactcreep.quasistatic.writing import Occupied, check_output, write_file
+from exactcreep.quasistatic.writing import check_output, write_file
 
 OLD, NEW = b"old" * 100, b"new" * 300_000
 
@@ -66,7 +66,7 @@ def test_only_regular_files_are_replaced_and_links_are_followed(tmp_path: Path) 
 def test_of_two_writers_of_one_file_the_second_is_told(tmp_path: Path) -> None:
     assert check_output(tmp_path / "a", "out", force=False)
     write_file(tmp_path / "a", NEW, "out", force=False)
-    with pytest.raises(Occupied, match="exists and is not overwritten without force"):
+    with pytest.raises(InputError, match="exists and is not overwritten without force"):
         write_file(tmp_path / "a", OLD, "out", force=False)
     assert (tmp_path / "a").read_bytes() == NEW
 

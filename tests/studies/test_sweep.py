@@ -7,7 +7,6 @@ import os
 import signal
 import statistics
 import sys
-from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -17,14 +16,14 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_equal
 
-from exactcreep import Cycles, Experiment, InputError, Progress, Scene, creep, load_scene, sweep
-from exactcreep.quasistatic.checkpoint import Checkpoint
-from exactcreep.quasistatic.creep import run_alone
-from exactcreep.studies.members import run_members
+from exactcreep import Creep, Cycles, InputError, Progress, Scene, creep, load_scene, sweep
+from exactcreep.quasistatic.checkpoint import CheckpointWarning
+from exactcreep.studies.sweep import swept
 from exactcreep.watch.limits import Limits
-from tests.paper import captions, paper_chain
-from tests.processes import PATIENCE, finished
+from tests.paper import paper_chain
+from tests.processes import finished
 
+pytestmark = pytest.mark.filterwarnings("ignore:.* were computed before")
 TEXT = """
 [chain]
 l0 = 1000
@@ -59,7 +58,7 @@ def written(folder: Path, *, cycles: int) -> Path:
 
 def cells_in(folder: Path) -> dict[Path, int]:
     """Return the files of the cells in a directory, and when they were written."""
-    return {file: file.stat().st_mtime_ns for file in (folder / "cells").glob("*.cell")}
+    return {file: file.stat().st_mtime_ns for file in (folder / "cells").glob("*.nc")}
 
 
 def test_a_cell_is_the_run_of_its_member(grid: xr.Dataset) -> None:
@@ -117,51 +116,74 @@ def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own(tmp_path: Path) -> 
     assert grid.n.values.tolist() == [2, 2, 3, 3]
     assert grid.amplitude.values.tolist() == [0.005, 0.01, 0.005, 0.01]
     sweep(pairs[:2], out=tmp_path)
-    assert sweep(pairs[::-1], out=tmp_path, resume=True).velocity.values.tolist() == alone[::-1]
+    assert sweep(pairs[::-1], out=tmp_path).velocity.values.tolist() == alone[::-1]
     with pytest.raises(InputError, match=r"scene\[1\] = 3: must be an Experiment, or a pair"):
         sweep([pairs[0], 3])
 
 
-# --- saved, stopped and resumed ---------------------------------------------------------------
+# --- saved, stopped and continued ----------------------------------------------------------------
 
 
-def test_a_folder_holds_the_grid_and_a_resumed_or_larger_sweep_computes_what_is_missing(
+def test_a_folder_holds_runs_and_grid_and_the_same_call_computes_what_is_missing(
     grid: xr.Dataset, tmp_path: Path
 ) -> None:
     sweep(SCENE, out=tmp_path)
     assert xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf").identical(grid)
-    with pytest.raises(InputError, match="holds the cells of an earlier sweep"):
-        sweep(SCENE, out=tmp_path)
     files = sorted(cells_in(tmp_path))
-    assert len(files) == COUNT
+    assert {str(tmp_path / name) for name in grid.file.values.flat} == {*map(str, files)}
+    run = Creep.load(tmp_path / grid.file.sel(n=6, amplitude=0.01, seed=3).item())
+    assert (run.chain.n, run.seed) == (6, 3)
+    assert run == creep(run.chain, run.drive, seed=3, record=())
     for path in files[::3]:
         path.unlink()
     kept = cells_in(tmp_path)
-    assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
+    with pytest.warns(CheckpointWarning, match="goes on: 8 of 12 cells were computed before"):
+        assert sweep(SCENE, out=tmp_path).identical(grid)
     assert kept.items() <= cells_in(tmp_path).items()
     seen: list[Progress] = []
     larger = SCENE.with_settings({"vary.run.seed": [1, 2, 3, 4]})
-    grown = sweep(larger, out=tmp_path, resume=True, progress=seen.append)
-    assert (seen[0].done, seen[0].total, seen[0].found) == (COUNT, 16, COUNT)
-    assert (seen[-1].done, seen[-1].seconds_left) == (16, 0)
+    grown = sweep(larger, out=tmp_path, progress=seen.append)
+    assert (seen[-1].done, seen[-1].total, seen[-1].found) == (16, 16, COUNT)
+    assert seen[-1].seconds_left == 0
     assert grown.identical(sweep(larger))
+    anew = cells_in(tmp_path)
+    assert sweep(SCENE, out=tmp_path, force=True).identical(grid)
+    assert not {anew[path] for path in files} & {cells_in(tmp_path)[path] for path in files}
     files[0].write_bytes(files[0].read_bytes()[:-1])
-    with pytest.raises(InputError, match=r"delete it to compute it again: is truncated"):
-        sweep(SCENE, out=tmp_path, resume=True)
+    with pytest.raises(InputError, match=r"delete it to compute it again: .* does not end with"):
+        sweep(SCENE, out=tmp_path)
+    files[0].write_bytes(files[1].read_bytes())
+    with pytest.raises(InputError, match=r"delete it to compute it again: it is not this cell"):
+        sweep(SCENE, out=tmp_path)
 
 
-def test_a_grid_of_something_else_is_never_overwritten(tmp_path: Path) -> None:
+def test_a_grid_of_something_else_is_never_overwritten_without_force(tmp_path: Path) -> None:
     small = SCENE.with_settings({"chain.n": 2, "drive.amplitude": "0.01"})
     changed = small.with_settings({"chain.tan_alpha": "0.2"})
     sweep(small, out=tmp_path / "other")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "sweep.nc").write_text("mine")
-    for name, said in (("other", "sweep of another scene"), ("mine", "not of this scene")):
+    there = r"another scene: chain.tan_alpha is '0.25' there, and '0.2' here"
+    for name, said in (("other", there), ("mine", "checksum")):
         kept = (tmp_path / name / "sweep.nc").read_bytes()
-        for resume in (True, False):
-            with pytest.raises(InputError, match=said):
-                sweep(changed, out=tmp_path / name, resume=resume)
+        with pytest.raises(InputError, match=said):
+            sweep(changed, out=tmp_path / name)
         assert (tmp_path / name / "sweep.nc").read_bytes() == kept
+        assert sweep(changed, out=tmp_path / name, force=True).attrs["tan_alpha"] == "1/5"
+
+
+def test_tables_of_events_are_in_the_files_of_cells_alone(tmp_path: Path) -> None:
+    wanted = SCENE.with_settings({"run.record": ["x_G", "events"], "vary.chain.n": [2]})
+    with pytest.raises(
+        InputError, match=r"'events': are too many for a grid; out = DIR keeps them"
+    ):
+        sweep(wanted)
+    grid = sweep(wanted, out=tmp_path)
+    assert "recorded_x_G" in grid
+    name = grid.file.sel(amplitude=0.005, seed=2).item()
+    assert Creep.load(tmp_path / name).to_pandas("events").shape[0] == grid.events.sel(
+        amplitude=0.005, seed=2
+    )
 
 
 STOPPED = """
@@ -189,7 +211,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(
         partial = xr.load_dataset(out / "sweep.nc", engine="h5netcdf")
         assert int(partial["finished"].sum()) == len(kept)
         assert partial["velocity"].isnull().sum() == COUNT - len(kept)
-    assert sweep(path, out=out, resume=True).identical(grid)
+    assert sweep(path, out=out).identical(grid)
     assert kept.items() <= cells_in(out).items()
 
 
@@ -216,11 +238,11 @@ class Faulty(ThreadPoolExecutor):
     ("error", "seeds", "said", "cells"),
     [
         (MemoryError("of this worker"), {2},
-         r"n = 6, .*amplitude = 0.005, run.seed = 2.*MemoryError.*2 of 12", 10),
-        (BrokenExecutor("a process was killed"), {1, 2, 3}, r"'Faulty': was lost .*resume", 6),
+         r"MemoryError.*chain.n = 6, .*amplitude = 0.005, run.seed = 2\); 2 of 12", 10),
+        (BrokenExecutor("a process was killed"), {1, 2, 3}, r"'Faulty': was lost .* same call", 6),
     ],
 )  # fmt: skip
-def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
+def test_a_sweep_that_fails_says_where_keeps_its_cells_and_goes_on(
     error: Exception, seeds: set[int], said: str, cells: int, grid: xr.Dataset, tmp_path: Path
 ) -> None:
     with Faulty(error, seeds) as executor, pytest.raises(InputError, match=said):
@@ -229,49 +251,54 @@ def test_a_sweep_that_fails_says_where_keeps_its_cells_and_is_resumed(
     if cells == 10:
         partial = xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf")
         assert int(partial["finished"].sum()) == cells
-    assert sweep(SCENE, out=tmp_path, resume=True).identical(grid)
+    assert sweep(SCENE, out=tmp_path).identical(grid)
 
 
-LENGTHS = ((6, 80, "exact"), (2, 5, "exact"), (3, 40, "sliding"), (4, 9, "exact"))
-MEMBERS = [
-    Experiment(captions(n), Cycles("0.003", cycles), solver=solver) for n, cycles, solver in LENGTHS
-]
+def test_an_error_in_one_cell_is_raised_after_all_others_if_they_are_saved(tmp_path: Path) -> None:
+    starts = {"vary.run.start": ["relaxed", {"tensions": ["0.1"]}], "run.seed": 1}
+    scene = SCENE.with_settings({**starts, "vary.chain.n": [2, 6], "drive.amplitude": "0.01"})
+    said = (
+        r"tensions.*in the cell run.start = .*, chain.n = 6\); 1 of 4 cells failed, and all others"
+    )
+    with pytest.raises(InputError, match=said):
+        sweep(scene, out=tmp_path)
+    assert len(cells_in(tmp_path)) == 3
+    with pytest.raises(InputError, match=r"in the cell run.start = .*, chain.n = 6\)$"):
+        sweep(scene)
 
 
-def test_members_side_by_side_are_what_each_is_alone_through_a_checkpoint_too(
-    tmp_path: Path,
+def test_limits_reach_the_cells_and_what_they_end_is_computed_again(
+    grid: xr.Dataset, tmp_path: Path
 ) -> None:
-    alone = [run_alone(member) for member in MEMBERS]
-    assert run_members(MEMBERS, len(MEMBERS)) == alone
-    file = tmp_path / "run.ckpt"
-    few = Limits.of(max_events=100)
-    part = run_members(MEMBERS, len(MEMBERS), limits=few, checkpoint=Checkpoint(file, 0))
-    assert sum(run.half_cycles for run in part) < sum(run.half_cycles for run in alone)
-    kept = Checkpoint.read(file)
-    assert run_members(kept.experiments, len(MEMBERS), checkpoint=kept) == alone
+    least, most = (int(getattr(grid.events, name)()) for name in ("min", "max"))
+    part = swept(SCENE, out=tmp_path, limits=Limits.of(max_events=(least + most) // 2))
+    ended = part.outcome == "limit"
+    assert 0 < ended.sum() < COUNT
+    assert (part.finished == ~ended).all()
+    assert (part.events <= (least + most) // 2 + 10).all()
+    assert len(cells_in(tmp_path)) == (~ended).sum()
+    assert sweep(SCENE, out=tmp_path).identical(grid)
 
 
-def test_members_for_which_no_time_is_left_are_not_even_made() -> None:
-    made = []
-
-    def members() -> Iterator[Experiment]:
-        for seed in range(1000):
-            made.append(seed)
-            yield Experiment(captions(2), Cycles("0.01", 2), seed=seed)
-
-    assert len(run_members(members(), 1000, limits=Limits.of(max_seconds=0))) == 1
-    assert made == [0, 1]
+def test_cells_for_which_no_time_is_left_are_not_even_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made, known = [], Scene.experiment
+    monkeypatch.setattr(Scene, "experiment", lambda *given: made.append(1) or known(*given))
+    many = SCENE.with_settings({"vary.run.seed": [*range(10**5)]})
+    part = swept(many, limits=Limits.of(max_seconds=0))
+    assert part.outcome.size == 4 * 10**5
+    assert (part.outcome != "").sum() == 1
+    assert len(made) < 300
 
 
 def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
-    from exactcreep.studies.dask_cluster import cluster
-
     scene, killed = load_scene(written(tmp_path, cycles=300)), []
     with (
         dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
         distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as crowd,
-        cluster(crowd.scheduler_address, timeout=PATIENCE) as executor,
+        distributed.Client(crowd) as client,
     ):
 
         def watch(progress: Progress) -> None:
@@ -279,6 +306,7 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
                 killed.append(crowd.workers[0].pid)
                 os.kill(killed[0], signal.SIGKILL)
 
+        executor = client.get_executor(pure=False)
         grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
         assert killed
     assert grid.identical(sweep(scene))

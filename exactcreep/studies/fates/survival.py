@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import closing
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -32,7 +33,7 @@ from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate
-from exactcreep.studies.pool import Signals, pool_of
+from exactcreep.studies.pool import in_parallel
 from exactcreep.studies.sense import require_sense
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits, Stop
@@ -403,8 +404,8 @@ def survival(
 
     records: list[StartRecord] = []
     say("starts", 0, count, "starts")
-    with pool_of(executor, workers) as pool:
-        for ended in pool.completed(records_of, tasks()):
+    with closing(in_parallel(records_of, tasks(), executor, workers)) as computed:
+        for ended in computed:
             if ended is not None:
                 records += ended[1].result()
             say("starts", len(records), count, "starts")
@@ -416,12 +417,12 @@ def survival(
     return replace(asked, records=tuple(records), reason=reason)
 
 
-def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
+def records_of(task: _Task, stopped: Callable[[], bool] | None = None) -> list[StartRecord]:
     """Follow the starts of a task; after the time limit only start 1 begins."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
-    if signals is not None:
-        limits = replace(limits, interrupted=lambda: signals.stop)
+    if stopped is not None:
+        limits = replace(limits, interrupted=stopped)
     numbers = (number for number in task.numbers if number == 1 or not limits.passed())
     return [_record(task.asked, number, limits) for number in numbers]
 
