@@ -128,6 +128,7 @@ def show(
     exactcreep show run.nc
     exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
     """
+    from exactcreep.commands.run import known_text
     from exactcreep.figures.run import draw_portrait, portrait
     from exactcreep.quasistatic.creep_result import load_members
 
@@ -137,8 +138,7 @@ def show(
     seen = chosen(members, member)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
     view = portrait(seen, wanted, wide or 1)
-    said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
-    say_all = partial(put, said, end="")
+    say_all = partial(put, f"trajectory {known_text(seen)}")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 
 

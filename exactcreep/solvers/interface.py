@@ -60,8 +60,7 @@ class Tally:
     """Motions of one slider from a start to a stop."""
     draws_below_mu_d: int = 0
     undecided: int = 0
-    long_rearrangements: int = 0
-    """Rearrangements with too many events for the promise of 1e-12 (of `exact`)."""
+    """Comparisons within their rounding bound, settled by the model's rules."""
 
 
 @dataclass(frozen=True, eq=False)

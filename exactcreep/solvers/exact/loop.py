@@ -141,8 +141,6 @@ def _settle(cell, now, log):
             add(cell, layout.TRAVEL, layout.TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
             cell[layout.X, i] = 0.0
-    if now.number > layout.PROMISED_EVENTS:
-        now.counts.long += 1
     now.stage = layout.AT_REST
 
 
