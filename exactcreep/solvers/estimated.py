@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Evidence
 from exactcreep.motion.amplified import amplified_error
 from exactcreep.solvers.interface import TENSION_TOLERANCE
@@ -26,6 +27,18 @@ class Estimated(Rearrangement):
             return math.inf, -1
         contacts = Contacts(self.chain, self.seed)
         return amplified_error(self.chain, self.initial, self.events, contacts)
+
+    @cached_property
+    def promised(self) -> float:
+        """The largest error for which the evidence is `COMPUTED`, unit ``m g``.
+
+        It is relative to the largest force: a weight, an end force, a tension, or the friction on a
+        slider that slid.
+        """
+        tensions = (abs(floats(state.tensions)).max(initial=1.0) for state in (self.initial, self.state))
+        slid = {slider for event in self.events for slider in event.sliders}
+        held = (self.chain.times_cosine(mu) for n, mu in enumerate(self.chain.each("mu_d"), 1) if n in slid)
+        return TENSION_TOLERANCE * max(*tensions, *map(abs, self.chain.end_forces), *held)
 
     @property
     def error(self) -> float:

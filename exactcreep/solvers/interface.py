@@ -30,7 +30,7 @@ LONGEST_AVALANCHE = 10**6
 """Most events of an avalanche that may never end, plus 1000 for each slider."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 TENSION_TOLERANCE = 1e-12
-"""Largest error of a tension that float64 promises for one rearrangement, in units of ``m g``."""
+"""Error that float64 promises for one rearrangement, relative to the largest force in it."""
 _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'

@@ -131,12 +131,11 @@ After all strips follow rows with the first key of each strip.
 
 CHAIN = np.dtype(
     [
-        ("friction", np.float64),  # the largest mu_d cos(alpha)
+        ("friction", np.float64),  # the least mu_d cos(alpha)
         ("mean_friction", np.float64),
         ("mean_weight", np.float64),  # sin(alpha), plus the end forces over n
         ("cosine", np.float64),
         ("width", np.float64),  # standard deviation of the static coefficients
-        ("mean_excess", np.float64),  # the largest (mu_s - mu_d) cos(alpha)
         ("n", np.int64),
         ("seed", np.int64),
         ("constant", np.int64),  # whether every static coefficient is the mean of its slider
