@@ -5,9 +5,8 @@ copies of a slightly different chain are followed beside the run until one of th
 mostly soon, so that copies cost little.
 
 Copies that have not differed after `MOST_EVENTS` events stay close: their distance from the run
-grows in proportion to time, not exponentially. (Measured for 2 to 8 sliders over up to 400,000
-events, with and without disorder; the distance after ten times as many targets was at most ten
-times as large.) The run then counts as known for as long as this growth allows.
+grows in proportion to time, not exponentially (measured for 2 to 8 sliders over up to 400,000
+events, with and without disorder). The run then counts as known for as long as this growth allows.
 
 The number of copies and the margin were measured against certified tensions of 300 runs of 3 to 12
 sliders with disorder. With the distance of two copies as its estimate, an error exceeded 1e-9 once;
@@ -35,7 +34,7 @@ MOST_EVENTS = 2**14
 """Events of each copy that is followed by default."""
 _ENOUGH = 16
 """`MOST_EVENTS` show whether copies separate in so many targets, or of at most so many sliders."""
-_LEAST = 2.0**-52  # a distance is not known better
+_LEAST = 2.0**-52  # distances are not known better
 _FIRST, _LONGEST = 1024, 2**14  # targets at once; the first is divided by n
 
 
@@ -43,7 +42,7 @@ class Predictability(Observer):
     """Finds up to which target the trajectory of a run is known, from the solver and its copies.
 
     `doubtful` is the first target with an undecided comparison, or 0. Up to target `agreed` the
-    tensions of the copies are at most `distance` away, and this is at most ``KNOWN / MARGIN``.
+    copies stayed within `distance`, at most ``KNOWN / MARGIN``.
     """
 
     state = ("doubtful", "agreed", "distance", "checked", "parted", "following", "copied")
@@ -55,7 +54,7 @@ class Predictability(Observer):
         self.copies: Any = None
         self.limits = NO_LIMITS  # of the run
         self._first = max(_FIRST // self.n, 4)
-        self.doubtful, self.agreed, self.distance, self.checked = 0, 0, 0.0, 0
+        self.doubtful, self.agreed, self.distance, self.checked = 0, 0, _LEAST, 0
         self.parted = False
         self.perturbed = self.following = experiment.algorithm.perturbs and self.n > 1
         self._tells = False  # whether the simulation says at each target if it is decided
@@ -103,7 +102,7 @@ class Predictability(Observer):
         """Return the number of targets, of `done`, up to which the trajectory is known."""
         known = self.agreed if self.perturbed else done
         if not self.parted and (self.n <= _ENOUGH or known >= _ENOUGH):
-            known = int(min(known * KNOWN / MARGIN / max(self.distance, _LEAST), done))
+            known = int(min(known * KNOWN / MARGIN / self.distance, done))
         return min(known, self.doubtful - 1) if self.doubtful else known
 
     def kept(self) -> dict[str, Any]:
