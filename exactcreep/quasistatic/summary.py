@@ -44,9 +44,7 @@ class RunRow(NamedTuple):
         _word("what the chain does, or why the computation stopped"),
         _LINE | _FILE | _CELL,
     ]
-    evidence: Annotated[
-        Evidence, _word("how well its trajectory is known"), _LINE | _FILE | _CELL
-    ]
+    evidence: Annotated[Evidence, _word("how well its trajectory is known"), _LINE | _FILE | _CELL]
     known_until: Annotated[
         int, _count("targets up to which the trajectory is known"), _LINE | _FILE | _CELL
     ]

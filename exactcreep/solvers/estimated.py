@@ -35,10 +35,12 @@ class Estimated(Rearrangement):
         It is relative to the largest force: a weight, an end force, a tension, or the friction on a
         slider that slid.
         """
-        tensions = (abs(floats(state.tensions)).max(initial=1.0) for state in (self.initial, self.state))
-        slid = {slider for event in self.events for slider in event.sliders}
-        held = (self.chain.times_cosine(mu) for n, mu in enumerate(self.chain.each("mu_d"), 1) if n in slid)
-        return TENSION_TOLERANCE * max(*tensions, *map(abs, self.chain.end_forces), *held)
+        forces = [1.0, *(abs(float(force)) for force in self.chain.end_forces)]
+        for state in (self.initial, self.state):
+            forces += abs(floats(state.tensions)).tolist()
+        held = self.chain.each("mu_d", self.chain.times_cosine)
+        forces += [held[slider - 1] for event in self.events for slider in event.sliders]
+        return TENSION_TOLERANCE * max(forces)
 
     @property
     def error(self) -> float:

@@ -84,7 +84,9 @@ def off(run: Creep) -> float:
     held = np.array(chain.each("mu_d", chain.times_cosine)) * (slips > 0)
     forces = np.hstack([held, abs(tension).astype(float)]).max(axis=1, initial=1.0)
     forces = np.maximum.accumulate(np.maximum(forces, max(map(abs, chain.end_forces))))
-    return float((abs(run.recorded["tension"][:until] - tension).max(axis=1) / forces).max(initial=0))
+    return float(
+        (abs(run.recorded["tension"][:until] - tension).max(axis=1) / forces).max(initial=0)
+    )
 
 
 def disordered(n: int, amplitude: str, cycles: int, seed: int) -> Creep:

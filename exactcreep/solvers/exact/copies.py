@@ -57,7 +57,7 @@ class Copies:
     def __init__(self, solver: Solver, chain: Chain, state: State, seed: int) -> None:
         self._run = solver, chain, state, seed
         self._held = np.array(chain.each("mu_d", chain.times_cosine))
-        self._pull = max(1.0, *map(abs, chain.end_forces))
+        self._pull = max(1.0, *(abs(float(force)) for force in chain.end_forces))
         self.copies = [self._copy(1.0, 1), self._copy(-1.0, 2)]
 
     def _copy(self, share: float, block: int) -> Simulation:
