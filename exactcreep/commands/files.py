@@ -119,6 +119,7 @@ def show(
     exactcreep show run.nc
     exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
     """
+    from exactcreep.commands.run import known_text
     from exactcreep.figures.run import draw_portrait, portrait
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
@@ -126,8 +127,7 @@ def show(
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
     view = portrait(seen, wanted, wide or 1)
-    said = f"{seen.evidence.value}: {seen.course}\n" if seen.course else ""
-    say_all = partial(put, said, end="")
+    say_all = partial(put, f"trajectory {known_text(seen)}")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 
 

@@ -342,6 +342,7 @@ def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
     say(f"N = {result.chain.n}{numbers}; solver {result.solver}{options}, seed {result.seed}")
     rows: list[tuple[str, Any]] = [
         ("outcome", result.sentence),
+        ("trajectory", known_text(result)),
         (f"velocity per {result.drive.per}", _measured(result)),
         ("  of", result.velocity_of),
     ]
@@ -354,9 +355,6 @@ def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
     rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
     rows += [("  law that holds", held)] if (held := _held(result)) else []
     rows += [] if moved is None else moved.lines()
-    ties = f"; the model's rules settled {result.undecided} ties" if result.undecided else ""
-    known = result.course or result.evidence.value
-    rows.append(("trajectory", known + ties))
     if "accuracy" in result.report:
         from exactcreep.quasistatic.creep import accuracy_reached
 
@@ -364,25 +362,33 @@ def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
     target = "half-cycles" if result.drive.cyclic else "targets"
     reached = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
     rows.append(("counts", f"{reached}, {result.event_count} events, {result.slip_count} slips"))
-    if result.long_rearrangements:
-        rows.append(("accuracy", _accuracy(result.long_rearrangements)))
     rows += [("outside the model", text) for text in _outside(result.warnings)]
     say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
+
+
+def known_text(result: Creep) -> str:
+    """Return up to where a trajectory is known, and what holds beyond, in words."""
+    from exactcreep.model.outcome import Evidence, Outcome
+
+    until, ties = result.known_until, result.report["undecided"]
+    settled = f"; the model's rules settled {ties} ties" if ties else ""
+    if result.evidence is Evidence.PROVED:
+        return "proved"
+    if result.evidence is Evidence.COMPUTED:
+        return "known to 1e-9 to the end" + settled
+    reach = f"up to {'half-cycle' if result.drive.cyclic else 'target'} {until}"
+    known = f"known to 1e-9 {reach if until else 'at its start only'}"
+    if result.velocity_error == 0:
+        return f"{known}; the outcome is where float64 ended{settled}"
+    if result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
+        return known + settled
+    return f"{known}; the mean velocity holds for the whole run{settled}"
 
 
 def _outside(warnings: Mapping[str, int]) -> list[str]:
     from exactcreep.quasistatic.creep import PHYSICS
 
     return [f"{PHYSICS[name]} ({count} times)" for name, count in warnings.items()]
-
-
-def _accuracy(count: int) -> str:
-    from exactcreep.solvers.exact.layout import PROMISED_EVENTS
-
-    return (
-        f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"
-        " 1e-12 is not promised"
-    )
 
 
 # --- printing a grid ------------------------------------------------------------------------------

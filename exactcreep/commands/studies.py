@@ -380,5 +380,6 @@ def _print_plan(plan: Plan) -> None:
         say(f"cost: {cost} for {plan.events:.3g} events (by the first ten half-cycles)")
     elif plan.solver != "law":
         say("cost: not known")
-    if plan.course:
-        say(f"trust: {plan.course}")
+    if plan.known_until is not None:
+        targets = "half-cycles" if plan.experiment.drive.cyclic else "targets"
+        say(f"trajectory: known to 1e-9 for the first {plan.known_until} {targets}")

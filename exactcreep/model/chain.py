@@ -352,8 +352,16 @@ class Chain(Shown):
 
     @property
     def slides(self) -> bool:
-        """Whether sliders follow theta without slips: no static excess, and no disorder."""
-        return self.sigma_mu == 0 and any(low == high for _, low, high in self._frictions())
+        """Whether a slider that feels theta follows it without slips: it has no static excess."""
+        return any(slider in (self.rates or {0}) for slider in self.without_excess)
+
+    @property
+    def without_excess(self) -> list[int]:
+        """The sliders (from 0) that have neither static excess nor disorder."""
+        if self.sigma_mu != 0 or ("friction" not in self.unlike and self.mu_d < self.mu_s):
+            return []
+        pairs = zip(self.each("mu_d"), self.each("mu_s"), strict=True)
+        return [slider for slider, (low, high) in enumerate(pairs) if low == high]
 
     def mirrored(self) -> Chain:
         """Return the mirror image: the incline tilted the other way.

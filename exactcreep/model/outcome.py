@@ -19,10 +19,11 @@ class Evidence(Enum):
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
     """Floating-point arithmetic decided every comparison by more than its rounding bound. By an
-    estimate (in a run: by perturbed copies) the errors of tensions stay below 1e-12."""
+    estimate the errors of tensions stay below 1e-12 of the largest force in a rearrangement, and
+    (by perturbed copies) below 1e-9 of it in a run."""
     UNDECIDED = "undecided"
     """A comparison was within its rounding bound and settled by the model's rules, or rounding
-    errors may be larger. The trajectory is then not known from there on; averages still hold."""
+    errors may be larger. The trajectory of a run is then known up to `Creep.known_until`."""
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:
@@ -81,6 +82,10 @@ def cycles_text(count: int) -> str:
 
 
 def found_text(outcome: Outcome, direction: str, when: str, evidence: Evidence) -> str:
-    """Return the finding of a run or a fate: ``at rest, settled after 1 cycle (proved)``."""
+    """Return the finding of a run or a fate: ``at rest, settled after 1 cycle (proved)``.
+
+    Its evidence is left out if it is undecided: how well a trajectory is known is no outcome.
+    """
     found = with_direction(outcome, direction).replace("_", " ")
-    return f"{', '.join(filter(None, (found, when)))} ({evidence.value})"
+    known = "" if evidence is Evidence.UNDECIDED else f" ({evidence.value})"
+    return ", ".join(filter(None, (found, when))) + known

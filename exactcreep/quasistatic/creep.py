@@ -138,9 +138,10 @@ def creep(
         cycles. Default: none for a Path or a TemperatureRecord; for other drives a tenth of the
         targets, at least 2.
     twin : bool
-        Slightly perturbed copies of the run show up to which half-cycle its trajectory is known
-        (`Creep.trusted_half_cycles`). True: follow the copies until one of them differs from the
-        run. Default: follow each copy for at most 16,384 events.
+        Slightly perturbed copies of the run show up to which target its trajectory is known
+        (`Creep.known_until`). True: follow the copies until one of them differs from the run.
+        Default: follow each copy for at most 16,384 events, after which the distance of copies
+        that have stayed close is taken to grow in proportion to time.
     accuracy : number, optional
         Stop when the mean velocity has this relative error at 95 %. The error is tested after 128
         targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the

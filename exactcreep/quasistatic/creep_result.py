@@ -25,10 +25,9 @@ from exactcreep.model.outcome import (
 )
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
-from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.statistics import FEWEST_STEPS, alternates
-from exactcreep.quasistatic.summary import COUNTS, RUN, Place, attribute_of, names
+from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import advance
 from exactcreep.watch.limits import Stop
@@ -54,6 +53,12 @@ class Creep(Result):
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
         How well the trajectory is known. `PROVED`: the events in these half-cycles are proved.
+        `COMPUTED`: it is known up to the last target. `UNDECIDED`: only up to `known_until`.
+    known_until : int
+        Number of targets up to which the trajectory is known: the events are the events of the
+        true trajectory, and the tensions agree to 1e-9 of the largest force that occurred (a
+        weight, an end force, a tension, or the friction on a slider that slid). Averages hold
+        beyond it.
     outcome_evidence : Evidence
         How well the outcome is known, never better than `evidence`. An outcome that lasts for ever
         (the tensions have returned after whole cycles, nothing moves in a cycle, or the chain runs
@@ -79,18 +84,8 @@ class Creep(Result):
     half_cycles, burn_in, rearrangements, event_count, slip_count : int
         Targets reached, targets left out of the velocity, and numbers of rearrangements, events and
         slips.
-    draws_below_mu_d, undecided : int
-        Static coefficients drawn below mu_d; comparisons within their rounding bound.
-    long_rearrangements : int
-        For `exact`: rearrangements of more than 200 events, after which rounding errors of tensions
-        may exceed 1e-12.
-    undecided_from : int
-        First target from which on the run may be undecided; 0 if there is none. A comparison was
-        undecided, an avalanche was too long, or a perturbed copy may differ by 1e-12. These
-        conditions are checked at every target at first, then less and less often.
-    trusted_half_cycles : int or None
-        The last target up to which perturbed copies had the same events, and tensions within
-        2.5e-10; None if no copy was followed.
+    draws_below_mu_d : int
+        Static coefficients drawn below mu_d, which act as mu_d.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -101,7 +96,8 @@ class Creep(Result):
     recorded : mapping of str to ndarray
         The recorded columns, as in `dataset`.
     report : mapping
-        Facts that only this solver reports: precision, enclosure radii, work counts.
+        Counts of comparisons within their rounding bound (`undecided`), and facts that only this
+        solver reports: precision, enclosure radii, work counts.
     saved : mapping of int to State
         Some states by targets reached, for `state_at`; empty for a result from a file.
 
@@ -115,6 +111,7 @@ class Creep(Result):
     experiment: Experiment
     outcome: Outcome
     evidence: Evidence
+    known_until: int
     outcome_evidence: Evidence
     reason: str
     velocity: float
@@ -126,10 +123,6 @@ class Creep(Result):
     event_count: int
     slip_count: int
     draws_below_mu_d: int
-    undecided: int
-    long_rearrangements: int
-    undecided_from: int
-    trusted_half_cycles: int | None
     warnings: Mapping[str, int]
     seconds: float
     state: State
@@ -165,7 +158,7 @@ class Creep(Result):
 
     @property
     def finding(self) -> str:
-        """The outcome, since which cycle it holds, and how sure that is, in words."""
+        """The outcome, and when it holds, in words; and its evidence, unless it is undecided."""
         when = ""
         if self.settled:
             when = f"settled after {cycles_text(self.since or 0)}"
@@ -173,7 +166,7 @@ class Creep(Result):
             after = self.burn_in if self.since is None else 2 * self.since
             after = after if after < self.half_cycles else 0
             named = "half-cycle" if self.drive.cyclic else "target"
-            when = f"seen in this run only, from {named} {after + 1} on"
+            when = f"{named}s {after + 1} to {self.half_cycles}"
         return found_text(self.outcome, self.direction, when, self.outcome_evidence)
 
     @property
@@ -268,25 +261,6 @@ class Creep(Result):
         if not time.computed:
             when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"
         return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
-
-    @property
-    def known_half_cycles(self) -> int:
-        """The last target up to which the trajectory is known; all if nothing is undecided."""
-        if not self.undecided_from:
-            return self.half_cycles
-        before = self.undecided_from - 1
-        by_rules = self.undecided or self.long_rearrangements
-        return before if by_rules else max(before, self.trusted_half_cycles or 0)
-
-    @property
-    def course(self) -> str:
-        """How far trajectory, outcome and velocity can be trusted, in one sentence; or ""."""
-        return known_of([self])
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """The counts by their names in files."""
-        return {name: getattr(self, attribute_of(name)) for name in COUNTS}
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, with the same bits as in the run.

@@ -157,10 +157,14 @@ def fields_of(member: Group) -> dict[str, Any]:
         exact = Enclosure(*map(ratio_of, parts))
     columns = COLUMNS.keys() - {"theta"}
     recorded = {name: member[name] for name in member if quantity(name) in columns}
-    fields: dict[str, Any] = {"since": None, "trusted_half_cycles": None}
+    fields: dict[str, Any] = {"since": None, "report": {}}
     for name in names(Place.FILE):
         if name in about:
             fields[attribute_of(name)] = reader_of(name)(about[name])
+    if "known_until" not in about:  # a file of 0.4.0
+        undecided, reached = int(about["undecided_from"]), fields["half_cycles"]
+        fields["known_until"] = min(undecided - 1, reached) if undecided else reached
+        fields["report"] = {"undecided": int(about["undecided"])} | fields["report"]
     if "outcome_evidence" not in about:  # a file of 0.4.0
         never, settled = fields["outcome"] is Outcome.RUNAWAY, fields["velocity_error"] == 0
         lasts = never or (settled and about["drive"] == Cycles.kind)

@@ -25,7 +25,7 @@ from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import EXPANSION
-from exactcreep.solvers.interface import Solver
+from exactcreep.solvers.interface import Solver, require_slips
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
 
@@ -244,6 +244,8 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         raise InputError("drive.theta", drive.springs, allowed)
     if EXPANSION not in solver.takes:
         drive.require_one_dilation(f"the solver {solver.name}")
+    if solver.needs_slips:
+        require_slips(chain, range(chain.n))
     drive.leg(1, theta)  # a start that is not known exactly is refused
 
 

@@ -170,6 +170,7 @@ class ObservedRun:
     def result(self) -> Creep:
         simulation, experiment, done = self.simulation, self.experiment, self.done
         tally, state = replace(simulation.tally), self._state()
+        counts = vars(tally).copy()
         if self.outcome is None:
             ended = behaviour(self.velocity, self.return_map, state, tally, done)
         else:
@@ -178,12 +179,10 @@ class ObservedRun:
             ended = Behaviour(self.outcome, reason=self.reason, evidence=known)
         burn_in, mean = self.velocity.mean(done)
         velocity, error, exact = self._velocity(ended, burn_in, mean)
-        undecided = self.copy.undecided_from
-        if not undecided and simulation.evidence is Evidence.UNDECIDED:
-            undecided = done + 1
-        evidence = Evidence.of(undecided, simulation.evidence)
+        known_until = self.copy.known_until(done)
+        evidence = Evidence.of(done - known_until, simulation.evidence)
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
-        report = simulation.report()
+        report = {"undecided": counts.pop("undecided")} | simulation.report()
         if experiment.accuracy is not None:
             reached = 0.0 if ended.velocity is not None else self._relative_error()
             report |= {"accuracy": experiment.accuracy, "relative_error": reached,
@@ -192,6 +191,7 @@ class ObservedRun:
             experiment=experiment,
             outcome=ended.outcome,
             evidence=evidence,
+            known_until=known_until,
             outcome_evidence=evidence.and_then(ended.evidence),
             reason=ended.reason,
             velocity=velocity,
@@ -199,9 +199,7 @@ class ObservedRun:
             velocity_enclosure=exact if experiment.digits and self.velocity.burnt(done) else None,
             half_cycles=done,
             burn_in=burn_in,
-            **{attribute_of(name): count for name, count in vars(tally).items()},
-            undecided_from=undecided,
-            trusted_half_cycles=self.copy.trusted_half_cycles,
+            **{attribute_of(name): count for name, count in counts.items()},
             warnings={name: count for name, count in beyond.items() if count},
             seconds=self.seconds,
             state=state,

@@ -44,8 +44,9 @@ class RunRow(NamedTuple):
         _word("what the chain does, or why the computation stopped"),
         _LINE | _FILE | _CELL,
     ]
-    evidence: Annotated[
-        Evidence, _word("how well the events of its half-cycles are known"), _LINE | _FILE | _CELL
+    evidence: Annotated[Evidence, _word("how well its trajectory is known"), _LINE | _FILE | _CELL]
+    known_until: Annotated[
+        int, _count("targets up to which the trajectory is known"), _LINE | _FILE | _CELL
     ]
     outcome_evidence: Annotated[
         Evidence, _word("how well the outcome is known"), _LINE | _FILE | _CELL
@@ -75,21 +76,12 @@ class RunRow(NamedTuple):
     draws_below_mu_d: Annotated[
         int, _count("static coefficients drawn below mu_d, which act as mu_d"), _FILE | _CELL
     ]
-    undecided: Annotated[int, _count("comparisons inside their rounding bound"), _FILE | _CELL]
-    long_rearrangements: Annotated[int, _count("rearrangements of more than 200 events"), _FILE]
-    undecided_from: Annotated[int, _count("the first target that may be undecided, or 0"), _FILE]
-    trusted_half_cycles: Annotated[
-        int | None, _count("up to which target copies agree to 1e-9"), _FILE | _SAID
-    ]
     x_G: Annotated[float, _real(LENGTH, "displacement of the centre of mass at the end"), _CELL]
     solver: Annotated[str, _word("by which it was computed")]
     seed: Annotated[Any, Column("uint64", NUMBER, "of the disorder")]
     seconds: Annotated[float, _real("s", "wall time, without compilation"), _FILE]
     reason: Annotated[
         str, _word("for a limit or a runaway: one sentence"), _LINE | _FILE | _CELL | _SAID
-    ]
-    course: Annotated[
-        str, _word("how far the trajectory is known, and what the rest is worth"), _SAID
     ]
     warnings: Annotated[
         Mapping[str, int],
@@ -112,9 +104,6 @@ _ATTRIBUTES = {"events": "event_count", "slips": "slip_count"}
 def names(place: Place) -> tuple[str, ...]:
     """Return the entries that appear in a place."""
     return tuple(name for name, places in _PLACES.items() if place in places)
-
-
-COUNTS = tuple(name for name in names(Place.FILE) if TYPES[name] is int)
 
 
 def attribute_of(name: str) -> str:

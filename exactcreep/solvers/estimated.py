@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Evidence
 from exactcreep.motion.amplified import amplified_error
 from exactcreep.solvers.interface import TENSION_TOLERANCE
@@ -26,6 +27,20 @@ class Estimated(Rearrangement):
             return math.inf, -1
         contacts = Contacts(self.chain, self.seed)
         return amplified_error(self.chain, self.initial, self.events, contacts)
+
+    @cached_property
+    def promised(self) -> float:
+        """The largest error for which the evidence is `COMPUTED`, unit ``m g``.
+
+        It is relative to the largest force: a weight, an end force, a tension, or the friction on a
+        slider that slid.
+        """
+        forces = [1.0, *(abs(float(force)) for force in self.chain.end_forces)]
+        for state in (self.initial, self.state):
+            forces += abs(floats(state.tensions)).tolist()
+        held = self.chain.each("mu_d", self.chain.times_cosine)
+        forces += [held[slider - 1] for event in self.events for slider in event.sliders]
+        return TENSION_TOLERANCE * max(forces)
 
     @property
     def error(self) -> float:

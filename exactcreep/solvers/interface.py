@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, ClassVar
@@ -30,14 +30,26 @@ LONGEST_AVALANCHE = 10**6
 """Most events of an avalanche that may never end, plus 1000 for each slider."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 TENSION_TOLERANCE = 1e-12
-"""Largest error of a tension that float64 promises for one rearrangement, in units of ``m g``."""
+"""Error that float64 promises for one rearrangement, relative to the largest force in it."""
 _NO_SLIPS = (
     "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
     ' use solver="sliding"'
 )
+_SLIDES = (
+    "equal to mu_d with sigma_mu = 0 lets this slider slide with theta while others slip, which no"
+    " solver follows: give it a larger mu_s"
+)
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
+
+
+def require_slips(chain: Chain, driven: Collection[int]) -> None:
+    """Raise `InputError` if one of the sliders that theta drives slides with it, without slips."""
+    if sliding := [slider for slider in chain.without_excess if slider in driven]:
+        if chain.mu_s == chain.mu_d:
+            raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
+        raise InputError(f"mu_s[{sliding[0]}]", chain.each("mu_s")[sliding[0]], _SLIDES)
 
 
 def longest_avalanche(chain: Chain) -> int:
@@ -60,8 +72,7 @@ class Tally:
     """Motions of one slider from a start to a stop."""
     draws_below_mu_d: int = 0
     undecided: int = 0
-    long_rearrangements: int = 0
-    """Rearrangements with too many events for the promise of 1e-12 (of `exact`)."""
+    """Comparisons within their rounding bound, settled by the model's rules."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +201,7 @@ class Solver(ABC):
     summary: ClassVar[str]
     """One line for people."""
     needs_slips: ClassVar[bool] = True
-    """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
+    """Whether it refuses a chain with a slider that slides with theta; see `sliding`."""
     takes: ClassVar[frozenset[str]] = frozenset()
     """Respects in which sliders and springs may differ; see `Chain.unlike`."""
     perturbs: ClassVar[bool] = False
@@ -249,8 +260,8 @@ class Solver(ABC):
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
         if not chain.unlike <= self.takes:
             require_uniform(chain.parameters(), f"the solver {self.name}", self.takes)
-        if self.needs_slips and chain.slides:
-            raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
+        if self.needs_slips:
+            require_slips(chain, chain.rates or {0})
         return Start(chain, state, seed)
 
     @abstractmethod

@@ -33,6 +33,7 @@ from exactcreep.model.path import Path
 from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.interface import require_slips
 from exactcreep.solvers.tables import LENGTH, NUMBER
 from exactcreep.studies.event_log import LoggedEvent
 from exactcreep.studies.trajectory import (
@@ -179,7 +180,7 @@ def ladder(
     chain: Chain, time_steps: Sequence[Any] = TIME_STEPS, best: Method | None = None
 ) -> list[Method]:
     """Return the methods that can follow a chain; without slips only the sliding limit."""
-    if chain.slides:
+    if _only_slides(chain):
         return [Method("sliding")]
     plain = [Method("verlet", dt=dt) for dt in time_steps]
     located = [Method("verlet", dt=dt, locate=True) for dt in time_steps]
@@ -188,7 +189,14 @@ def ladder(
 
 
 def _best(chain: Chain) -> Method:
-    return Method("sliding") if chain.slides else Method("certified", digits=DIGITS)
+    return Method("sliding") if _only_slides(chain) else Method("certified", digits=DIGITS)
+
+
+def _only_slides(chain: Chain) -> bool:
+    """Return whether only `sliding` follows a chain; raise `InputError` if no solver does."""
+    if chain.slides and chain.mu_s != chain.mu_d:
+        require_slips(chain, chain.rates)
+    return chain.slides
 
 
 def _members(experiment: Experiment, seeds: Any) -> list[Experiment]:

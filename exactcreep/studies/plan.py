@@ -80,8 +80,9 @@ class Plan(Result):
     events, seconds : float
         Estimates for the whole run from its first half-cycles: events of `exact`, the same on every
         machine, and processor time on this machine; nan if unknown.
-    course, trusted_half_cycles : str, int or None
-        How far the trajectory can be trusted, as in `Creep`; "" and None if unknown.
+    known_until : int or None
+        Number of targets up to which the trajectory of `exact` is known, of those that 20,000
+        events reach; None if no events were counted.
 
     Examples
     --------
@@ -99,8 +100,7 @@ class Plan(Result):
     theorems: Mapping[str, float]
     events: float = math.nan
     seconds: float = math.nan
-    course: str = ""
-    trusted_half_cycles: int | None = None
+    known_until: int | None = None
     law_name: str = ""
     law_deviation: float = math.nan
 
@@ -110,8 +110,8 @@ class Plan(Result):
         return self.solver
 
     told = (
-        "solver", "reason", "law", "events", "seconds", "course",
-        "explicit", "digits", "theorems", "trusted_half_cycles", "law_name", "law_deviation",
+        "solver", "reason", "law", "events", "seconds", "known_until",
+        "explicit", "digits", "theorems", "law_name", "law_deviation",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
@@ -305,7 +305,7 @@ def _expected(experiment: Experiment, method: Method, limits: Limits) -> dict[st
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the user's own run will warn
         followed = run(drive, _FOLLOWED, record=())
-        trust = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
+        trust: dict[str, Any] = {"known_until": followed.known_until}
         # the number of events, counted or estimated, must not depend on a measured time
         pilots = _pilots(
             drive, counted, lambda p: p.events >= _COUNTED or p.half_cycles >= _AT_REST

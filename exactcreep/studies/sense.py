@@ -9,6 +9,7 @@ from exactcreep.laws import pivot_sliders
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.uniform import END_FORCES, EVERYTHING, FRICTION, require_uniform
+from exactcreep.solvers.interface import require_slips
 
 CHAOTIC = 6
 """From this number of sliders on creep is chaotic and lasts for a limited time."""
@@ -37,6 +38,8 @@ def require_sense(
         allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
         raise InputError("sigma_mu", chain.sigma_mu, f"{allowed} creep lives")
     if chain.slides and question in ("fate", "survival"):
+        if chain.mu_s != chain.mu_d:
+            require_slips(chain, chain.rates)
         allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
         raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
     if question in ("fate", "survival"):

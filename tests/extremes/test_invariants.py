@@ -66,7 +66,8 @@ def same_motion(one: Creep, other: Creep) -> bool:
     return (
         np.array_equal(one.state.displacements, other.state.displacements)
         and np.array_equal(one.state.tensions, other.state.tensions)
-        and all(one.counts[name] == other.counts[name] for name in ("events", "slips", "undecided"))
+        and (one.event_count, one.slip_count) == (other.event_count, other.slip_count)
+        and one.report["undecided"] == other.report["undecided"]
     )
 
 

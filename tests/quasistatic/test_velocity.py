@@ -41,7 +41,7 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
     assert result.velocity == pytest.approx(mean, rel=1e-13, abs=0)
     named = "half-cycle" if drive.cyclic else "target"
     assert result.velocity_units.endswith(named)
-    assert f"from {named} {left_out + 1} on" in result.finding
+    assert f"{named}s {left_out + 1} to {drive.half_cycles}" in result.finding
 
 
 def record_at(hours: list[float]) -> TemperatureRecord:

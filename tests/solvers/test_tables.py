@@ -135,7 +135,7 @@ def test_the_tables_add_up_to_what_the_run_did_and_energies_balance(which: str) 
     ).all()
     assert table["events"].sum() == found.event_count
     assert table["slips"].sum() == len(slips["slider"]) == found.slip_count
-    assert table["undecided"].sum() == found.undecided
+    assert table["undecided"].sum() == found.report["undecided"]
     moved = np.zeros(chain.n)
     for n in range(chain.n):
         own = slips["slider"] == n + 1

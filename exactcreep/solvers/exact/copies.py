@@ -36,18 +36,19 @@ def perturbed(chain: Chain, state: State, share: float, block: int) -> tuple[Cha
     """Return a chain and a start that differ by `share` times the initial error.
 
     The sign of the error of the tensions changes after each `block` springs. If the chain is the
-    mirror image of itself, so is the copy: all its coefficients are larger by the same number.
+    mirror image of itself, so is the copy: all its coefficients are larger by the same share.
     """
-    error = Fraction(share * _ERROR * nearest_float(chain.largest_mu_s + abs(chain.tan_alpha)))
-    springs, more = np.arange(chain.n - 1), abs(error) / 4
+    mu_s, springs = chain.each("mu_s"), np.arange(chain.n - 1)
+    error = Fraction(share * _ERROR * nearest_float(min(mu_s) + abs(chain.tan_alpha)))
     if mirrored := symmetric(chain, state):
         springs = np.minimum(springs, springs[::-1])
     wave = 1.0 - 2.0 * (springs // block % 2)
     start = replace(state, tensions=floats(state.tensions) + float(error) * wave)
-    if not mirrored:
-        return replace(chain, sigma_mu=abs(chain.sigma_mu + error / 4)), start
-    means = [mean + more for mean in chain.each("mu_s")]
-    return replace(chain, mu_s=means if "friction" in chain.unlike else means[0]), start
+    scatter = chain.sigma_mu if mirrored else abs(chain.sigma_mu + error / 4)
+    if mirrored or "friction" in chain.unlike:  # a rough slider errs by more than the others
+        mu_s = [mean * (1 + Fraction(abs(share) * _ERROR / 4)) for mean in mu_s]
+    alike = len(set(mu_s)) == 1
+    return replace(chain, mu_s=mu_s[0] if alike else mu_s, sigma_mu=scatter), start
 
 
 class Copies:
@@ -55,6 +56,8 @@ class Copies:
 
     def __init__(self, solver: Solver, chain: Chain, state: State, seed: int) -> None:
         self._run = solver, chain, state, seed
+        self._held = np.array(chain.each("mu_d", chain.times_cosine))
+        self._pull = max(1.0, *(abs(float(force)) for force in chain.end_forces))
         self.copies = [self._copy(1.0, 1), self._copy(-1.0, 2)]
 
     def _copy(self, share: float, block: int) -> Simulation:
@@ -69,14 +72,14 @@ class Copies:
         `stretch` is the result of the run, with its tensions and slips. The copies stop soon after
         the target at which one of them is more than `apart` off, or after the events of `limits`.
         Returns for each target reached the largest distance of a tension (relative to the largest
-        tension if this exceeds 1; inf if other sliders have slipped), and whether they came to the
-        end.
+        force: a weight, an end force, a tension, or the friction on a slider that has slipped; inf
+        if other sliders have slipped), and whether they came to the end.
         """
         distance, count, whole = np.zeros(0), _FEWEST, True
         while whole and distance.size < stretch.completed and not (distance > apart).any():
             count = min(count, stretch.completed - distance.size)
             ahead = drive, first, stretch, distance.size, count, limits
-            ways = [_away(copy, *ahead) for copy in self.copies]
+            ways = [self._away(copy, *ahead) for copy in self.copies]
             reached = min(map(len, ways))
             distance = np.append(distance, np.max([way[:reached] for way in ways], axis=0))
             whole, count = reached == count, 2 * count
@@ -91,8 +94,22 @@ class Copies:
         if not tense or (stretch.doubts is not None and stretch.doubts[0] > 0):
             return 0.0
         copies = (self._copy(*of) for of in _FAR_COPIES)
-        ways = [_away(copy, drive, 1, stretch, 0, 1, limits) for copy in copies]
+        ways = [self._away(copy, drive, 1, stretch, 0, 1, limits) for copy in copies]
         return max(float(way.max(initial=0.0)) for way in ways) / _FAR
+
+    def _away(
+        self, copy: Simulation, drive: Drive, first: int, run: Stretch, done: int, count: int,
+        limits: Limits,
+    ) -> NDArray[np.float64]:  # fmt: skip
+        """Return the distance of a copy from a run at the `count` targets after `done`."""
+        passed = copy.follow(drive, first + done, count, limits.after(copy.tally.events))
+        rows = slice(done, done + passed.completed)
+        tension, slips = run.recorded["tension"][rows], run.recorded["slips"][rows]
+        held = (self._held * (slips > 0)).max(axis=1, initial=self._pull)
+        away = np.abs(tension - passed.recorded["tension"]).max(axis=1, initial=0.0)
+        away /= np.maximum(np.abs(tension).max(axis=1, initial=0.0), held)
+        away[(slips != passed.recorded["slips"]).any(axis=1)] = np.inf
+        return np.append(away, np.inf) if passed.stop.final else away
 
     def snapshot(self) -> Sequence[dict[str, Any]]:
         """Return how far the copies are, at a target."""
@@ -102,16 +119,3 @@ class Copies:
         """Go on from a snapshot."""
         for copy, kept in zip(self.copies, snapshot, strict=True):
             copy.restore(kept)
-
-
-def _away(
-    copy: Simulation, drive: Drive, first: int, run: Stretch, done: int, count: int, limits: Limits
-) -> NDArray[np.float64]:
-    """Return the distance of a copy from a run at the `count` targets after `done`, if reached."""
-    passed = copy.follow(drive, first + done, count, limits.after(copy.tally.events))
-    rows = slice(done, done + passed.completed)
-    tension, slips = run.recorded["tension"][rows], run.recorded["slips"][rows]
-    size = np.abs(tension).max(axis=1, initial=1.0)
-    away = np.abs(tension - passed.recorded["tension"]).max(axis=1, initial=0.0) / size
-    away[(slips != passed.recorded["slips"]).any(axis=1)] = np.inf
-    return np.append(away, np.inf) if passed.stop.final else away

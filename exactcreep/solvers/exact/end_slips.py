@@ -82,7 +82,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     spare = cell[layout.EXCESS, other]
     # a slip does not change this sum
     between = side * (cell[layout.FORCE, i] + cell[layout.FORCE, other])
-    scale = abs(target) + abs(now.theta) + 8.0 * chain.friction + 2.0 * spare
+    scale = abs(target) + abs(now.theta) + 4.0 * (friction + beside) + 2.0 * spare
     scale += abs(cell[layout.FORCE, i]) + 2.0 * abs(cell[layout.FORCE, other])
     slack = _SLACK * scale
     if first <= up * now.theta + slack:

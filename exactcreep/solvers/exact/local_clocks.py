@@ -95,7 +95,7 @@ def _mark(cell, clock, strip):
 
 
 @inlined
-def _inside(cell, clock, friction, strip, bent, tau):
+def _inside(cell, clock, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
     row = CLOCKS * strip
     share = tau * (1.0 / EPOCH)
@@ -114,22 +114,22 @@ def _inside(cell, clock, friction, strip, bent, tau):
     low = min(b1, b2, b3 - bend)
     high = max(b1, b2, b3 + bend)
     scale = (abs(a0) + abs(a1)) + (abs(a2) + abs(a3)) + bend
-    lower, upper = margins.leaving(cell, friction, 8 * strip, a0, low, high, scale, tau)
+    lower, upper = margins.leaving(cell, 8 * strip, a0, low, high, scale, tau)
     return ~(lower | upper)
 
 
 @inlined
-def _keep(cell, clock, friction, strip, begin, bent, mask):
+def _keep(cell, clock, strip, begin, bent, mask):
     """Give the columns in the mask the keys of their new series."""
     column = 8 * strip
     row = CLOCKS * strip
     left = spread(EPOCH - begin)
     key = choose(mask, NEVER, take(clock, row + layout.KEY))
-    ends = margins.watched(cell, column) & mask & ~_inside(cell, clock, friction, strip, bent, left)
+    ends = margins.watched(cell, column) & mask & ~_inside(cell, clock, strip, bent, left)
     if ends != 0:
         guess = margins.first_zero(*margins.approach(cell, clock, row, column))
         tau = min(guess * _EARLY, left)
-        inside = _inside(cell, clock, friction, strip, bent, tau)
+        inside = _inside(cell, clock, strip, bent, tau)
         key = choose(ends, choose(inside, begin + tau, begin), key)
         put(clock, row + layout.GUESS, choose(ends, begin + guess, take(clock, row + layout.GUESS)))
     put(clock, row + layout.KEY, key)
@@ -169,7 +169,7 @@ def _begin_epoch(cell, clock, now):
         row = CLOCKS * s
         bent = fused(abs(take(clock, row + 6)), _SIXTH, tail)
         bent = fused(abs(take(clock, row + 7)), _SEVENTH, bent)
-        _keep(cell, clock, friction, s, 0.0, bent, 255)
+        _keep(cell, clock, s, 0.0, bent, 255)
     now.counts.tests += strips
     now.epoch.left = first
     now.epoch.right = first + strips - 1
@@ -281,7 +281,7 @@ def _renew(cell, clock, series, now):
             put(clock, then + k, choose(mask, take(series, row + k), take(clock, then + k)))
         bent = fused(abs(take(series, row + 6)), _SIXTH, tail)
         bent = fused(abs(take(series, row + 7)), _SEVENTH, bent)
-        _keep(cell, clock, now.chain.friction, first + q, begin, bent, mask)
+        _keep(cell, clock, first + q, begin, bent, mask)
     now.counts.tests += 2
     now.epoch.left = min(now.epoch.left, first + 1)
     now.epoch.right = max(now.epoch.right, first + 3)
@@ -358,7 +358,7 @@ def _look(cell, clock, now, i):
             factor = b * b * element(margins.STEP_FACTORS, 0, k - 2)
             bend_odd = fused(bend_odd, factor, abs(element(clock, row + k + 1, lane)))
         bend = fused(b, bend_odd, bend)
-        bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
+        bound = margins.rounding(cell, i, at_a, slope_a, at_b, slope_b, b)
         if located:
             outward = margins.outwards(side, slope_b)
             off = at_b - outward * limit

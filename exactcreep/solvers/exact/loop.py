@@ -80,6 +80,10 @@ def _start(cell, now, log, i, sign, drive):
     cell[layout.SPEED, i] = 0.0
     cell[layout.FRESH, i] = 1.0
     cell[layout.DRIVE, i] = drive
+    bearing = 2.0 * cell[layout.FRICTION, i] + cell[layout.MEAN_EXCESS, i]
+    if bearing > now.size:  # a slider that bears more than all that have moved before
+        now.inherited += layout.AT_REST_OFF * (bearing - now.size)
+        now.size = bearing
     now.moving += 1
     now.first = min(now.first, i)
     now.last = max(now.last, i)
@@ -116,8 +120,7 @@ def _begin(cell, now, log, way):
     now.first = now.touched_first = cell.shape[1]
     now.last = now.touched_last = 0
     now.time = 0.0
-    now.size = 2.0 * now.chain.friction + now.chain.mean_excess
-    now.inherited = layout.AT_REST_OFF * now.size
+    now.size = now.inherited = 0.0
     now.epoch.retry = 0
     rows.begin(cell, now, log.tables, way)
 
@@ -141,8 +144,6 @@ def _settle(cell, now, log):
             add(cell, layout.TRAVEL, layout.TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
             cell[layout.X, i] = 0.0
-    if now.number > layout.PROMISED_EVENTS:
-        now.counts.long += 1
     now.stage = layout.AT_REST
 
 
@@ -225,6 +226,17 @@ def _unstable(cell, whole, now, log):
 
 
 @inlined
+def _room_of(cell, i, side, length):
+    """Return how far a neighbour can move until a slider starts, and the force compared there.
+
+    A threshold that a slip of this `length` does not reach does not count.
+    """
+    threshold = cell[layout.FRICTION, i] + cell[layout.EXCESS, i]
+    pull = side * _present_force(cell, i)
+    return max(threshold - pull, 0.0), min(threshold, abs(pull) + length)
+
+
+@inlined
 def _lone(cell, whole, deviate, now, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
@@ -248,16 +260,14 @@ def _lone(cell, whole, deviate, now, log):
         length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)
     room_left = np.inf
     room_right = np.inf
-    scale = 2.0 * now.chain.friction + cell[layout.EXCESS, i] + length + abs(drive)
+    scale = 2.0 * friction + cell[layout.EXCESS, i] + length + abs(drive)
     if stiff > 0.0:
         if i > PAD:
-            scale += cell[layout.EXCESS, i - 1]
-            threshold = cell[layout.FRICTION, i - 1] + cell[layout.EXCESS, i - 1]
-            room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
+            room_left, bearing = _room_of(cell, i - 1, side, length)
+            scale += bearing
         if i < PAD + now.chain.n - 1:
-            scale += cell[layout.EXCESS, i + 1]
-            threshold = cell[layout.FRICTION, i + 1] + cell[layout.EXCESS, i + 1]
-            room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
+            room_right, bearing = _room_of(cell, i + 1, side, length)
+            scale += bearing
     room = min(room_left, room_right)
     bound = 8.0 * ULP * scale
     cell[layout.FRESH, i] = 0.0

@@ -145,7 +145,7 @@ def watched(cell, i):
 
 
 @inlined
-def leaving(cell, friction, i, at_0, low, high, scale, t):
+def leaving(cell, i, at_0, low, high, scale, t):
     """Return the masks of the lanes that may leave their range downwards, and upwards.
 
     Their margin is between `low` and `high` on (0, t], and `at_0` at 0; some ulp of the `scale` of
@@ -156,7 +156,8 @@ def leaving(cell, friction, i, at_0, low, high, scale, t):
     fresh = load(cell, layout.FRESH, i) > 0.0
     low = min(low, choose(fresh, low, at_0))
     high = max(high, choose(fresh, high, at_0))
-    threshold = load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i)
+    friction = load(cell, layout.FRICTION, i)
+    threshold = load(cell, layout.EXCESS, i) + friction
     bound = (16.0 * ULP) * (scale + choose(resting, threshold + friction, t * friction))
     never = spread(NEVER)
     floor = choose(resting, threshold, choose(side < 0.0, never, 0.0))
@@ -176,7 +177,8 @@ def approach(cell, table, row, i):
     c2 = take(table, row + 2)
     heading = choose(c1 + c2 * 0.5 < 0.0, spread(-1.0), 1.0)
     way = choose(resting, heading, 0.0 - side)
-    edge = choose(resting, load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i), 0.0)
+    friction = load(cell, layout.FRICTION, i)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
     p0 = max(edge - way * take(table, row), 0.0)
     p1 = 0.0 - way * c1
     p2 = 0.0 - way * (c2 * 0.5)
@@ -284,7 +286,7 @@ def blur(slope, bound):
 
 
 @inlined
-def soon_after(cell, table, row, friction, inherited, i, late, t):
+def soon_after(cell, table, row, inherited, i, late, t):
     """Return the mask of the lanes that seem to leave their range within `late` after t.
 
     The order of these crossings and of any event up to `late` later is undecided. `inherited` is
@@ -295,7 +297,8 @@ def soon_after(cell, table, row, friction, inherited, i, late, t):
     at = take(table, row + layout.AT_END)
     slope = take(table, row + layout.SLOPE_AT_END)
     way = choose(resting, choose(slope < 0.0, spread(-1.0), 1.0), 0.0 - side)
-    edge = choose(resting, load(cell, layout.EXCESS, i) + load(cell, layout.FRICTION, i), 0.0)
+    friction = load(cell, layout.FRICTION, i)
+    edge = choose(resting, load(cell, layout.EXCESS, i) + friction, 0.0)
     out = way * slope
     room = edge - way * at
     bound = (16.0 * ULP) * (abs(at) + edge + t * (out + friction)) + inherited
@@ -303,12 +306,12 @@ def soon_after(cell, table, row, friction, inherited, i, late, t):
 
 
 @inlined
-def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
+def rounding(cell, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
     if cell[layout.SIDE, i] != 0.0:
-        return 16.0 * ULP * (scale + t * now.chain.friction)
-    return 16.0 * ULP * (scale + 2.0 * now.chain.friction + cell[layout.EXCESS, i])
+        return 16.0 * ULP * (scale + t * cell[layout.FRICTION, i])
+    return 16.0 * ULP * (scale + 2.0 * cell[layout.FRICTION, i] + cell[layout.EXCESS, i])
 
 
 @inlined

@@ -182,9 +182,7 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     made = np.zeros(1, dtype=layout.NOW)
     made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
-    of_chain = _of_chain(chain)[0]
-    constants["friction"] = of_chain[0].max()
-    constants["mean_excess"] = of_chain[layout.MEAN_EXCESS - layout.FRICTION].max()
+    constants["friction"] = _of_chain(chain)[0][0].min()
     constants["mean_friction"] = chain.times_cosine(chain.mean_mu_d)
     pull = sum(chain.end_forces, Fraction(0)) / chain.n
     constants["mean_weight"] = chain.sin_alpha + nearest_float(pull)

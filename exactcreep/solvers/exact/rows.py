@@ -34,7 +34,7 @@ class AtTargets(NamedTuple):
     """What the loop writes at every target; an array without rows is not written."""
 
     rows: TargetRows
-    doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
+    doubts: NDArray[np.int64]  # undecided comparisons so far
     x_G_low: NDArray[np.float64]  # x_G minus its rounded value
     began: tuple[Any, ...]  # see `Origin.began`
 
@@ -101,7 +101,7 @@ def at_target(cell, whole, now, targets, q):
     x_G = (now.total + now.total_low) / n
     rows.x_G[q] = x_G
     targets.x_G_low[q] = (now.total_low - fused(x_G, float(n), -now.total)) / n
-    targets.doubts[q] = now.counts.undecided + now.counts.long
+    targets.doubts[q] = now.counts.undecided
     if rows.x.shape[0] > 0:
         for k in range(n):
             rows.x[q, k] = displacement(cell, k + PAD)

@@ -345,12 +345,10 @@ class ExactSimulation(Simulation):
 
     @property
     def evidence(self) -> Evidence:
-        """Undecided if a comparison is, or once an avalanche is too long for the promise."""
+        """Undecided if a comparison is, or once an avalanche that has not ended is too long."""
         now = self.work.now[0]
-        moving = now["stage"] != layout.AT_REST
-        if now["counts"]["long"] or (moving and now["number"] > layout.PROMISED_EVENTS):
-            return Evidence.UNDECIDED
-        return super().evidence
+        endless = now["stage"] != layout.AT_REST and now["number"] > layout.PROMISED_EVENTS
+        return Evidence.UNDECIDED if endless else super().evidence
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""

@@ -213,7 +213,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + layout.BENT, lane]
     curve = margins.curved(series, row, lane, bend, t)
-    bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
+    bound = margins.rounding(cell, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -349,7 +349,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
 
 
 @inlined
-def _suspects(cell, series, friction, first, s, t):
+def _suspects(cell, series, first, s, t):
     """Return the masks of the lanes of one strip not proved to stay in range on (0, t].
 
     The first mask is for the lower end of the range, the second for the upper.
@@ -370,7 +370,7 @@ def _suspects(cell, series, friction, first, s, t):
     low = min(q1, q2 - rest, q3, g1)
     high = max(q1, q2 + rest, q3, g1)
     scale = abs(g0) + abs(g1) + t * (abs(slope0) + abs(slope1))
-    lower, upper = margins.leaving(cell, friction, i, g0, low, high, scale, t)
+    lower, upper = margins.leaving(cell, i, g0, low, high, scale, t)
     here = margins.watched(cell, i)
     return lower & here, upper & here
 
@@ -421,7 +421,7 @@ def _together(cell, whole, series, now, first, contenders, t):
             if cell[layout.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
             crosses = series[row + layout.CROSSING, lane] == t
-            bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
+            bound = margins.rounding(cell, i, at_0, slope_0, at_1, slope_1, t)
             if turn == 0:
                 if crosses:
                     missed = max(missed, off)
@@ -453,7 +453,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     limit = margins.end_of_range(cell, i)
     for polished in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
-        bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
+        bound = margins.rounding(cell, i, at_0, slope_0, at_1, slope_1, t)
         outward = margins.outwards(cell[layout.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would be missed
@@ -511,7 +511,7 @@ def _rivals(cell, whole, series, now, first, strips, orders, spared, outward, ev
     soonest = np.inf
     for s in range(strips):
         now.counts.tests += 1
-        lower, upper = _suspects(cell, series, now.chain.friction, first, s, t)
+        lower, upper = _suspects(cell, series, first, s, t)
         if spared >= 0 and spared // WIDTH == s:
             own = np.int64(1) << (spared % WIDTH)
             if outward > 0.0:
@@ -544,9 +544,7 @@ def _count_possible_ties(cell, whole, series, now, first, strips, events, blur, 
     """Count the sliders whose event may come before the events at t, which are known to `blur`."""
     for s in range(strips):
         i = first + WIDTH * s
-        mask = margins.soon_after(
-            cell, series, SERIES * s, now.chain.friction, now.inherited, i, blur, t
-        )
+        mask = margins.soon_after(cell, series, SERIES * s, now.inherited, i, blur, t)
         for k in range(events):
             lane = whole[layout.EVENT, k] - i
             if 0 <= lane < WIDTH:

@@ -48,7 +48,7 @@ SIZE = "1e-3"
 _STARTS_OF_A_TASK = 4
 _WORDS = {
     "locked": "locked", "at_rest": "at rest", "creeping": "still creeping",
-    "dormant": "dormant", "runaway": "running away", "undecided": "undecided",
+    "dormant": "dormant", "runaway": "running away", "unsettled": "unsettled",
 }  # fmt: skip
 
 
@@ -220,7 +220,7 @@ class Survival(Result):
             "dormant": sleeping,
             "runaway": self._came_to(Outcome.RUNAWAY),
         }
-        return kinds | {"undecided": ~np.any(list(kinds.values()), axis=0)}
+        return kinds | {"unsettled": ~np.any(list(kinds.values()), axis=0)}
 
     @cached_property
     def fractions(self) -> dict[str, Share]:
@@ -229,7 +229,7 @@ class Survival(Result):
         ``locked`` and ``at_rest`` are arrested. ``creeping``: creeps periodically, or has reached a
         new extreme of x_G within the last `dormant` cycles (and the last half). ``dormant``: with
         disorder, no inner slider has slipped for `dormant` cycles. ``runaway``: provably never
-        rests. ``undecided``: all others.
+        rests. ``unsettled``: all others.
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
 

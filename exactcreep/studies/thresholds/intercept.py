@@ -112,7 +112,9 @@ class Intercept(BesideLaws):
         """The intercept with its uncertainty, and the paper's law, in words."""
         if math.isnan(self.intercept):
             return "it is not known where the straight part of v(A) meets zero"
-        where = f"A = {with_error(self.intercept, self.error)} ({self.evidence.value})"
+        if not self.chi2_probability >= UNLIKELY:
+            return "v(A) has no straight part"
+        where = f"A = {with_error(self.intercept, self.error)}"
         if self.systematic > 0:
             where += f"; half of the range moves it by up to {self.systematic:.2g}"
         law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_seuil:.6g}"

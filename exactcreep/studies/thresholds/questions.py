@@ -52,7 +52,7 @@ class GivenUp(RuntimeError):
     >>> try:
     ...     print(threshold(pair, digits=3).lower)
     ... except GivenUp as limit:
-    ...     print(f"undecided: {limit}")
+    ...     print(f"given up: {limit}")
     0.00033954
     """
 

@@ -50,7 +50,7 @@ def test_two_sliders_creep_from_the_starts_that_their_law_says(share: str) -> No
         assert (record.outcome == Outcome.CREEPING.value) == creeps
     creeping = found.fractions["creeping"]
     assert creeping.low <= expected <= creeping.high
-    assert found.fractions["undecided"].starts == 0
+    assert found.fractions["unsettled"].starts == 0
 
 
 def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
