@@ -108,10 +108,10 @@ class Checkpoint:
                 run.restore(others[-1]["run"], rows)
                 run.result()  # fails if the snapshot is not valid
             self._counts = run.recorder.counts()
-            per = "half-cycles" if run.experiment.drive.cyclic else "targets"
-            goes = "has ended" if run.ended else "goes on"
-            said = f"{self.path} holds {run.done} of {run.total} {per}: the run {goes}"
-            warn(said, CheckpointWarning)
+        per = "half-cycles" if run.experiment.drive.cyclic else "targets"
+        goes = "has ended" if run.ended else "goes on"
+        said = f"{self.path} holds {run.done} of {run.total} {per}: the run {goes}"
+        warn(said, CheckpointWarning)
 
     def take(self) -> None:
         """Note a snapshot of the run if it is at rest; write it if the time has come."""

@@ -107,9 +107,7 @@ def test_the_same_command_goes_on_and_prints_what_an_uninterrupted_run_prints(
     whole = untimed(command(*QUICK, "--json").json)
     stopped = "--max-events", str(whole["events"] - 1), "--checkpoint", "a.ckpt"
     assert command(*QUICK, *stopped).code == 3
-    with pytest.warns(
-        CheckpointWarning, match="a.ckpt holds 19 of 20 half-cycles: the run goes on"
-    ):
+    with pytest.warns(CheckpointWarning, match=r"a.ckpt holds \d+ of 20 half-cycles: the run goes"):
         told = command(*QUICK, "--checkpoint", "a.ckpt", "--json")
     assert untimed(told.json) == whole
     said = "drive.cycles is 10 there, and 11 here; name another file, or begin anew with force"
