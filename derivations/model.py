@@ -107,6 +107,10 @@ class Model:
         """Return the rate at which a rise of l0 theta changes that force."""
         return sp.diff(self.at(slider), theta) / l0
 
+    def driven(self, slider: str) -> Expression:
+        """Return the direction in which a dilation drives that slider: +1 downhill, -1 uphill."""
+        return sp.sign(self.push(slider))
+
     @cache  # noqa: B019
     def between(self, above: Expression, below: Expression) -> Expression:
         """Return the force on a slider between springs of the tensions `above` and `below` it."""

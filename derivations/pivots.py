@@ -70,8 +70,10 @@ def derive(p: Proof, model: Model) -> None:
         model.following(way),
         mu_d * c * way,
     )
-    uphill = p.show("in a dilation the first slider is driven uphill, S =", model.push("first"), -1)
-    downhill = p.show("and the last one downhill, S =", model.push("last"), 1)
+    uphill = p.show(
+        "in a dilation the first slider is driven uphill, S =", model.driven("first"), -1
+    )
+    downhill = p.show("and the last one downhill, S =", model.driven("last"), 1)
     up, down = model.following(uphill), model.following(downhill)
     before, spring = i - 1, T(i - 1)
     above = p.show(

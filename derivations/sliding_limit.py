@@ -152,7 +152,7 @@ def derive(p: Proof, model: Model) -> None:
 
 def _fronts(p: Proof, model: Model) -> None:
     """Show between which bounds the tensions move, and that the pivots rest."""
-    uphill, downhill = model.push("first"), model.push("last")
+    uphill, downhill = model.driven("first"), model.driven("last")
     outer = p.show(
         f"end of a dilation: the sliders above the pivot have slid uphill, so {T(n)} =",
         model.tension(n, 0, uphill),

@@ -40,14 +40,14 @@ def derive(p: Proof, model: Model) -> None:
     pivot, upper = T(i - 1), T(i - 2)
     end = p.show(
         f"at the end of a dilation sliders i..N have slid downhill, so {pivot} =",
-        model.tension(i - 1, 1, model.push("last")),
+        model.tension(i - 1, 1, model.driven("last")),
         -(N + 1 - i) * slope_margin,
     )
     p.entry("forcestatique", {"f": at({(i - 1, i): -end})})
     p.entry("units_of_force", corrected={"f": at({(i - 1, i): -m * g * end})})
     pulled = p.show(
         f"in the contraction the sliders above the pivot slide downhill by now, so {upper} =",
-        model.tension(i - 2, 0, -model.push("first")),
+        model.tension(i - 2, 0, -model.driven("first")),
         (i - 2) * slope_margin,
     )
     p.entry("pull_above", {"f": at({(i - 1, i - 2): pulled})})

@@ -13,11 +13,9 @@ exactly. `exactcreep.laws.paper` has the units and symbols, ``derivations/ledger
 
 from exactcreep.laws.differing import (
     PivotSliders,
-    differing_deviation,
     differing_intercept,
     differing_slope,
     differing_velocity,
-    differing_velocity_random,
     pivot_sliders,
 )
 from exactcreep.laws.level import level_displacement, level_increment
@@ -47,9 +45,7 @@ from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
     beyond_sticking,
     sticking_deviation,
-    sticking_gain,
     sticking_velocity,
-    sticking_velocity_random,
 )
 from exactcreep.laws.theorems import (
     at_rest_amplitude,
@@ -65,13 +61,12 @@ from exactcreep.laws.velocities import (
 
 __all__ = [
     "PivotSliders", "PivotWindow", "Prediction", "at_rest_amplitude", "beyond_sticking", "cosine",
-    "creep_velocity", "creep_velocity_random", "critical_angle", "differing_deviation",
-    "differing_intercept", "differing_slope", "differing_velocity", "differing_velocity_random",
-    "edges", "gaussian_integral", "law_values", "level_displacement", "level_increment",
-    "locked_ends_amplitude", "no_lasting_creep_amplitude", "onset_amplitude", "pivot",
-    "pivot_force", "pivot_sliders", "pivot_window", "pivots", "plateau_ends", "plateau_velocity",
-    "plateau_velocity_random", "prediction", "prediction_of", "sliding_velocity",
-    "sliding_velocity_random", "solid_velocity", "staircase_two_sliders", "sticking_deviation",
-    "sticking_gain", "sticking_velocity", "sticking_velocity_random", "threshold_amplitude",
-    "threshold_width", "two_sliders_velocity", "two_sliders_velocity_random",
+    "creep_velocity", "creep_velocity_random", "critical_angle", "differing_intercept",
+    "differing_slope", "differing_velocity", "edges", "gaussian_integral", "law_values",
+    "level_displacement", "level_increment", "locked_ends_amplitude", "no_lasting_creep_amplitude",
+    "onset_amplitude", "pivot", "pivot_force", "pivot_sliders", "pivot_window", "pivots",
+    "plateau_ends", "plateau_velocity", "plateau_velocity_random", "prediction", "prediction_of",
+    "sliding_velocity", "sliding_velocity_random", "solid_velocity", "staircase_two_sliders",
+    "sticking_deviation", "sticking_velocity", "threshold_amplitude", "threshold_width",
+    "two_sliders_velocity", "two_sliders_velocity_random",
 ]  # fmt: skip

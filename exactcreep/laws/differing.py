@@ -7,7 +7,6 @@ Forces have the unit ``m g``, lengths ``g tau_dyn**2``. Derivation: ``derivation
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
@@ -136,24 +135,27 @@ def differing_velocity(
     l0: Number,
     mu_d: Sequence[Number],
     tan_alpha: Number,
-    amplitude: Number,
+    amplitude: Number | None = None,
+    sigma_theta: Number | None = None,
     end_forces: Sequence[Number] = (0, 0),
 ) -> tuple[Number, ...]:
-    """Return ``(q - p) max(0, l0 A - h)``, exact for mu_s -> mu_d under cycles.
+    """Return ``(q - p) G``, exact for mu_s -> mu_d under cycles or random dilations.
 
-    `pivot_sliders` gives p and q, `differing_intercept` h. With equal friction and no end forces
-    the law is Eq. 23, `sliding_velocity`. Source: ``derivations/unlike.py``.
+    `pivot_sliders` gives p and q, `differing_intercept` h. Under cycles ``G = max(0, l0 A - h)``,
+    else ``G = l0 sigma_theta I(h/(l0 sigma_theta))`` with I of `gaussian_integral`. With equal
+    friction and no end forces the laws are `sliding_velocity` and `sliding_velocity_random`.
+    Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
 
     Returns
     -------
     tuple of number
-        Advance of each slider per half-cycle, unit ``g tau_dyn**2``: one number, or the least and
-        the largest where the limit is not unique.
+        Advance of each slider per half-cycle or target, unit ``g tau_dyn**2``: one number, or the
+        least and the largest where the limit is not unique.
 
     Raises
     ------
     ValueError
-        Unless friction holds the chain.
+        Unless friction holds the chain, and one of amplitude and sigma_theta > 0 is given.
 
     Examples
     --------
@@ -161,46 +163,17 @@ def differing_velocity(
     >>> [round(v, 4) for v in differing_velocity(mu_d=[0.5] * 30, **chain)]
     [20.4295]
     """
-    length, size = coerced({"l0": l0, "amplitude": amplitude}).values()
-    beyond = positive_part(length * size - differing_intercept(mu_d, tan_alpha, end_forces))
-    return tuple(apart * beyond for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
-
-
-@described
-def differing_velocity_random(
-    *,
-    l0: Number,
-    mu_d: Sequence[Number],
-    tan_alpha: Number,
-    sigma_theta: Number,
-    end_forces: Sequence[Number] = (0, 0),
-) -> tuple[Number, ...]:
-    """Return ``(q - p) l0 sigma_theta I(h/(l0 sigma_theta))``, exact for mu_s -> mu_d.
-
-    I is `gaussian_integral`. Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
-
-    Returns
-    -------
-    tuple of number
-        Advance of each slider per target, unit ``g tau_dyn**2``: one number, or the least and the
-        largest where the limit is not unique.
-
-    Raises
-    ------
-    ValueError
-        Unless friction holds the chain, and sigma_theta > 0.
-
-    Examples
-    --------
-    >>> chain = {"l0": 1000, "tan_alpha": 0.25, "sigma_theta": 0.01}
-    >>> [round(v, 4) for v in differing_velocity_random(mu_d=[0.5] * 30, **chain)]
-    [52.7969]
-    """
-    length, size = coerced({"l0": l0, "sigma_theta": sigma_theta}).values()
-    require(size > 0, "sigma_theta must be positive")
-    width = length * size
-    mean = width * gaussian_integral(differing_intercept(mu_d, tan_alpha, end_forces) / width)
-    return tuple(apart * mean for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
+    one = (amplitude is None) != (sigma_theta is None)
+    require(one, "give the drive as amplitude or as sigma_theta")
+    random = amplitude is None
+    length, size = coerced({"l0": l0, "size": sigma_theta if random else amplitude}).values()
+    half = differing_intercept(mu_d, tan_alpha, end_forces)
+    if random:
+        require(size > 0, "sigma_theta must be positive")
+        gain = length * size * gaussian_integral(half / (length * size))
+    else:
+        gain = positive_part(length * size - half)
+    return tuple(apart * gain for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
 
 
 @described
@@ -239,55 +212,3 @@ def differing_slope(
     least = above[found.contraction[0] - 1] - above[found.dilation[-1] - 1]
     most = above[found.contraction[-1] - 1] - above[found.dilation[0] - 1]
     return (least,) if least == most else (least, most)
-
-
-_MEASURED = 0.023
-_FEWEST, _MOST = 8, 30  # sliders of the chains that were measured
-_LEAST, _DRAWN, _STICKIEST = 2.5, 0.5, 0.6
-
-
-@described
-def differing_deviation(
-    *,
-    l0: Number,
-    mu_d: Sequence[Number],
-    mu_s: Sequence[Number],
-    tan_alpha: Number,
-    amplitude: Number,
-    sigma_mu: Number = 0,
-    end_forces: Sequence[Number] = (0, 0),
-) -> float:
-    """Return how far the velocity of chains that stick and slip is from `differing_velocity`.
-
-    The deviation ``0.023 N (l0 A - h)`` is the root mean square over eighty random chains, which
-    were fixed before any was run (``tests/laws/differing_chains.py``). 72 % of them differ by less,
-    96 % by less than twice as much. They have 8 to 30 sliders whose friction differs by up to half
-    of the mean (shorter chains differ by up to ten times as much), end forces of either sign, and
-    cycles with ``l0 A - h`` of at least 2.5 times the mean of ``(mu_s - mu_d) cos(alpha)``. `mu_s`
-    is the mean static coefficient of each slider.
-
-    Returns
-    -------
-    float
-        Unit ``g tau_dyn**2`` per half-cycle; 0 where the law is exact, nan outside the measured
-        range.
-
-    Examples
-    --------
-    >>> chain = {"l0": 1000, "tan_alpha": 0.1, "amplitude": 0.003}
-    >>> round(differing_deviation(mu_d=[0.4, 0.6] * 4, mu_s=[0.5, 0.7] * 4, **chain), 3)
-    0.259
-    """
-    n, c = len(mu_d), float(cosine(tan_alpha))
-    gain = float(l0 * amplitude) - float(differing_intercept(mu_d, tan_alpha, end_forces))
-    mean = float(sum(mu_d)) / n
-    excess = float(sum(mu_s)) / n - mean
-    if list(mu_s) == list(mu_d) and not sigma_mu:
-        return 0.0
-    measured = (
-        _FEWEST <= n <= _MOST
-        and gain >= _LEAST * excess * c
-        and excess <= _STICKIEST * mean
-        and float(sigma_mu) <= _DRAWN * excess
-    )
-    return _MEASURED * n * gain if measured else math.nan

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from exactcreep.laws import paper
-from exactcreep.laws.differing import (
-    differing_deviation,
-    differing_velocity,
-    differing_velocity_random,
-    pivot_sliders,
-)
+from exactcreep.laws.differing import differing_velocity, pivot_sliders
 from exactcreep.laws.number_types import Number, cosine
-from exactcreep.laws.paper import law_values, onset_amplitude
+from exactcreep.laws.paper import law_values
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
-    FEWEST_CLEAN,
+    Forces,
     beyond_sticking,
+    forces,
+    locks,
+    rests,
     sticking_deviation,
-    sticking_gain,
     sticking_velocity,
-    sticking_velocity_random,
-)
-from exactcreep.laws.theorems import (
-    at_rest_amplitude,
-    locked_ends_amplitude,
-    no_lasting_creep_amplitude,
 )
 from exactcreep.laws.velocities import sliding_velocity, sliding_velocity_random
 from exactcreep.model.chain import Chain
@@ -139,134 +133,117 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
     >>> found.law, round(found.values[0], 3)
     ('sliding limit, exact', 3.937)
     """
-    if differs := unlike(parameters):
-        return None if EXPANSION in differs else _differing(parameters)
-    n, slope = int(parameters["n"]), parameters["tan_alpha"]
-    mu_d, mu_s, sigma_mu = (parameters[name] for name in ("mu_d", "mu_s", "sigma_mu"))
+    n, slope, differs = int(parameters["n"]), parameters["tan_alpha"], unlike(parameters)
+    friction, static = (_each(parameters[name], n) for name in ("mu_d", "mu_s"))
+    about = {"tan_alpha": slope, "end_forces": parameters.get("end_forces", (0, 0))}
+    resting = n == 1 and not differs and abs(slope) <= friction[0]
+    if EXPANSION in differs or not (resting or _holds(friction, **about)):
+        return None
     cycles = "amplitude" in parameters
     label, size = ("Eq. 23", "amplitude") if cycles else ("Eq. 24", "sigma_theta")
-    printed, exact, measured = _LAWS[size]
-    resting = n == 1 and abs(slope) <= mu_d
-    if abs(slope) >= mu_d and not resting:
-        return None
+    label = "" if differs else label
     if resting or not parameters[size]:
         return Prediction(label, (), (0.0,), law="rest", values=(0.0,), deviation=0.0)
-    sign = -1 if slope < 0 else 1
-    downhill = dict(parameters) | {"tan_alpha": abs(slope)}
-    clean = sigma_mu == 0
-
-    def values(law: Callable[..., Number]) -> tuple[float, ...]:  # without a negative zero
-        return tuple(sign * value + 0.0 for value in law_values(law, downhill))
-
-    as_printed, sliding = values(printed), tuple(sorted({*values(exact)}))
-    sticking = staircase = None
-    if not beyond_sticking(downhill):
-        (sticking,) = values(measured)
-    if cycles:
-        if relaxed and clean and n == 2 and slope != 0:
-            (staircase,) = values(staircase_two_sliders)
-        if sticking is None and (why := _rest(downhill, relaxed=relaxed and clean)):
-            proved = 0.0 if why.endswith("proved") else math.nan
-            return Prediction(label, as_printed, sliding, staircase, None, why, (0.0,), proved)
+    printed: tuple[float, ...] = ()
+    if differs:
+        drive = {"l0": parameters["l0"], size: parameters[size]}
+        sliding = _values(differing_velocity(mu_d=friction, **about, **drive))
+    else:
+        downhill, sign = dict(parameters) | {"tan_alpha": abs(slope)}, -1 if slope < 0 else 1
+        printed, sliding = (
+            tuple(sign * value + 0.0 for value in law_values(law, downhill)) for law in _LAWS[size]
+        )
+        sliding = _values(sliding)
+    on, clean = forces(parameters), parameters["sigma_mu"] == 0
     held: tuple[float, ...]
+    staircase = None
+    if cycles and relaxed and clean and n == 2 and slope != 0 and not differs:
+        (staircase,) = (sign * value for value in law_values(staircase_two_sliders, downhill))
+    beyond = beyond_sticking(parameters)
+    if cycles and beyond and (why := _rest(parameters, on, relaxed=relaxed and clean)):
+        proved = 0.0 if why.endswith("proved") else math.nan
+        return Prediction(label, printed, sliding, staircase, None, why, (0.0,), proved)
     if staircase is not None:
         law, held, deviation = "staircase, exact", (staircase,), 0.0
-    elif sticking is not None:
-        law, held = "sliders that stick and slip, measured", (sticking,)
-        deviation = sticking_deviation(downhill)
-    elif clean and mu_s == mu_d:
+    elif clean and static == friction:
         law, held, deviation = "sliding limit, exact", sliding, 0.0
+    elif on.smears:
+        law, held = "sliders that stick and slip", (sticking_velocity(parameters),)
+        deviation = math.nan if beyond else sticking_deviation(parameters)
+        law += ", measured" * (not beyond)
     else:
         law, held, deviation = "sliding limit", sliding, math.nan
-        if clean and n > 2:
-            law, held = _clean(downhill, sign * sticking_gain(downhill), held)
-        law += _UNKNOWN
-    return Prediction(label, as_printed, sliding, staircase, sticking, law, held, deviation)
+        if clean and n > 2 and not differs:
+            law, held = _clean(parameters, on)
+    if math.isnan(deviation) and cycles and any(held):
+        if rests(parameters, "mu_s"):
+            law += ", or at rest"
+        elif clean and locks(parameters, on):
+            law += ", or locked"
+        if law.endswith(("rest", "locked")) and not on.smears:
+            held = _values((0.0, *held))
+    sticking = held[0] if on.smears and not beyond else None
+    law += _UNKNOWN * math.isnan(deviation)
+    return Prediction(label, printed, sliding, staircase, sticking, law, held, deviation)
 
 
-def _differing(parameters: Mapping[str, Number]) -> Prediction | None:
-    """Return the prediction of the sliding limit for a chain whose friction or ends differ."""
-    cycles = "amplitude" in parameters
-    law, size = (
-        (differing_velocity, "amplitude") if cycles else (differing_velocity_random, "sigma_theta")
-    )
-    ends = parameters.get("end_forces", (0, 0))
-    friction, static = (
-        value if isinstance(value, list | tuple) else [value] * int(parameters["n"])
-        for value in (parameters["mu_d"], parameters["mu_s"])
-    )
+def _each(value: Number, count: int) -> list[Number]:
+    return list(value) if isinstance(value, list | tuple) else [value] * count
+
+
+def _values(found: Iterable[Number]) -> tuple[float, ...]:
+    return tuple(sorted({float(value) + 0.0 for value in found}))  # without a negative zero
+
+
+def _holds(friction: Sequence[Number], **about: Any) -> bool:
+    """Return whether friction holds a chain, exactly."""
     try:
-        pivot_sliders(friction, parameters["tan_alpha"], ends)
+        pivot_sliders(friction, **about)
     except ValueError:  # the chain may run away
-        return None
-    about = {"l0": parameters["l0"], "tan_alpha": parameters["tan_alpha"], "end_forces": ends}
-    found = law(mu_d=friction, **about, **{size: parameters[size]}) if parameters[size] else (0,)
-    values = tuple(sorted({float(value) + 0.0 for value in found}))
-    off = math.nan
-    if cycles:
-        sticks = {"mu_s": static, "sigma_mu": parameters["sigma_mu"]}
-        off = differing_deviation(mu_d=friction, **about, **sticks, amplitude=parameters[size])
-    elif parameters["sigma_mu"] == 0 and list(friction) == list(static):
-        off = 0.0
-    name = "sliding limit" + (
-        _UNKNOWN if math.isnan(off) else ", its deviation measured" if off else ", exact"
-    )
-    return Prediction("", (), values, law=name, values=values, deviation=off)
+        return False
+    return True
 
 
-def _clean(
-    parameters: Mapping[str, Number], gain: float, sliding: tuple[float, ...]
-) -> tuple[str, tuple[float, ...]]:
-    """Return law and velocities of a chain without disorder, outside the measured range."""
-    law, held, n = "sliding limit", sliding, int(parameters["n"])
-    possible = {(n + 3 - 2 * i) * gain + 0.0 for i in _pivots_by_window(parameters)}
+def _clean(parameters: Mapping[str, Number], on: Forces) -> tuple[str, tuple[float, ...]]:
+    """Return law and velocities of equal sliders without disorder, too few to smear the pivots."""
+    n, sign = int(parameters["n"]), -1 if on.pull < 0 else 1
+    possible = {sign * (n + 3 - 2 * i) * on.gain + 0.0 for i in _pivots_by_window(parameters)}
     if len(possible) > 1:
-        law, held = "sliding limit of each possible pivot", tuple(sorted(possible))
-        if n >= FEWEST_CLEAN:  # the pivot hops
-            law = "between the sliding limits of possible pivots"
-    if "amplitude" in parameters and any(held):
-        (locked,) = law_values(locked_ends_amplitude, parameters)
-        if parameters["amplitude"] <= max(float(_at_rest(parameters)), locked):
-            law, held = f"{law}, or locked", tuple(sorted({0.0, *held}))
-    return law, held
+        return "sliding limit of each possible pivot", tuple(sorted(possible))
+    return "sliding limit", tuple(possible)
 
 
-def _at_rest(parameters: Mapping[str, Number]) -> Number:
-    coefficients = [parameters["mu_s"]] * int(parameters["n"])
-    return at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], coefficients)
-
-
-def _rest(parameters: Mapping[str, Number], *, relaxed: bool) -> str:
+def _rest(parameters: Mapping[str, Number], on: Forces, *, relaxed: bool) -> str:
     """Return why a chain comes to rest for ever under cycles, or an empty string.
 
-    Up to at_rest_amplitude some state is at rest, but some chains creep there. Below the corrected
-    onset of Eq. 22 none crept: of 752 runs of 188 chains without disorder (N from 3 to 12, four
+    Up to `at_rest_amplitude` some state is at rest, but some chains creep there. Below the onset of
+    Eq. 22, corrected, none crept: of 752 runs of 188 chains without disorder (N from 3 to 12, four
     starts each), none moved in the last 200 of 3000 cycles. Between the two, 44 of 252 did.
     """
-    amplitude, mu_s = parameters["amplitude"], parameters["mu_s"]
-    (least,) = law_values(no_lasting_creep_amplitude, parameters)
-    if amplitude < least * (1 - 1e-12):
+    if rests(parameters, "mu_d", 1 - 1e-12):  # Melan's bound is that of rest, with mu_d
         return "rest: no creep lasts, proved"
-    if parameters["sigma_mu"] > 0 or mu_s == parameters["mu_d"]:
+    if on.sigma or on.unit == 0:
         return ""
-    held = float(mu_s - parameters["tan_alpha"]) * float(cosine(parameters["tan_alpha"]))
-    if relaxed and float(parameters["l0"] * amplitude) < held * (1 - 2**-40):
+    reach, static = float(parameters["l0"] * parameters["amplitude"]), on.friction + on.excess
+    slope = float(parameters["tan_alpha"])
+    pulls = np.full(len(static), slope * float(cosine(slope)))
+    pulls[[0, -1]] += [float(force) for force in parameters.get("end_forces", (0, 0))]
+    held = static - abs(pulls)
+    if relaxed and held.min() > 0 and reach < min(held[0], held[-1]) * (1 - 2**-40):
         return "rest: no end of the relaxed chain starts, proved"
-    (onset,) = law_values(onset_amplitude, parameters)
-    if parameters["n"] > 2 and amplitude < min(float(_at_rest(parameters)), onset):
+    onset = on.half_play + on.unit / 2
+    if len(static) > 2 and reach < onset and rests(parameters, "mu_s"):
         return "rest: a state at rest exists, and all chains tried lost their creep"
     return ""
 
 
 def _pivots_by_window(parameters: Mapping[str, Number]) -> range:
     n, slope, mu_d, mu_s = (parameters[name] for name in ("n", "tan_alpha", "mu_d", "mu_s"))
-    first, last = (n + 2 - (n * slope + off) / mu_d for off in (mu_s - mu_d, mu_d - mu_s))
+    first, last = (n + 2 - (n * abs(slope) + off) / mu_d for off in (mu_s - mu_d, mu_d - mu_s))
     return range(max(2, math.ceil(first / 2)), min(n + 1, math.floor(last / 2 + 1)) + 1)
 
 
 _LAWS = {
-    "amplitude": (paper.creep_velocity, sliding_velocity, sticking_velocity),
-    "sigma_theta": (
-        paper.creep_velocity_random, sliding_velocity_random, sticking_velocity_random,
-    ),
-}  # fmt: skip
+    "amplitude": (paper.creep_velocity, sliding_velocity),
+    "sigma_theta": (paper.creep_velocity_random, sliding_velocity_random),
+}

@@ -21,9 +21,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.laws.differing import differing_intercept
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.uniform import EXPANSION
 
 FEWEST_STEPS = 64
 """Fewest cycles (or targets of other drives) for a standard error; fewer do not show its growth."""
@@ -130,15 +132,17 @@ def alternates(chain: Chain, drive: Drive) -> bool:
     """Return whether a chain under cycles is near x = 0, where creep and long rests alternate.
 
     Measured for 2 to 30 sliders with ``sigma_mu = 0.01``, and for 6 to 100 without disorder: from
-    2 D/l0 above the middle of the crossover on, rests take at most a few per cent of the time.
-    Chains whose parts differ were not measured, and may alternate.
+    2 D/l0 above the middle of the crossover on, rests take at most a few per cent of the time. If
+    sliders differ, the middle is at ``l0 A = h`` of `differing_intercept`, and D is the mean.
+    Chains whose springs expand by different weights may alternate: their h is not known.
     """
     if not isinstance(drive, Cycles):
         return False
-    if chain.unlike:
+    if EXPANSION in chain.unlike:
         return True
-    borne = chain.n * (chain.friction - abs(chain.sin_alpha)) / 2
-    return abs(nearest_float(chain.l0 * drive.amplitude) - borne) < _CROSSOVER * chain.excess
+    borne = differing_intercept(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
+    beyond = nearest_float(chain.l0 * drive.amplitude) - float(borne)
+    return abs(beyond) < _CROSSOVER * _mean_excess(chain)
 
 
 def jump_of(chain: Chain) -> float:
@@ -146,10 +150,11 @@ def jump_of(chain: Chain) -> float:
 
     D is the mean if friction differs.
     """
-    if "friction" in chain.unlike:
-        excess = sum(chain.each("mu_s")) - sum(chain.each("mu_d"))
-        return chain.times_cosine(excess) / 4
-    return chain.n * chain.excess / 4
+    return chain.n * _mean_excess(chain) / 4
+
+
+def _mean_excess(chain: Chain) -> float:
+    return chain.times_cosine((sum(chain.each("mu_s")) - sum(chain.each("mu_d"))) / chain.n)
 
 
 def rests_are_short(advances: NDArray[np.float64], jump: float) -> bool:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from derivations import pivots, sliding_limit, thresholds
 from derivations.__main__ import main
 from derivations.ledger import (
     CHAPTERS,
@@ -19,6 +22,8 @@ from derivations.ledger import (
     proof_of,
     value,
 )
+from derivations.model import MODEL, PREMISES, Model
+from derivations.notation import l0, theta
 
 ROOT = Path(__file__).parents[2]
 NAMED = {entry.name: entry for entry in entries()}
@@ -120,6 +125,37 @@ def test_a_changed_premise_refutes_what_depends_on_it_alone(
     assert "proved" not in said.out
     assert said.err.count("refuted: ") >= 5
     assert "critical_angle: the printed formula does not earn its verdict" in said.err
+
+
+TWICE = replace(MODEL, natural=(l0 * (1 + 2 * theta),) * 2)
+"""Springs that expand twice as much: they push by another rate, in the same directions."""
+FORCE = "equation of motion of slider n"
+FRICTION = "... and friction, if it moves"
+FOLLOWS = "one that slides continuously and without inertia"
+
+
+@pytest.mark.parametrize(
+    ("chapter", "model", "first", "refuted"),
+    [
+        (pivots, PREMISES["gravity x 7"], FORCE, 19),
+        (pivots, PREMISES["friction x 2"], FRICTION, 20),
+        (pivots, PREMISES["springs that push"], FORCE, 20),
+        (pivots, PREMISES["ends that pull"], "the i - 1 sliders above slider i slide uphill", 14),
+        (pivots, PREMISES["theta at one end"], FORCE, 21),
+        (pivots, PREMISES["mu_s in motion"], FRICTION, 20),
+        (pivots, PREMISES["slips without overshoot"], FOLLOWS, 16),
+        (pivots, PREMISES["sliders that stick and slip"], FOLLOWS, 18),
+        (pivots, TWICE, "", 0),
+        (thresholds, TWICE, "the pivot and slider i rest meanwhile, and theta changes", 7),
+        (sliding_limit, TWICE, "slider n moves by rise and fall", 4),
+    ],
+)
+def test_a_changed_premise_refutes_first_the_line_that_states_it(
+    chapter: Any, model: Model, first: str, refuted: int
+) -> None:
+    fallen = [line.text for line in chapter.derive(model).lines if line.fault]
+    assert len(fallen) == refuted
+    assert "".join(fallen[:1]).startswith(first)
 
 
 def test_the_printed_and_the_corrected_formula_differ_by_the_numbers_that_the_book_shows() -> None:

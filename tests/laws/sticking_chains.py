@@ -4,9 +4,8 @@
 runs them again with the solver `exact`, a quarter of an hour on one core. The chains were drawn
 before any of them was run: N from 4 to 60; x = G/D from 2 to 100, half of them below 8; slopes up
 to 0.85 mu_d, half of them near the end of a plateau; mu_s - mu_d from 0.03 to 2/3 of mu_d; sigma_mu
-up to mu_s - mu_d. The law was fitted on two of three of the first 490. Its deviation was fitted on
-these as well, then found too small for the chains that had been held out, and fitted on all that
-were run by then.
+up to mu_s - mu_d. The law was fitted on two of three of the first 490, together with chains that
+differ (`drawn_chains`). Its deviation was fitted on all.
 """
 
 from __future__ import annotations
@@ -19,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from exactcreep import Chain, Cycles, GaussianSteps, PhysicsWarning, creep
-from exactcreep.laws import pivots, sticking_gain
+from exactcreep.laws import pivots
+from exactcreep.laws.sticking import forces
 from tests.laws.kept import Row, renew
 
 FILE = Path(__file__).parents[2] / "notebooks" / "pictures" / "sticking.csv"
@@ -45,7 +45,7 @@ def held_out(row: Row) -> bool:
 def run(row: Row) -> dict[str, float]:
     """Return the velocity of a chain with its standard error."""
     about = parameters(row)
-    gain, random, size = sticking_gain(about), row["kind"] == "random", Fraction(row["size"])
+    gain, random, size = forces(about).gain, row["kind"] == "random", Fraction(row["size"])
     chain = Chain(**{name: about[name] for name in (*CHAIN, "l0")})
     slips = chain.n**2 * max(gain / chain.excess, 1) / 2
     targets = int(np.clip(SLIPS / slips, 60, 3000)) // 2 * 2
