@@ -88,7 +88,7 @@ class ChainIntegrator(ChainAtRest):
         """Return the first event from here on; None if the chain has run away."""
         moving, of = np.flatnonzero(flow.signs).tolist(), (self.thresholds, self.rules, self.ask)
         horizon = None
-        if 1 < len(moving) < self.chain.n:
+        if len(moving) > 1:
             slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
             if slips is not None:
                 return slips
