@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import copyreg
 import math
+import sys
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from fractions import Fraction
 from functools import lru_cache
@@ -27,10 +28,19 @@ from exactcreep.motion.cosine_field import Quadratic
 
 BITS_PER_DIGIT = math.log2(10)
 _FLINT = threading.RLock()  # python-flint has one working precision for the whole process
+_NESTED: list[int] = []  # the precisions that the package has set, the last one outside `active`
+_ATTEMPTS = 40
+_LOSS = 2.0**24
+"""Growth of a radius in one step that is taken for another thread's precision, until repeated."""
+DISTURBED = "another thread changes the precision of python-flint within every attempt at a step"
 
 
 class Undecided(ArithmeticError):
     """A comparison of two balls that overlap: it needs more precision."""
+
+
+class Disturbance(ArithmeticError):
+    """A step that could not be computed at the precision asked for."""
 
 
 class Arithmetic(ABC):
@@ -185,12 +195,55 @@ class Balls(Arithmetic):
     @contextmanager
     def active(self) -> Iterator[None]:
         with _FLINT:
-            before = flint.ctx.prec
+            before = _NESTED[-1] if _NESTED else flint.ctx.prec
+            _NESTED.append(self.bits)
             flint.ctx.prec = self.bits
             try:
                 yield
             finally:
+                _NESTED.pop()
                 flint.ctx.prec = before
+
+    def steadily(
+        self,
+        compute: Callable[[], Any],
+        snapshot: Callable[[], Callable[[], None]],
+        measure: Callable[[], tuple[float, int]],
+    ) -> Any:
+        """Return what a step computes, at this precision even if other threads change it.
+
+        A lower precision only widens balls. So a step beside other threads is repeated until the
+        precision was right before and after, and either nothing looks widened or two attempts
+        agree. `snapshot` returns a function that undoes the step; `measure` returns the largest
+        radius and the number of undecided comparisons that rules have settled. Raises
+        `Disturbance` if no attempt succeeds.
+        """
+        flint.ctx.prec = self.bits
+        if len(sys._current_frames()) == 1:
+            return compute()
+        undo, (radius, settled) = snapshot(), measure()
+        usual = _LOSS * max(radius, 2.0**-self.bits)
+        before: Any = None
+        for _ in range(_ATTEMPTS):
+            flint.ctx.prec = self.bits
+            doubt, answer = None, None
+            try:
+                answer = compute()
+            except Undecided as undecided:
+                doubt = undecided
+            held = flint.ctx.prec == self.bits
+            flint.ctx.prec = self.bits
+            radius, now = measure()
+            sharp = radius <= usual and now == settled and doubt is None
+            acting = [getattr(answer, name, None) for name in ("stops", "starts")]
+            said = doubt is not None, now, math.frexp(radius)[1] // 4, acting
+            if held and (sharp or said == before):
+                if doubt is not None:
+                    raise doubt
+                return answer
+            before = said if held else None
+            undo()
+        raise Disturbance(DISTURBED)
 
     def number(self, value: Any) -> Any:
         """Return a ball around `value` (exact for floats and ints)."""

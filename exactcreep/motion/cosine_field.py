@@ -63,6 +63,8 @@ class Quadratic:
         return -self if self.sign() < 0 else self
 
     def __mul__(self, other: Any) -> Any:
+        if type(other) is int and other in (1, -1):
+            return self if other == 1 else -self
         if isinstance(other, (Quadratic, flint.arb)):
             return self.ball() * (other.ball() if isinstance(other, Quadratic) else other)
         factor = fmpq(other)
@@ -111,12 +113,17 @@ class Quadratic:
 
     def ball(self) -> Any:
         """Return the number as a ball, at python-flint's present precision."""
-        if self.known[0] != flint.ctx.prec:
-            ball = flint.arb(self.a)
+        precision, ball = self.known
+        if precision != flint.ctx.prec:
+            precision, ball = flint.ctx.prec, flint.arb(self.a)
             if self.b != 0:
-                ball = ball + flint.arb(self.b) * flint.arb(self.field.square).sqrt()
-            self.known = flint.ctx.prec, ball
-        return self.known[1]
+                root = self.field.root
+                if root[0] != precision:
+                    root = precision, flint.arb(self.field.square).sqrt()
+                    self.field.root = kept_if_sharp(*root)
+                ball = ball + flint.arb(self.b) * root[1]
+            self.known = kept_if_sharp(precision, ball)
+        return ball
 
     def bracket(self, bits: int = 128) -> tuple[Fraction, Fraction]:
         """Return a rational and its largest error, at most ``2**-bits`` of the value."""
@@ -161,6 +168,7 @@ class CosineField:
         square = 1 / (1 + tan_alpha * tan_alpha)
         self.square = flint.fmpq(square.numerator, square.denominator)
         top, low = math.isqrt(square.numerator), math.isqrt(square.denominator)
+        self.root: tuple[int, Any] = (0, None)  # precision, and cos(alpha) as a ball
         exact = top * top == square.numerator and low * low == square.denominator
         self.cosine = flint.fmpq(top, low) if exact else None
 
@@ -182,6 +190,15 @@ class CosineField:
 
 
 _ZERO = flint.fmpq(0)
+
+
+def kept_if_sharp(precision: int, ball: Any) -> tuple[int, Any]:
+    """Return precision and ball to be kept, or nothing to keep if the ball is too wide.
+
+    Another thread may have changed python-flint's precision in the meantime.
+    """
+    sharp = ball.is_exact() or ball.rel_accuracy_bits() >= precision - 8
+    return (precision, ball) if sharp else (0, None)
 
 
 def _comparable(difference: Any) -> Any:

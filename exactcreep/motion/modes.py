@@ -48,12 +48,32 @@ class Modes:
     backward: Any
 
 
-@lru_cache(maxsize=512)
+_MOST_KEPT = 512  # tables
+_KEPT: dict[tuple[Arithmetic, int, Ends], Modes] = {}
+
+
 def modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
     """Return the modes of a run of length `p`, from their closed forms.
 
-    Guarantee: in float64 every entry is within a few ulp for any p; in balls it is enclosed.
+    Guarantee: in float64 every entry is within a few ulp for any p; in balls it is enclosed. Balls
+    that another thread's precision has widened are not kept.
     """
+    key = arithmetic, p, ends
+    if key in _KEPT:
+        return _KEPT[key]
+    made = _modes(arithmetic, p, ends)
+    if arithmetic.encloses:
+        numbers = (*made.frequencies, *made.forward.entries(), *made.backward.entries())
+        unit = flint.arb((1, arithmetic.bits - 8))
+        if not all(x.rad() * unit <= 1 for x in numbers):
+            return made
+    if len(_KEPT) >= _MOST_KEPT:
+        _KEPT.clear()
+    _KEPT[key] = made
+    return made
+
+
+def _modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
     n = np.arange(1, p + 1, dtype=np.int64)[:, None]
     q = np.arange(1, p + 1, dtype=np.int64)[None, :]
     left, right = ends

@@ -22,7 +22,7 @@ from exactcreep.model.enclosure import enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, symmetric
-from exactcreep.motion.arithmetic import Arithmetic, Undecided, certain_sign, objects
+from exactcreep.motion.arithmetic import Balls, Undecided, certain_sign, objects
 from exactcreep.motion.cosine_field import EXACTLY, MOST_BITS, CosineField, Quadratic, fmpq, sign_of
 from exactcreep.solvers.interface import Start, Tally
 
@@ -76,7 +76,7 @@ class ChainAtRest(ABC):
         The slider in question, and the slider that it is compared with.
     """
 
-    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
+    def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar
 
 from exactcreep.model.drive import Drive
@@ -17,7 +18,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Balls, Undecided, balls_of
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
@@ -72,7 +73,7 @@ class Certified(Solver):
         object.__setattr__(self, "digits", digits)
         object.__setattr__(self, "most_digits", most)
 
-    def arithmetic(self) -> Arithmetic:
+    def arithmetic(self) -> Balls:
         """Return balls of the initial precision."""
         return balls_of(math.ceil(self.digits * BITS_PER_DIGIT) + GUARD_BITS)
 
@@ -100,7 +101,7 @@ class Certified(Solver):
                     mechanics = SetIntegrator(start, arithmetic, assume=assume, keep=True)
                     result = completed(mechanics, direction, self.name, limits)
                     if not (assume or limits.passed()):
-                        require_digits(mechanics, self.digits)
+                        mechanics.steadily(partial(require_digits, mechanics, self.digits))
                 except Undecided:
                     continue
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
@@ -200,7 +201,7 @@ class CertifiedSimulation(FieldSimulation):
 
     def _arrive(self, target: Any) -> None:
         if not self.settles:
-            require_digits(self.mechanics, self.solver.digits)
+            self.mechanics.steadily(partial(require_digits, self.mechanics, self.solver.digits))
         super()._arrive(target)
 
     def _go_back(self) -> None:

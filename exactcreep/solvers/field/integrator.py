@@ -10,8 +10,10 @@ ends.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,8 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
-from exactcreep.motion.arithmetic import Arithmetic, objects
+from exactcreep.motion.arithmetic import Balls, objects
+from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import (
     FirstEvent,
     Search,
@@ -39,7 +42,7 @@ from exactcreep.watch.limits import NO_LIMITS
 class ChainIntegrator(ChainAtRest):
     """A chain that goes through rearrangements event by event; for arguments see `ChainAtRest`."""
 
-    def __init__(self, start: Start, arithmetic: Arithmetic, *, assume: bool = False) -> None:
+    def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
         self.way = 0
         self.flow: Flow | None = None
@@ -74,21 +77,55 @@ class ChainIntegrator(ChainAtRest):
             yield None
         while self.flow is not None and not self.runaway:
             self._runs = None
-            event = self.first_event(self.flow)
+            event = self.steadily(self._to_event)
             if event is None:
                 self.runaway = True
                 return
-            self.advance(self.flow, event)
             yield from self.resolve(self.flow, event)
             if not self.flow.signs.any():
-                self.come_to_rest(self.flow)
+                self.steadily(self._to_rest)
             yield None
+
+    def _to_event(self) -> FirstEvent | None:
+        assert self.flow is not None
+        event = self.first_event(self.flow)
+        if event is not None:
+            self.advance(self.flow, event)
+        return event
+
+    def _to_rest(self) -> None:
+        assert self.flow is not None
+        self.come_to_rest(self.flow)
+
+    def steadily(self, step: Callable[[], Any]) -> Any:
+        """Return what a step computes, unspoilt by other threads; see `Balls.steadily`."""
+        return self.arithmetic.steadily(step, self._snapshot, self._widths)
+
+    def _snapshot(self) -> Callable[[], None]:
+        """Return a function that undoes what happens from now on."""
+        kept, tally = _copied(vars(self)), self.tally
+
+        def undo() -> None:
+            vars(self).update(_copied(kept))
+            vars(tally).update(vars(self.tally))
+            self.rest.tally = tally
+
+        return undo
+
+    def _widths(self) -> tuple[float, int]:
+        """Return the largest radius of the present numbers, and the comparisons settled so far."""
+        rest, flow = self.rest, self.flow
+        numbers = [*rest.displacements, rest.theta, *rest.tensions]
+        of = [rest.forces] if flow is None else [flow.forces, flow.velocities, flow.moved]
+        numbers += [x for vector in of for x in vector.tolist()]
+        radii = [float(x.rad()) for x in numbers if type(x) is not Quadratic]
+        return max(radii, default=0.0), self.tally.undecided
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving, of = np.flatnonzero(flow.signs).tolist(), (self.thresholds, self.rules, self.ask)
         horizon = None
-        if 1 < len(moving) < self.chain.n:
+        if len(moving) > 1:
             slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
             if slips is not None:
                 return slips
@@ -138,7 +175,8 @@ class ChainIntegrator(ChainAtRest):
 
         def test(n: int) -> None:
             of = flow.forces[n], self.thresholds[n], ways[n], 0
-            if turned := self.ask((n,), self.rules.reversal, *of):
+            asked = partial(self.ask, (n,), self.rules.reversal, *of)
+            if turned := self.steadily(asked):
                 starts[n] = turned
 
         if stops:
@@ -209,6 +247,15 @@ class ChainIntegrator(ChainAtRest):
     def go_on_from(self, rest: Rest) -> None:
         super().go_on_from(rest)
         self.flow = None
+
+
+def _copied(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of an object, with copies of those that change in place."""
+    copies = {name: x.copy() if hasattr(x, "copy") else x for name, x in values.items()}
+    if isinstance(flow := copies.get("flow"), Flow):
+        copies["flow"] = copy(flow)
+        vars(copies["flow"]).update(_copied(vars(flow)))
+    return copies
 
 
 def event_of(

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Arithmetic, Undecided, certain_sign
+from exactcreep.motion.arithmetic import Balls, Undecided, certain_sign
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
@@ -78,7 +78,7 @@ class SetIntegrator(ChainIntegrator):
     rest: RestOfSet
 
     def __init__(
-        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, keep: bool = False
+        self, start: Start, arithmetic: Balls, *, assume: bool = False, keep: bool = False
     ) -> None:
         super().__init__(start, arithmetic, assume=assume)
         self.keep = keep
@@ -387,8 +387,11 @@ class SetIntegrator(ChainIntegrator):
         event = lone_event(flow, n, self.thresholds, of_point)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("the proof for all states fails for one of them")
-        if not abs(event.time - time) <= radius:
+        away = abs(event.time - time)
+        if away > radius:
             raise AssertionError("the enclosure of an event does not hold a state of the set")
+        if not away <= radius:
+            raise Undecided("the time of an event is not known well enough")
         return event
 
     def _enclosed(

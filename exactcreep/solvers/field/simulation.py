@@ -7,6 +7,7 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +16,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Arithmetic, certain_sign
+from exactcreep.motion.arithmetic import Balls, Disturbance, certain_sign
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
@@ -38,7 +39,7 @@ def completed(
 ) -> Rearrangement:
     """Return the rearrangement that follows a ramp in `direction`."""
     mechanics.limits = limits
-    mechanics.ramp(direction, None)
+    mechanics.steadily(partial(mechanics.ramp, direction, None))
     initial = mechanics.state()
     events: list[Event] = []
     ended = Ending(Stop.DONE)
@@ -51,7 +52,7 @@ def completed(
             elif (stop := limits.stop(len(events))) is not None:
                 ended = Ending(stop, limits.reason(stop))
                 break
-    except (SearchLimit, OutOfTime) as limit:
+    except (SearchLimit, OutOfTime, Disturbance) as limit:
         ended = Ending(Stop.LIMIT, str(limit))
     if mechanics.runaway:
         ended = Ending(Stop.RUNAWAY, NEVER_STOPS)
@@ -86,7 +87,7 @@ class FieldSimulation(Simulation):
 
     kind: ClassVar[type[ChainIntegrator]] = ChainIntegrator
 
-    def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Arithmetic) -> None:
+    def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Balls) -> None:
         self.start = start
         self.record = record
         with arithmetic.active():
@@ -111,7 +112,7 @@ class FieldSimulation(Simulation):
         while done < count:
             try:
                 stop = self._to_target(drive, first + done, limits, early)
-            except SearchLimit as limit:
+            except (SearchLimit, Disturbance) as limit:
                 ended = Ending(Stop.LIMIT, str(limit))
                 break
             if stop is None:
@@ -165,7 +166,10 @@ class FieldSimulation(Simulation):
                     return Stop.DEADLINE
                 if mechanics.runaway:
                     return Stop.RUNAWAY
-                if not mechanics.ramp(self._way(target), target):
+                ramp = partial(
+                    mechanics.ramp, mechanics.steadily(partial(self._way, target)), target
+                )
+                if not mechanics.steadily(ramp):
                     break
             self._arrive(target)
         return None

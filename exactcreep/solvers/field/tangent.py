@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
+from exactcreep.motion.arithmetic import Balls, Undecided, balls_of
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.state_set import StateSet, exponent_of, scaled
 from exactcreep.solvers.field.set_integrator import SetIntegrator, middle, radius
@@ -194,7 +194,7 @@ class TangentSimulation(FieldSimulation):
     kind = TangentMechanics
     mechanics: TangentMechanics
 
-    def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Arithmetic) -> None:
+    def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Balls) -> None:
         super().__init__(Start(chain, state, 0), ("events",), arithmetic)
         self.mechanics.frame = Frame.of(chain)
         self.theta_target = -drive.amplitude
