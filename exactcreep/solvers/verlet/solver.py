@@ -45,7 +45,7 @@ from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 _MOST_STEPS = 10**9
 _TOO_LONG = f"a rearrangement did not end within {_MOST_STEPS:.0e} steps; change dt"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
-_NOWHERE, _NO_ROWS = np.empty(0), TargetRows.empty((), 0, 1)
+_NO_ROWS = TargetRows.empty((), 0, 1)
 
 
 class VerletSimulation(Simulation):
@@ -54,38 +54,36 @@ class VerletSimulation(Simulation):
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
-        self.constants = steps.Constants(
-            n=chain.n,
-            l0=nearest_float(chain.l0),
-            cosine=chain.cos_alpha,
-            sigma=nearest_float(chain.sigma_mu),
-            seed=np.uint64(start.seed),
-            runs_away=chain.may_run_away,
-            dt=dt,
-            locate=locate,
-            one_by_one=any(name != "x_G" for name in record),
+        n, cosine, (first, last) = chain.n, chain.cos_alpha, chain.end_forces
+        self.all = steps.Sliders(
+            *np.zeros((len(steps.REALS), n + 2)), *np.zeros((2, n + 2), np.int64)
         )
-        self._all = np.zeros(chain.n + 2, steps.SLIDER)
-        self.sliders, self.now = self._all[1:-1], np.zeros(1, steps.NOW)
-        rows = 2 * chain.n + 4096 if any(name in record for name in LOGS) else 0
+        self.inner = {name: array[1:-1] for name, array in self.all._asdict().items()}
+        self.now, mine = np.zeros(1, steps.NOW), self.inner
+        rows = 2 * n + 4096 if any(name in record for name in LOGS) else 0
         self.log = np.zeros((rows, len(steps.ROW)))
         self.leg: Leg | None = None  # if each spring has its own dilation
         self._given = state.theta
         self._avalanche: Avalanche | None = None
-        mine = self.sliders
-        mine["load"] = chain.sin_alpha
-        for end, force in zip((0, -1), chain.end_forces, strict=True):
-            mine["load"][end] += nearest_float(force)
+        constants = {
+            "n": n, "l0": nearest_float(chain.l0), "cosine": cosine, "seed": start.seed,
+            "sigma": nearest_float(chain.sigma_mu), "dt": dt, "locate": locate,
+            "one_by_one": any(name != "x_G" for name in record),
+            "theta": 0.0 if state.springs else float(state.theta),
+        }  # fmt: skip
+        for name, value in constants.items():
+            self.now[name] = value
+        mine["springs"][:], mine["load"][:] = 2.0, chain.sin_alpha
+        for end, force in ((0, first), (-1, last)):
             mine["springs"][end] -= 1.0
-        mine["springs"] += 2.0
-        mine["mu_d"], mine["mu_s"] = chain.floats("mu_d"), chain.floats("mu_s")
-        mine["coefficient"], mine["draws"] = state.coefficients, state.draws
-        mine["friction"] = mine["mu_d"] * chain.cos_alpha
-        mine["threshold"] = np.maximum(mine["coefficient"], mine["mu_d"]) * chain.cos_alpha
-        mine["tension"][:-1], mine["place"] = state.tensions, state.displacements
-        mine["expansion"][:-1] = chain.floats("expansion")
-        self.now["theta"] = 0.0 if state.springs else float(state.theta)
-        steps.rest(self.constants, self._all, 0.0)
+            mine["load"][end] += nearest_float(force)
+        for name in ("mu_d", "mu_s", "expansion"):
+            mine[name][: n - (name == "expansion")] = chain.floats(name)
+        mine["tension"][:-1], mine["place"][:] = state.tensions, state.displacements
+        mine["coefficient"][:], mine["draws"][:] = state.coefficients, state.draws
+        mine["friction"][:] = mine["mu_d"] * cosine
+        mine["threshold"][:] = np.maximum(mine["coefficient"], mine["mu_d"]) * cosine
+        steps.rest(self.all, self.now[0], 0.0)
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -98,45 +96,40 @@ class VerletSimulation(Simulation):
         return Evidence.UNDECIDED  # what a step misses is not known
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        targets = drive.targets(first, count, self.seed)
-        rows, logs = TargetRows.empty(self.record, count, self.chain.n), list[dict[str, Any]]()
-        done, before, ended = 0, self.tally.events, Ending(Stop.DONE)
-        while done < count and ended.stop is Stop.DONE:
-            if (leg := drive.leg(first + done, self._given)) is not None:
-                self._take(leg)
-                targets = np.ones(1)
-            left = limits.after(self.tally.events - before)
-            reached, logged, ended = self.step_on(left, targets, first + done, rows.part(done))
-            done += reached
-            logs.append(logged)
-            if done < count and (stop := limits.stop(self.tally.events - before)):  # another leg
-                ended = ended if ended.reason else Ending(stop, limits.reason(stop))
-        return Stretch(done, rows.recorded(self.record, done) | joined(logs), *ended)
+        rows = TargetRows.empty(self.record, count, self.chain.n)
+        done, logs, ended = self.step_on(limits, drive, first, count, rows)
+        return Stretch(done, rows.recorded(self.record, done) | logs, *ended)
 
     def step_on(
-        self, limits: Limits, targets: NDArray[Any] = _NOWHERE, first: int = 0,
+        self, limits: Limits, drive: Drive | None = None, first: int = 1, count: int = 0,
         rows: TargetRows = _NO_ROWS,
     ) -> tuple[int, dict[str, NDArray[Any]], Ending]:  # fmt: skip
         """Step to the targets; without targets, until the present rearrangement ends.
 
         Returns how many were reached, the logged columns, and why it ended.
         """
-        done, logs = 0, list[dict[str, NDArray[Any]]]()
-        before, arguments = self.tally.events, (self.constants, self._all, self.now, self.log)
+        before, logs, done = self.tally.events, list[dict[str, NDArray[Any]]](), 0
+        targets = np.empty(0) if drive is None else drive.targets(first, count, self.seed)
+        last = before + limits.events_left
         while True:
-            last = before + limits.events_left
-            reached = steps.follow(*arguments, targets[done:], first + done, last, rows.x_G[done:])
+            ahead = targets[done:]
+            if done < count and drive and (leg := drive.leg(first + done, self._given)):
+                self._take(leg)
+                ahead = np.ones(1)
+            reached = steps.follow(
+                self.all, self.now, self.log, ahead, first + done, last, rows.x_G[done:]
+            )
             logs.append(self._tables())
-            if reached and self.constants.one_by_one:
-                found = (("x", "place"), ("tension", "tension"), ("slips", "slips"))
-                for name, field_name in found:
+            if reached and self.now["one_by_one"][0]:
+                for name, of in (("x", "place"), ("tension", "tension"), ("slips", "slips")):
                     row = getattr(rows, name)[done : done + 1]
-                    row[:] = self.sliders[field_name][: row.shape[1]]
-                self.sliders["slips"] = 0
+                    row[:] = self.inner[of][: row.shape[1]]
+                self.inner["slips"][:] = 0
             done += reached
-            if done == len(targets) and self.at_rest:
-                return done, joined(logs), Ending(Stop.DONE)
-            if ended := self._ending(limits, self.tally.events - before):
+            ended = self._ending(limits, self.tally.events - before)
+            if done == count and self.at_rest:
+                ended = Ending(Stop.DONE)
+            if ended is not None:
                 return done, joined(logs), ended
 
     def _ending(self, limits: Limits, events: int) -> Ending | None:
@@ -162,7 +155,7 @@ class VerletSimulation(Simulation):
             return
         begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
         self.leg, self.now["theta"] = replace(leg, begin=begin), 0.0
-        self.sliders["expansion"][:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
+        self.inner["expansion"][:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         return {} if self.at_rest else self.step_on(limits)[1]
@@ -179,12 +172,9 @@ class VerletSimulation(Simulation):
         moved, drawn = np.zeros((2, self.chain.n))
         for row, event in logged_events(EVENT_TABLE.arrays(rows)):
             if row.number == 0:
-                ramp = {
-                    "half_cycle": row.half_cycle,
-                    "theta": row.theta,
-                    "direction": rows["way"][k],
-                }
-                tensions = self.sliders["tension"][:-1].copy()
+                way = rows["way"][k]
+                ramp = {"half_cycle": row.half_cycle, "theta": row.theta, "direction": way}
+                tensions = self.inner["tension"][:-1].copy()
                 self._avalanche = Avalanche(self.chain, FLOAT64, ramp, tensions)
             assert self._avalanche is not None
             of_event = slice(k, k + len(event.sliders))
@@ -194,16 +184,15 @@ class VerletSimulation(Simulation):
             k = of_event.stop
         if self._avalanche is not None and not self.now["movers"][0]:
             rests, self._avalanche = rearrangement_rows([(self._avalanche, 0)]), None
-        made = {"rearrangements": rests, "slip_table": slips}
-        return tables | joined(
-            [LOGS[name].from_rows(made[name]) for name in made if name in self.record]
-        )
+        for name, made in (("rearrangements", rests), ("slip_table", slips)):
+            tables |= LOGS[name].from_rows(made) if name in self.record else {}
+        return tables
 
     def _motion(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """Return tensions, displacements and velocities; not finite if dt was too large."""
-        s = self.sliders
+        s = self.inner
         with np.errstate(invalid="ignore", over="ignore"):
-            velocities = (s["w"] + 0.5 * s["b"]) / self.constants.dt
+            velocities = (s["w"] + 0.5 * s["b"]) / self.now["dt"][0]
             return s["tension"][:-1] + np.diff(s["x"]), s["place"] + s["x"], velocities
 
     def state(self) -> State:
@@ -213,7 +202,7 @@ class VerletSimulation(Simulation):
             theta = np.array(self.leg.at(theta, nearest_float))
         elif isinstance(self._given, np.ndarray):
             theta = self._given
-        return State(tensions, places, self.sliders["coefficient"], self.sliders["draws"], theta)
+        return State(tensions, places, self.inner["coefficient"], self.inner["draws"], theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -224,21 +213,20 @@ class VerletSimulation(Simulation):
         return bool(self.now["phase"][0] == steps.AT_REST)
 
     def snapshot(self) -> dict[str, Any]:
-        numbers = {name: getattr(self, name).view(np.int64).copy() for name in ("_all", "now")}
-        return {"sliders": numbers["_all"], "now": numbers["now"], "leg": Leg.kept(self.leg)}
+        numbers = {name: array.copy() for name, array in self.all._asdict().items()}
+        return {"now": self.now.view(np.int64).copy(), "leg": Leg.kept(self.leg)} | numbers
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
         self.leg = Leg.restored(snapshot["leg"], self.chain)
-        self._all.view(np.int64)[:], self.now.view(np.int64)[:] = (
-            snapshot["sliders"],
-            snapshot["now"],
-        )
+        for name, array in self.all._asdict().items():
+            array[:] = snapshot[name]
+        self.now.view(np.int64)[:] = snapshot["now"]
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
-        fixed = self.constants
-        return {"dt": fixed.dt, "locate": fixed.locate, "steps": int(self.now["steps"][0])}
+        dt, locate, taken = self.now[["dt", "locate", "steps"]][0].item()
+        return {"dt": dt, "locate": bool(locate), "steps": taken}
 
 
 @dataclass(frozen=True)
@@ -288,7 +276,7 @@ class Verlet(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange in time steps; `Replay` gives the motion between the events."""
         simulation = self.simulation_from(start, ("events",))
-        kernel = simulation.constants, simulation._all, simulation.now[0], simulation.log
+        kernel = simulation.all, simulation.now[0], simulation.log
         steps.release(*kernel)
         if simulation.at_rest and direction != 0:
             steps.ramp(*kernel, float(direction), math.inf)
