@@ -40,9 +40,10 @@ _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 COUNTS = ("rearrangements", "events", "slips", "draws_below_mu_d")
 NOW = np.dtype(
     [(name, np.float64) for name in ("l0", "cosine", "sigma", "dt", "theta", "time")]
-    + [(name, np.int64) for name in ("n", "seed", "locate", "one_by_one", "phase", *COUNTS)]
+    + [(name, np.int64) for name in ("n", "locate", "one_by_one", "phase", *COUNTS)]
     + [(name, np.int64) for name in ("steps", "begun", "movers", "low", "high")]
     + [(name, np.int64) for name in ("target", "way", "number", "written")]
+    + [("seed", np.uint64)]
 )
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `begun`: the steps
@@ -102,7 +103,7 @@ def _stop(s, now, log, i):
     """Bring slider i to rest and draw its next static coefficient."""
     s.coefficient[i] = s.mu_s[i]
     if now.sigma > 0.0:
-        words = philox(np.uint64(now.seed), STREAM_COEFFICIENT, i, s.draws[i] // 4)
+        words = philox(now.seed, STREAM_COEFFICIENT, i, s.draws[i] // 4)
         s.coefficient[i] += now.sigma * normal_deviate(words[s.draws[i] % 4])
     now.draws_below_mu_d += s.coefficient[i] < s.mu_d[i]
     s.threshold[i] = max(s.coefficient[i], s.mu_d[i]) * now.cosine
