@@ -135,7 +135,6 @@ class Rearrangement(Result):
         return cls(
             chain=moved.chain,
             outcome=_OUTCOMES.get(ended.stop, Outcome.LIMIT),
-            decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
             state=moved.state(),
             velocities=moved.velocities(),
             undecided=tally.undecided,
@@ -143,7 +142,7 @@ class Rearrangement(Result):
             solver=solver,
             seed=moved.seed,
             reason=ended.reason,
-            **attributes,
+            **{"decided": Evidence.of(tally.undecided, Evidence.COMPUTED)} | attributes,
         )
 
     @property

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Outcome, State, creep, rearrange
+from exactcreep import Cycles, GaussianSteps, Outcome, Path, State, creep, rearrange
+from exactcreep.model.drive import Drive
+from exactcreep.model.outcome import Evidence
 from exactcreep.solvers.rearrangement import Rearrangement
 from tests.data.whole_rearrangements import load
 from tests.paper import paper_chain
@@ -47,3 +49,45 @@ def test_verlet_is_of_first_order_across_events_and_of_second_if_it_locates_them
             orders.append(np.polyfit(np.log(steps), np.log(errors), 1)[0])
     assert len(orders) >= 40
     assert np.median(orders) == pytest.approx(order, abs=0.1)
+
+
+UNLIKE = {"mu_d": [0.4, 0.5, 0.45], "mu_s": [0.5, 0.6, 0.5], "end_forces": (0.01, -0.02)}
+EACH_SPRING = Path([["0.002", "0.001"], ["-0.001", "-0.003"], ["0.001", "0.001"]])
+
+
+@pytest.mark.parametrize(
+    ("chain", "drive"),
+    [
+        (paper_chain(6), Cycles("0.002", 10)),
+        (paper_chain(3, "0", **UNLIKE), GaussianSteps("0.002", 9)),
+        (paper_chain(3, expansion=[1, 2]), EACH_SPRING),
+        (paper_chain(2), Cycles("0.0001", 2)),  # nothing moves
+    ],
+    ids=["six", "unlike", "each spring", "at rest"],
+)
+@pytest.mark.parametrize("locate", [False, True])
+def test_verlet_judges_nothing(chain: Any, drive: Drive, locate: bool) -> None:
+    run = creep(chain, drive, solver="verlet", locate=locate, seed=1)
+    assert run.evidence is run.outcome_evidence is Evidence.UNDECIDED
+    assert run.known_half_cycles == 0
+    for direction in (1, -1):
+        start = State.relaxed(chain) if run.state.springs else run.state
+        found = rearrange(chain, start, direction=direction, solver="verlet", locate=locate)
+        assert found.evidence is Evidence.UNDECIDED
+
+
+@pytest.mark.parametrize("locate", [False, True])
+def test_a_run_goes_on_from_its_state_bit_for_bit(locate: bool) -> None:
+    for chain, whole, drives in (
+        (paper_chain(6), Cycles("0.003", 5), (Cycles("0.003", 2), Cycles("0.003", 3))),
+        (
+            paper_chain(3, **UNLIKE),
+            EACH_SPRING,
+            (Path(EACH_SPRING.theta[:1]), Path(EACH_SPRING.theta[1:])),
+        ),
+    ):
+        known = {"solver": "verlet", "locate": locate, "seed": 4, "dt": "0.02"}
+        start = None
+        for drive in drives:
+            start = creep(chain, drive, start=start, **known).state
+        assert start == creep(chain, whole, **known).state
