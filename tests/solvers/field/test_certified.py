@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+
+import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, Path, State, creep
+from exactcreep import Chain, Creep, Cycles, Evidence, Path, State, creep
 from exactcreep.motion.arithmetic import Undecided, balls_of
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.simulation import FieldSimulation
@@ -96,3 +99,30 @@ def test_a_restart_with_more_digits_hands_out_no_row_twice():
             assert run.recorded[name] == pytest.approx(truth, rel=1e-9, abs=1e-9)
         elif not name.endswith("_decimal"):
             assert np.array_equal(run.recorded[name], truth)
+
+
+@pytest.mark.parametrize("bits", [20, 64, 300])
+def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(bits: int) -> None:
+    ended, before = threading.Event(), flint.ctx.prec
+
+    def other() -> None:
+        while not ended.is_set():
+            with flint.ctx.workprec(bits):
+                flint.arb(2).sqrt()
+
+    def run() -> Creep:
+        return creep(paper_chain(6), Cycles("0.002", 1), solver="certified", digits=30)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    try:
+        beside = run()
+    finally:
+        ended.set()
+        thread.join()
+        flint.ctx.prec = before
+    after = run()
+    assert beside.event_count == after.event_count > 200
+    assert beside.evidence is after.evidence is Evidence.PROVED
+    assert float(beside.x_G) == float(after.x_G)
+    assert beside.report["restarts"] == after.report["restarts"] == 0
