@@ -130,7 +130,7 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
 
     >>> chain = {"n": 10, "l0": 1000, "mu_d": 0.4, "mu_s": 0.55, "tan_alpha": 0.25}
     >>> round(sticking_velocity(chain | {"sigma_mu": 0.01, "amplitude": 0.01}), 1)
-    61.2
+    61.5
     """
     return _fitted(parameters, forces(parameters))[0]
 
