@@ -42,7 +42,8 @@ from derivations.notation import (
 from derivations.proof import Line, Proof, chapter
 
 beta, e, W, v, trial = map(sp.Function, ("beta", "e", "W", "v", "trial"))
-"""Sum of the sliding friction of sliders 1..n, in m g; its excess of static friction; sum of the weights of the springs above
+"""Sum of the sliding friction of sliders 1..n, in m g; its excess of static friction;
+sum of the weights of the springs above
 slider n; speed of slider n; a tension."""
 P, K = symbol("p"), symbol("q")
 """The sliders that rest in dilations and in contractions."""
@@ -299,7 +300,8 @@ def _passages(p: Proof, made: Model) -> None:
     )
     phases = symbol("Phi")
     p.show(
-        "sliders that stick and slip miss sliding friction by their phases (pivots): the sum Phi of "
+        "sliders that stick and slip miss sliding friction by their phases (pivots): the sum "
+        "Phi of "
         "what those below carry beyond it, less those above, takes from G, and the middle moves by",
         sp.expand(downhill - uphill - (downhill - phases - (uphill + phases))) / 2,
         phases,
