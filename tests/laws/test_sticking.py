@@ -27,7 +27,7 @@ def compared(cases: Iterator[tuple[dict[str, Any], dict[str, str]]]) -> Compared
         law = laws.prediction_of(about)
         assert law is not None
         error = float(row["error"])
-        if law.deviation > 0 and error < 2 * law.deviation:
+        if law.deviation > 0 and error < 0.7 * law.deviation:
             off = law.values[0] - float(row["velocity"])
             found.append((about, off / math.hypot(law.deviation, error)))
     return found
