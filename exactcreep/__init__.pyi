@@ -11,10 +11,10 @@ from .model.enclosure import Enclosure as Enclosure
 from .model.numbers import InputError as InputError
 from .model.outcome import Evidence as Evidence, Outcome as Outcome
 from .model.path import Path as Path
-from .model.readings import RecordWarning as RecordWarning
+from .records.readings import RecordWarning as RecordWarning
 from .model.remarks import PhysicsWarning as PhysicsWarning
 from .model.state import State as State
-from .model.temperature_record import TemperatureRecord as TemperatureRecord
+from .records.temperature_record import TemperatureRecord as TemperatureRecord
 from .motion.solution import Motion as Motion, Solution as Solution
 from .pipeline import Pipeline as Pipeline, Walk as Walk, pipeline as pipeline
 from .quasistatic.creep import (

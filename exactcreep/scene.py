@@ -21,11 +21,12 @@ from exactcreep.model.names import did_you_mean, meant
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
-from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.pipeline import Pipeline, pipeline
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.writing import file_name
+from exactcreep.records.table import CellError
+from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solid import Solid, physical
 from exactcreep.solvers.registry import SOLVERS
 
@@ -484,12 +485,25 @@ def _keys_within(table: str) -> Iterator[None]:
         raise InputError(field, value, allowed) from None
 
 
-def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
+def _made(
+    make: Callable[..., Any], given: Mapping[str, Any], folder: FilePath | None = None
+) -> Any:
     required = [name for name, needed in _keys_of(make).items() if needed]
     for name in required:
         if name not in given:
             raise InputError(name, None, f"is missing; {', '.join(required)} are required")
-    return make(**given)
+    try:
+        return make(**given)
+    except CellError as error:
+        file = FilePath(given.get("file", ""))
+        if folder is None or file.resolve().is_relative_to(folder.resolve()):
+            raise
+        where = f"line {error.row}, column {error.column or '1 and others'}"
+        allowed = (
+            f"cannot be used: look at {where}, which is not quoted, because the file is not in"
+        )
+        allowed += " the folder of the scene; exactcreep record FILE quotes it"
+        raise InputError("file", str(file), allowed) from None
 
 
 def _drive(
@@ -515,11 +529,11 @@ def _drive(
         given["file"] = folder / given["file"]
     columns = given.get("temperature_column")
     if not isinstance(columns, list):
-        return _made(make, given)  # type: ignore[no-any-return]
+        return _made(make, given, folder)  # type: ignore[no-any-return]
     if not 0 < len(columns) <= springs:
         allowed = f"must name from 1 to {springs} columns: at most one for each spring"
         raise InputError("temperature_column", columns, allowed)
-    places = [_made(make, given | {"temperature_column": name}) for name in columns]
+    places = [_made(make, given | {"temperature_column": name}, folder) for name in columns]
     return TemperatureRecord.along(places, springs)
 
 

@@ -31,10 +31,10 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.remarks import remark
-from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.records.temperature_record import TemperatureRecord
 
 DAYS_PER_YEAR = Fraction(1461, 4)
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
@@ -562,8 +562,10 @@ class Descent:
             rate += f"; measured: {in_full(float(self.solid.measured), 4)} mm/year"
         if self.days < 360:
             rate += ", for these days, not for a year"
+        coefficient = f"with mu_d = {in_full(float(chain.mu_d), 3)}"
+        total = f"{in_full(self.total, 4)} mm in {in_full(self.days, 4)} days {coefficient}: {rate}"
         said = {
-            "descent": f"{in_full(self.total, 4)} mm in {in_full(self.days, 4)} days: {rate}",
+            "descent": total,
             "friction": f"{_percent(more / same)} where friction is 10 % more,"
             f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
             "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few};"
@@ -578,7 +580,15 @@ class Descent:
             if most == math.inf:
                 between = f"{in_full(least, 4)} mm/year for mu_d = {high:.4g}, without bound for"
                 between += f" {low:.4g}, which does not hold the solid"
-            said["friction"] = f"{between} (sliding limit, N = {many})"
+            del said["friction"]
+            said = {"descent": f"{between} (sliding limit, N = {many})", "middle": total} | {
+                name: text for name, text in said.items() if name != "descent"
+            }
+        said["solid"] = (
+            f"E = {_engineering(self.solid.youngs_modulus)} Pa, density"
+            f" {_engineering(self.solid.density)} kg/m^3, kappa ="
+            f" {_engineering(self.solid.kappa)} /K"
+        )
         if math.isfinite(self._weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
             differs = f"one year differs from another by {in_full(self._weather, 2)} mm"
@@ -712,6 +722,16 @@ def _middle(
 
 
 _ROUNDING = 1e-9  # relative: smaller differences count as none
+
+
+def _engineering(value: Fraction) -> str:
+    """Return a number with a power of a thousand: 16e9, 29e-6, 11340."""
+    power = 3 * math.floor(math.log10(value) / 3)
+    return (
+        f"{float(value):g}"
+        if power in (0, 3)
+        else f"{float(value / Fraction(10) ** power):g}e{power}"
+    )
 
 
 def _percent(ratio: float) -> str:

@@ -16,6 +16,7 @@ ROOMS = (
     ("watch.preparation",),
     ("compiling",),
     ("model",),
+    ("records",),
     ("watch", "disorder"),
     ("laws",),
     ("motion",),

@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 
 from exactcreep import Creep, Cycles, InputError, TemperatureRecord, creep, load_scene, sweep
-from exactcreep.model.record_format import guessed
 from exactcreep.quasistatic import checkpoint
 from tests.conftest import Command
 from tests.paper import paper_chain
@@ -224,7 +223,7 @@ def test_a_sweep_of_somebody_else_is_refused(name: str, folder: Path, tmp_path: 
 
 READERS: dict[str, Callable[[Path], object]] = {
     "record": lambda path: TemperatureRecord(path, kappa="1e-5", T0=0),
-    "guess": guessed,
+    "readings": TemperatureRecord.readings,
     "scene": load_scene,
 }
 TEXTS: dict[str, bytes] = {

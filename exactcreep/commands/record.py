@@ -4,74 +4,120 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import Answer, Drawing, put, say_written, shown
-from exactcreep.commands.values import File, Name, Number, taken
+from exactcreep.commands.answer import Answer, Drawing, put, shown
+from exactcreep.commands.values import Name, Number, taken
 
 _DRAWN = Drawing()
 
 
-def record(
-    file: Annotated[Path, Parameter(help="A CSV file, also packed by gzip (.gz).")],
-    /,
-    *,
-    mend: File | None = None,
-    output: Drawing = _DRAWN,
-) -> None:
-    """Guess the format of a file of temperatures, list its faults, and print lines for a scene.
-
-    The lines give the delimiter, decimal comma, date format, encoding, and the columns of times and
-    of temperatures (or of minima and maxima). An uncertain guess has a remark. T0 is the mean; set
-    it to the temperature at which the solid was laid.
-
-    Faults follow below: missing readings and outliers, gaps, rows out of order, minima above their
-    maxima. A plot marks them. Exit status: 0 the record can be used as it is, or was mended, 2 it
-    cannot.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """How a file of temperatures is read, where its own words do not say it.
 
     Parameters
     ----------
-    mend : path
-        Write a copy, CSV in degrees, in which the same hour of nearby days replaces gaps and
-        suspect readings; the changes are printed.
+    time_column
+        Column of times, or several columns: date,hour or year,month,day,hour. A column has its
+        name, or its number from 1.
+    temperature_column
+        Column of temperatures.
+    minimum_column
+        Column of the minimum of each day, instead of temperature_column.
+    maximum_column
+        Column of the maximum of each day.
+    minimum_hour
+        Hour of the day of the minimum; default 5.
+    maximum_hour
+        Hour of the day of the maximum; default 15.
+    unit
+        C, K or F.
+    scale
+        Factor on the numbers: 0.1 for tenths of a degree.
+    date_format
+        How dates are written, e.g. "%d.%m.%Y %H:%M"; "%s" for seconds since 1970.
+    delimiter
+        Character between columns; a blank for any number of blanks.
+    decimal
+        Decimal sign, a point or a comma.
+    encoding
+        Encoding of the file, e.g. latin-1.
+    """
+
+    time_column: Annotated[str | None, taken("NAMES")] = None
+    temperature_column: Annotated[str | None, taken("NAME")] = None
+    minimum_column: Annotated[str | None, taken("NAME")] = None
+    maximum_column: Annotated[str | None, taken("NAME")] = None
+    minimum_hour: Annotated[str | None, taken("X")] = None
+    maximum_hour: Annotated[str | None, taken("X")] = None
+    unit: Annotated[str | None, taken("UNIT")] = None
+    scale: Annotated[str | None, taken("X")] = None
+    date_format: Annotated[str | None, taken("FORMAT")] = None
+    delimiter: Annotated[str | None, taken("SIGN")] = None
+    decimal: Annotated[str | None, taken("SIGN")] = None
+    encoding: Annotated[str | None, taken("NAME")] = None
+
+    def options(self) -> dict[str, Any]:
+        """Return the options that are given, for `TemperatureRecord`."""
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if given.get("delimiter") in ("tab", "\\t"):
+            given["delimiter"] = "\t"
+        return given
+
+
+_FOUND = Layout()
+_USUAL = {"delimiter": ",", "decimal": ".", "date_format": "", "encoding": "utf-8", "unit": "C",
+          "scale": Fraction(1)}  # fmt: skip
+Table = Annotated[Path, Parameter(help="A table of text: CSV or aligned; also .gz and .zip.")]
+
+
+def record(file: Table, /, *, layout: Layout = _FOUND, output: Drawing = _DRAWN) -> None:
+    """Read a file of temperatures, say what was read, list its faults, print lines for a scene.
+
+    The first line says which column was read, in which unit, from when to when, and the lowest and
+    the highest temperature. The lines below are the table [drive] of a scene that reads the file in
+    the same way. T0 is the mean; set it to the temperature at which the solid was laid. What the
+    file does not say is never guessed: the command then names the option that is needed.
+
+    Faults follow: missing readings, codes for missing readings and outliers, gaps, rows out of
+    order, minima above their maxima. A plot marks them. Exit status: 0 the record can be used as it
+    is, 2 it cannot.
 
     Examples
     --------
     exactcreep record station.csv --plot station.png
-    exactcreep record station.csv --mend mended.csv
+    exactcreep record station.csv --temperature-column Outside --unit F
     """
-    from exactcreep.model.record_format import guessed
-
-    output.check(mend=mend)
-    guess = guessed(file)
-    readings = exactcreep.TemperatureRecord.readings(file, **guess.options)
-    faults, about, done = readings.faults(), {"file": str(file), **guess.options}, list[str]()
-    wrong = [str(readings.refusal(kind, places)) for kind, places in faults.items()]
-    if mend is not None:
-        about, done = _mended(readings, mend, force=output.force)
-        wrong = []
-    known = readings.temperatures
-    about["T0"] = round(float(known.mean()), 1)
-    remarks = {"T0": "the mean; at which temperature was it laid?"}
-    lines = ["[drive]", 'kind = "record"']
-    for name, value in about.items():
-        remark = (remarks if mend else remarks | guess.doubts).get(name)
-        lines.append(f"{name} = {_as_toml(value)}" + (f"  # {remark}" if remark else ""))
-    first, last = (str(readings.times[k]).removesuffix(".000000") for k in (0, -1))
+    output.check()
+    given = layout.options()
+    readings = exactcreep.TemperatureRecord.readings(file, **given)
+    wrong = [str(readings.refusal(kind, places)) for kind, places in readings.faults().items()]
+    hours = {name: value for name, value in given.items() if name.endswith("_hour")}
+    about: dict[str, Any] = {"file": str(file), **_unusual(readings.options), **hours}
+    known, (first, last) = readings.temperatures, readings.ends
+    about["T0"] = _mean(readings)
+    doubts = {"sampling": " ".join(readings.lacking()), "unit": "; ".join(readings.doubts())}
     summary: dict[str, Any] = {
-        **about, "doubts": guess.doubts, "readings": len(readings.times), "first": first,
-        "last": last, "lowest": float(known.min()), "highest": float(known.max()),
-        "wrong": wrong, "mended": done,
+        "read": readings.told(), **about, "doubts": {k: v for k, v in doubts.items() if v},
+        "readings": len(readings.times), "first": first, "last": last,
+        "lowest": float(known.min(initial=math.inf)), "wrong": wrong,
+        "highest": float(known.max(initial=-math.inf)), "missing": readings.missing,
     }  # fmt: skip
 
     def tell() -> None:
-        many = "s" * (len(readings.times) > 1)
-        put(f"# {len(readings.times)} reading{many} from {first} to {last}")
-        put("\n".join([*(f"# {sentence}" for sentence in done), *lines]))
+        lines = ["[drive]", 'kind = "record"']
+        lines += [f"{name} = {_as_toml(value)}" for name, value in about.items()]
+        lines[-1] += "  # the mean; at which temperature was it laid?"
+        remarks = [f"# {each}" for each in (readings.told(), *readings.lacking())]
+        put("\n".join([*remarks, *lines]))
 
     def draw() -> Any:
         from exactcreep.figures.record import draw_record
@@ -83,19 +129,21 @@ def record(
 
 
 def roof(
-    file: Annotated[Path, Parameter(help="A CSV file of temperatures; see exactcreep record.")],
+    file: Table,
     /,
     *,
     length: Number,
     slope_degrees: Number,
     material: Name = "lead",
     friction: Annotated[str | None, taken("LOW,HIGH")] = None,
+    layout: Layout = _FOUND,
     output: Drawing = _DRAWN,
 ) -> None:
     """Say how far a roof creeps in the weather of a file, in millimetres a year, and how surely.
 
-    The file is read as by `exactcreep record`. The rate is computed in the sliding limit, in which
-    the static friction has no effect.
+    The first line is the range over the interval of friction, the second the rate with its middle.
+    Then follow the material and what was read. The file is read as by `exactcreep record`. The rate
+    is computed in the sliding limit, in which the static friction has no effect.
 
     Parameters
     ----------
@@ -115,7 +163,6 @@ def roof(
     """
     from exactcreep.commands.answer import say_rows
     from exactcreep.model.numbers import exact_number
-    from exactcreep.model.record_format import guessed
 
     output.check()
     angle = float(exact_number(slope_degrees, "slope_degrees"))
@@ -127,17 +174,20 @@ def roof(
         raise exactcreep.InputError("friction", friction, "must be a number, or LOW,HIGH")
     mu = ends if len(ends) == 2 else ends[0]
     sheet = exactcreep.physical(
-        length=length, section="0.003", mu_d=mu, mu_s=mu, tan_alpha=f"{slope:.6f}",
+        length=length, section=_THICKNESS, mu_d=mu, mu_s=mu, tan_alpha=f"{slope:.6f}",
         material=material,
     )  # fmt: skip
-    options = guessed(file).options
-    mean = exactcreep.TemperatureRecord.readings(file, **options).temperatures.mean()
-    weather = exactcreep.TemperatureRecord(
-        file, kappa=sheet.kappa, T0=round(float(mean), 1), **options
-    )
+    readings = exactcreep.TemperatureRecord.readings(file, **layout.options())
+    T0 = _mean(readings)
+    weather = exactcreep.TemperatureRecord(file, kappa=sheet.kappa, T0=str(T0), **layout.options())
     with shown(quiet=output.json):
         descent = sheet.creep(weather)
-        summary, lines = descent.summary(), descent.lines()
+        summary, lines = descent.summary(), dict(descent.lines())
+    of_sheet = f"{material}: {lines.pop('solid')}, thickness {_THICKNESS} m (without effect)"
+    of_sheet += f", T0 = {T0} {'°' * (readings.unit != 'K')}{readings.unit} (the mean)"
+    first = {name: lines.pop(name) for name in ("descent", "middle") if name in lines}
+    rows = {**first, "material": of_sheet, "weather file": readings.told(), **lines}
+    rows |= {"lacking" if k == 0 else " ": said for k, said in enumerate(readings.lacking())}
     title = f"{file.name}: {material}, {length} m, {slope_degrees} degrees"
 
     def draw() -> Any:
@@ -145,25 +195,27 @@ def roof(
 
         return draw_descent(descent, title)
 
-    output.deliver(Answer({"file": str(file), **summary}, lambda: say_rows(lines), draw=draw))
+    about = {
+        "file": str(file), **summary, "read": readings.told(), "T0": T0, "material": of_sheet,
+        "doubts": {"sampling": " ".join(readings.lacking())} if readings.lacking() else {},
+    }  # fmt: skip
+    output.deliver(Answer(about, lambda: say_rows(rows.items()), draw=draw))
 
 
-def _mended(readings: Any, to: Path, *, force: bool) -> tuple[dict[str, Any], list[str]]:
-    """Write mended readings; return the settings with which a scene reads them, and the changes."""
-    import numpy as np
+_THICKNESS = "0.003"  # m, of one metre of width; the descent does not depend on it
 
-    from exactcreep.quasistatic.writing import write_file
 
-    table, done = readings.mended()
-    unit: Any = "s" if readings.maximum is None else "D"
-    table.insert(0, "time", np.datetime_as_string(table.index.to_numpy(), unit))
-    write_file(to, table.to_csv(index=False, lineterminator="\n").encode(), "mend", force=force)
-    say_written(to)
-    about: dict[str, Any] = {"file": str(to)}
-    if readings.maximum is not None:
-        about |= {"minimum_column": "minimum", "maximum_column": "maximum"}
-    return about | ({"unit": "K"} if readings.unit == "K" else {}), done
+def _unusual(options: Any) -> dict[str, Any]:
+    """Return the options of a scene without defaults of the most usual file."""
+    kept = {name: value for name, value in options.items() if _USUAL.get(name) != value}
+    return {name: float(value) if isinstance(value, Fraction) else list(value)
+            if isinstance(value, tuple) else value for name, value in kept.items()}  # fmt: skip
+
+
+def _mean(readings: Any) -> float:
+    known = readings.temperatures
+    return round(float(known.mean()), 1) if known.size else math.nan
 
 
 def _as_toml(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return str(value) if isinstance(value, float) else json.dumps(value)

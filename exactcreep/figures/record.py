@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exactcreep.figures.style import INKS, new_figure, styled
-from exactcreep.model.readings import Readings
+from exactcreep.records.readings import Readings
 
 _MOST_POINTS = 4000  # most points of a line; more readings are drawn as a band
 _STRETCHES = 800

@@ -39,10 +39,10 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
 from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance

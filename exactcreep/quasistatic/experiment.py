@@ -23,8 +23,8 @@ from exactcreep.model.numbers import (
 from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
-from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.model.uniform import EXPANSION
+from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solvers.interface import Solver, require_slips
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS

@@ -12,8 +12,7 @@ from exactcreep import Chain, Cycles, State, creep, fate, intercept, laws, thres
 from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.record import draw_record
 from exactcreep.figures.threshold import draw_threshold
-from exactcreep.model.record_format import guessed
-from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.records.temperature_record import TemperatureRecord
 from tests.pictures import assert_shows_data, line
 from tests.studies.fates.test_survival import made
 
@@ -100,7 +99,7 @@ def test_a_record_is_drawn_by_its_readings_or_means_between_extremes(
     readings = 10 + 8 * np.cos(np.arange(days)) - 9 * (np.arange(days) == days // 3)
     rows = (f"{date},{reading:.1f}" for date, reading in zip(dates, readings, strict=True))
     path.write_text("\n".join(["date,temperature", *rows]))
-    record = TemperatureRecord.readings(path, **guessed(path).options)
+    record = TemperatureRecord.readings(path)
     (axes,) = assert_shows_data(draw_record(record, "station.csv"), framed=True).axes
     _, shown = line(axes, 0)
     if days <= 300:

@@ -1,19 +1,20 @@
-"""Temperature records: times and temperatures, from a CSV file or arrays, turned into a drive."""
+"""Temperature records: times and temperatures, from a file or arrays, turned into a drive."""
 
 from __future__ import annotations
 
 import hashlib
 import itertools
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,12 +29,12 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.path import Listed, targets_of
-from exactcreep.model.readings import ABSOLUTE_ZERO, Readings, RecordWarning
-from exactcreep.model.record_format import table_of
 from exactcreep.model.remarks import warn
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
+from exactcreep.records.columns import Temperatures, temperatures_of
+from exactcreep.records.dates import formats_of, moments_of
+from exactcreep.records.readings import ABSOLUTE_ZERO, Readings, RecordWarning, kelvin_in
+from exactcreep.records.table import CellError, table_of
+from exactcreep.records.times import Times, newest_first, times_of
 
 _SINGLE = ("time_column", "temperature_column")
 _DAILY = ("time_column", "minimum_column", "maximum_column")
@@ -46,46 +47,53 @@ class TemperatureRecord(Listed):
 
     Each reading is a target: a row has one reading, or two if it has a minimum and a maximum. The
     ramp from T0 to the first reading takes no time.
-    A velocity is a displacement per unit of `times`: per second for dates. A `RecordWarning` warns
-    of doubtful units. ``exactcreep record FILE --mend OUT`` writes a copy without faults.
+    A velocity is a displacement per unit of `times`: per second for dates. What the options do not
+    say is found by the words in the file, never by the sizes of its numbers; afterwards the
+    attributes hold it. A `RecordWarning` warns of a doubtful unit. ``exactcreep record FILE``
+    says what is read.
 
     Parameters
     ----------
     file : str or path
-        A CSV file of at most 64 MiB and a million rows, also packed by gzip (.gz). Its first row
-        names the columns; columns without names are called 1, 2, ... See `of` for arrays.
+        A table of text of at most 64 MiB and a million rows, also packed by gzip (.gz) or zip
+        (.zip, one file). Columns without names are called 1, 2, ... See `of` for arrays.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
         Temperature at which the chain is prepared (theta = 0), in `unit`.
-    time_column, temperature_column : str
-        Names of the columns. Times are numbers or dates of one format, and increase from row to
-        row.
+    time_column : str or list of str
+        Name of the column of times, or of several columns: date and hour, or year, month, day, ...
+        Times are numbers or dates of one format, and increase (or decrease) from row to row.
+    temperature_column : str
+        Name of the column of temperatures, or its number from 1.
     minimum_column, maximum_column : str
         Instead of `temperature_column`: a day's minimum and maximum.
     minimum_hour, maximum_hour : number
         Hours after the date of the row at which the minimum and the maximum are read.
     scale : number
         Factor on the numbers: 0.1 for tenths of a degree.
-    unit : {"C", "K"}
-        Unit of the temperatures and of `T0`.
+    unit : {"C", "K", "F"}
+        Unit of the temperatures and of `T0`. Default: as words in the file say, else "C".
     delimiter, decimal : str
-        Character between columns, and decimal sign ``.`` or ``,``.
+        Character between columns (a blank for any number of blanks), and decimal sign ``.`` or
+        ``,``.
     date_format : str
-        Format of dates, e.g. ``%d.%m.%Y %H:%M``. Default: ISO 8601, ``2024-01-31T13:00``.
+        Format of dates, e.g. ``%d.%m.%Y %H:%M``; ``%s`` for seconds or milliseconds since 1970.
     encoding : str
-        Encoding of the file, e.g. ``latin-1``. Default: UTF-8.
+        Encoding of the file, e.g. ``latin-1``.
     theta, times, sha256, origin : optional
         For stored records, all four as returned by `parameters`: the file is then not read.
 
     Raises
     ------
     InputError
-        If an option is out of range; if a reading is missing, is not later than the previous one,
-        follows a gap, or is an outlier; or if the minimum is above the maximum on more than one day
-        in a hundred. Nine steps in ten do not exceed the usual step; a gap is longer than 1.5 usual
-        steps. An outlier differs by more than 15 K from the median of five readings (itself and two
-        on each side), and by more than 5 times what nine readings in ten do not exceed.
+        If an option is out of range, or what it says cannot be found in the file; if a reading is
+        missing, is not later than the previous one, follows a gap, or is an outlier; or if the
+        minimum is above the maximum on more than one day in a hundred. Nine steps in ten do not
+        exceed the usual step; a gap is longer than 1.5 usual steps. An outlier differs by more than
+        15 K from the median of five readings (itself and two on each side, where equal readings in
+        a row count once), and by more than 5 times what nine readings in ten do not exceed; numbers
+        such as 99.9 or -9999 that are 15 K from all other readings are outliers, too.
 
     Attributes
     ----------
@@ -107,7 +115,7 @@ class TemperatureRecord(Listed):
     """
 
     file: str
-    time_column: str
+    time_column: str | tuple[str, ...]
     temperature_column: str
     minimum_column: str
     maximum_column: str
@@ -134,24 +142,26 @@ class TemperatureRecord(Listed):
         kappa: Number,
         T0: Number,
         *,
-        time_column: str = "time",
-        temperature_column: str = "temperature",
+        time_column: str | Sequence[str] = "",
+        temperature_column: str = "",
         minimum_column: str = "",
         maximum_column: str = "",
         minimum_hour: Number = 5,
         maximum_hour: Number = 15,
-        scale: Number = 1,
-        unit: str = "C",
-        delimiter: str = ",",
-        decimal: str = ".",
+        scale: Number = "",
+        unit: str = "",
+        delimiter: str = "",
+        decimal: str = "",
         date_format: str = "",
-        encoding: str = "utf-8",
+        encoding: str = "",
         theta: Iterable[Any] | None = None,
         times: Iterable[Number] | None = None,
         sha256: str | None = None,
         origin: str | None = None,
     ) -> None:
         texts = {name: value for name, value in vars().items() if name in _TEXTS}
+        if not isinstance(time_column, str):
+            texts["time_column"] = _several(time_column)
         _check_options(texts)
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
@@ -162,20 +172,20 @@ class TemperatureRecord(Listed):
             T0=exact_number(T0, "T0"),
             minimum_hour=number_from_zero(minimum_hour, "minimum_hour"),
             maximum_hour=number_from_zero(maximum_hour, "maximum_hour"),
-            scale=positive_number(scale, "scale"),
+            scale=None if scale == "" else positive_number(scale, "scale"),
         )
-        if ABSOLUTE_ZERO[unit] > self.T0:
-            raise InputError("T0", T0, "must not be below absolute zero")
-        if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
-            raise InputError("maximum_hour", maximum_hour, "belongs to minimum_column")
         if not 24 > self.maximum_hour != self.minimum_hour < 24:
             allowed = "must be another hour of the day than minimum_hour, below 24"
             raise InputError("maximum_hour", maximum_hour, allowed)
         if theta is None or times is None or sha256 is None:
             if not theta is times is sha256 is origin is None:
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            self._keep(*self._read())
+            readings, content = self._read()
+            self._check_unit(T0)
+            self._keep(readings, content)
             return
+        vars(self).update(unit=unit or "C", scale=self.scale or Fraction(1))
+        self._check_unit(T0)
         dilations = targets_of(theta)
         moments = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
         if len(moments) != len(dilations):
@@ -209,7 +219,7 @@ class TemperatureRecord(Listed):
         Parameters
         ----------
         temperatures : array of numbers, shape (rows,) or (rows, 2)
-            Floats are exact binary numbers. Two columns are minimum and maximum of a day.
+            Floats are read as their shortest decimals. Two columns are a day's minimum and maximum.
         kappa, T0 : number
             As for a file.
         times : array, shape (rows,), optional
@@ -231,7 +241,7 @@ class TemperatureRecord(Listed):
         index = getattr(temperatures, "index", None) if times is None else times
         if index is None or callable(index):
             raise InputError("times", None, "must be given, unless temperatures have an index")
-        pandas, options = import_module("pandas"), dict[str, str]()
+        options: dict[str, str] = {"temperature_column": "temperature"}
         values, moments = np.asarray(temperatures), np.asarray(index)
         if values.ndim == 2 and values.shape[1] == 2:
             options = {"minimum_column": "minimum", "maximum_column": "maximum"}
@@ -242,11 +252,13 @@ class TemperatureRecord(Listed):
             raise InputError("times", moments.size, allowed)
         record = cls(
             "", kappa, T0, theta=[0], times=[0], sha256="", minimum_hour=minimum_hour,
-            maximum_hour=maximum_hour, scale=scale, unit=unit, **options,
+            maximum_hour=maximum_hour, scale=scale, unit=unit, time_column="time", **options,
         )  # fmt: skip
-        columns = [moments, *values.reshape(len(values), -1).T.tolist()]
-        table = pandas.DataFrame(dict(zip(record.columns.values(), columns, strict=True)))
-        record._keep(record._readings(table), table.to_csv(index=False).encode())
+        columns = [list(column) for column in values.reshape(len(values), -1).T]
+        found = Temperatures(options, unit, record.scale, ".", columns)
+        named = dict(zip(("time", *options.values()), [moments, *columns], strict=True))
+        content = import_module("pandas").DataFrame(named).to_csv(index=False).encode()
+        record._keep(Readings.of(_times_of(moments), found, record._hours), content)
         return record
 
     @classmethod
@@ -306,37 +318,44 @@ class TemperatureRecord(Listed):
         Returns
         -------
         Readings
-            They can list and mend their faults.
+            They list their faults; `series` is a pandas Series.
 
         Raises
         ------
         InputError
             If the file is not a table, or its times cannot be read.
         """
-        about = {"kappa": 1, "T0": 0, **options, "theta": [0], "times": [0], "sha256": ""}
-        return cls(file, **about)._read()[0]
+        about = {"kappa": 1, "T0": 300, **options, "theta": [0], "times": [0], "sha256": ""}
+        record = cls(file, **about)
+        scale = record.scale if options.get("scale") else None
+        vars(record).update(unit=options.get("unit", ""), scale=scale)
+        return record._read()[0]
 
     def _read(self) -> tuple[Readings, bytes]:
-        path = Path(self.file)
-        table, content = table_of(path, delimiter=self.delimiter, encoding=self.encoding)
-        for field, name in self.columns.items():
-            if name not in table:
-                among = ", ".join(table.columns[:12])
-                allowed = f"must be one of the columns of {path}: {among}"
-                raise InputError(field, name, f"{allowed} (delimiter = {self.delimiter!r})")
-        return self._readings(table[[*self.columns.values()]]), content
-
-    def _readings(self, table: DataFrame) -> Readings:
-        return Readings.of(
-            table, (self.minimum_hour, self.maximum_hour), file=self.file, unit=self.unit,
-            scale=self.scale, decimal=self.decimal, date_format=self.date_format,
-        )  # fmt: skip
+        """Return the readings of the file, and keep the options that were found."""
+        table, content = table_of(Path(self.file), delimiter=self.delimiter, encoding=self.encoding)
+        given = (self.time_column,) if isinstance(self.time_column, str) else self.time_column
+        times = times_of(table, [name for name in given if name], self.date_format)
+        if newest_first(times.values):
+            table = replace(table, rows=table.rows[::-1])
+            values, written = times.values[::-1], times.written[::-1]
+            times = times._replace(values=values, written=written)
+        found = temperatures_of(table, times, vars(self))
+        readings = Readings.of(times, found, self._hours, file=self.file, table=table)
+        if not (self.unit or self.scale) and (impossible := readings.impossible()):
+            raise impossible
+        vars(self).update(readings.options)
+        return readings, content
 
     @property
-    def columns(self) -> dict[str, str]:
-        """Names of the columns of times and of temperatures, by option."""
-        names = _DAILY if self.minimum_column else _SINGLE
-        return {name: getattr(self, name).strip() for name in names}
+    def _hours(self) -> tuple[Fraction, Fraction]:
+        return self.minimum_hour, self.maximum_hour
+
+    def _check_unit(self, T0: Number) -> None:
+        if ABSOLUTE_ZERO[self.unit] > self.T0:
+            raise InputError("T0", T0, "must not be below absolute zero")
+        if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
+            raise InputError("maximum_hour", self.maximum_hour, "belongs to minimum_column")
 
     def _keep(self, readings: Readings, content: bytes) -> None:
         """Store the readings, or refuse the first faulty one."""
@@ -345,7 +364,8 @@ class TemperatureRecord(Listed):
         for told in readings.doubts():
             warn(told, RecordWarning)
         found = [value for value in readings.exact if value is not None]
-        dilation = {value: self.kappa * (value - self.T0) for value in {*found}}
+        each = self.kappa * kelvin_in(self.unit)
+        dilation = {value: each * (value - self.T0) for value in {*found}}
         origin = readings.times[0].astype("datetime64[us]").item() if readings.dated else None
         vars(self).update(
             theta=tuple(dilation[value] for value in found),
@@ -368,7 +388,8 @@ class TemperatureRecord(Listed):
     @property
     def temperatures(self) -> NDArray[np.float64]:
         """The temperature of each row in `unit`, shape (rows,), or (rows, springs)."""
-        exact = np.array(self.theta, dtype=object) / self.kappa + self.T0
+        each = self.kappa * kelvin_in(self.unit)
+        exact = np.array(self.theta, dtype=object) / each + self.T0
         return np.asarray(np.frompyfunc(nearest_float, 1, 1)(exact).astype(np.float64))
 
     @cached_property
@@ -395,27 +416,61 @@ def _between(values: tuple[Fraction, ...], count: int) -> list[Fraction]:
     return out
 
 
+def _several(names: Any) -> tuple[str, ...]:
+    """Return the columns of a list, or raise `InputError`."""
+    if not isinstance(names, (list, tuple)) or not names or {*map(type, names)} != {str}:
+        allowed = "must be the name of a column, or a list such as date, hour"
+        raise InputError("time_column", names, allowed)
+    return tuple(names)
+
+
+def _times_of(moments: NDArray[Any]) -> Times:
+    """Return the times of an array: dates, ISO 8601 texts or numbers."""
+    written = [str(moment) for moment in moments.tolist()]
+    if moments.dtype.kind == "M":
+        micro = moments.astype("datetime64[us]")
+        return Times(("time",), "", micro.astype(np.int64) / 1e6, True, [*map(str, micro)])
+    if moments.dtype.kind in "fiu":
+        return Times(("time",), "", moments.astype(np.float64), False, written)
+    if next(formats_of(written[0], digits=False), None) == "":
+        seconds = moments_of(written, "").seconds
+        allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
+    else:
+        seconds = np.array([_float(moment) for moment in moments])
+        allowed = "must be a number, or a date such as 2024-01-31T13:00"
+    if not np.isfinite(seconds).all():
+        k = int(np.argmin(np.isfinite(seconds)))
+        raise CellError("time", written[k], f"{allowed} (row {k + 1})", k + 1)
+    return Times(("time",), "", seconds, "zone" in allowed, written)
+
+
+def _float(moment: Any) -> float:
+    try:
+        return nearest_float(exact_number(moment, "time"))
+    except InputError:
+        return math.nan
+
+
 def _check_options(given: Mapping[str, Any]) -> None:
     for name, value in given.items():
-        if not isinstance(value, str):
+        if not isinstance(value, str) and name != "time_column":
             raise InputError(name, value, "must be text")
     daily = given["minimum_column"] or given["maximum_column"]
-    columns = _DAILY if daily else _SINGLE
-    for name in columns:
+    columns = [name for name in (_DAILY if daily else _SINGLE) if isinstance(given[name], str)]
+    for name in ("minimum_column", "maximum_column") if daily else ():
         if not given[name].strip():
             raise InputError(name, given[name], "must be the name of a column")
-    if daily and given["temperature_column"] != "temperature":
+    if daily and given["temperature_column"]:
         allowed = "must be left out beside minimum_column"
         raise InputError("temperature_column", given["temperature_column"], allowed)
     for first, second in itertools.combinations(columns, 2):
-        if given[first].strip() == given[second].strip():
+        if given[first] and given[first].strip() == given[second].strip():
             raise InputError(second, given[second], f"must not be {first}")
-    delimiter, decimal, written = given["delimiter"], given["decimal"], given["date_format"]
+    delimiter, written = given["delimiter"], given["date_format"]
     rules = [
-        ("unit", given["unit"] in ("C", "K"), 'must be "C" or "K"'),
-        ("decimal", decimal in (".", ","), 'must be "." or ","'),
-        ("decimal", decimal != delimiter, "must not be the delimiter as well"),
-        ("delimiter", re.fullmatch(r'[^"\r\n]', delimiter), "must be one character, e.g. ;"),
+        ("unit", given["unit"] in ("C", "K", "F", ""), 'must be "C", "K" or "F"'),
+        ("decimal", given["decimal"] in (".", ",", ""), 'must be "." or ","'),
+        ("delimiter", re.fullmatch(r'[^"\r\n]?', delimiter), "must be one character, e.g. ;"),
         ("date_format", "%" in written or not written, "must hold codes: %d.%m.%Y"),
     ]
     for name, kept, allowed in rules:

@@ -1,0 +1,1 @@
+"""Temperatures as weather services and loggers write them, read as a drive of the chain."""
