@@ -50,16 +50,16 @@ class Estimated(Rearrangement):
     @property
     def evidence(self) -> Evidence:
         """Undecided if a comparison is, or if the error may exceed the promise."""
-        return self.decided if self.error <= TENSION_TOLERANCE else Evidence.UNDECIDED
+        return self.decided if self.error <= self.promised else Evidence.UNDECIDED
 
     @property
     def doubt(self) -> str:
         """Why `error` breaks the promise, if it does."""
         error, number = self._amplified
-        if error <= TENSION_TOLERANCE:
+        if error <= self.promised:
             return ""
         if math.isfinite(error):
-            return f"rounding may have grown to {error:.2g}, beyond {TENSION_TOLERANCE:g}"
+            return f"rounding may have grown to {error:.2g}, beyond {self.promised:g}"
         if count := self.undecided:
             which = "1 comparison lies" if count == 1 else f"{count} comparisons lie"
             which += " within the rounding bound"
