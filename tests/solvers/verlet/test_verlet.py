@@ -69,7 +69,7 @@ EACH_SPRING = Path([["0.002", "0.001"], ["-0.001", "-0.003"], ["0.001", "0.001"]
 def test_verlet_judges_nothing(chain: Any, drive: Drive, locate: bool) -> None:
     run = creep(chain, drive, solver="verlet", locate=locate, seed=1)
     assert run.evidence is run.outcome_evidence is Evidence.UNDECIDED
-    assert run.known_half_cycles == 0
+    assert run.known_until == 0
     for direction in (1, -1):
         start = State.relaxed(chain) if run.state.springs else run.state
         found = rearrange(chain, start, direction=direction, solver="verlet", locate=locate)
