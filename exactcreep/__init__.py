@@ -7,16 +7,16 @@ The system is a `Chain`, a `State` and a `Drive` (`Cycles`, `GaussianSteps`, `Pa
 - `creep` follows a whole drive (`Creep`), `rearrange` follows one rearrangement (`Rearrangement`,
   of `Event`; motion: `Solution`), `sweep` runs a grid.
 - `fate` and `survival` (`Fate`, `Survival`) find out how creep ends, for one or many starts.
-- `threshold` and, with disorder, `intercept` (`Threshold`, `Intercept`) find the amplitude above
-  which a chain creeps. `quiescent` finds the rests of a run (`Quiescence`).
+- `threshold` (`Threshold`) finds the amplitude above which a chain creeps. `quiescent` finds the
+  rests of a run (`Quiescence`).
 - `compare` compares solvers (`Method`), `plan` chooses one (`Plan`).
 - `physical` and `Solid.creep` (`Solid`, `Descent`) work with a solid in SI units, `pipeline` and
   `Pipeline.walk` (`Pipeline`, `Walk`) with a pipeline on the seabed.
 - `laws` are the formulas of the paper, `disorder` the random numbers.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
-report `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted`, an undecidable threshold
-`GivenUp`. Doubtful input warns with `PhysicsWarning` or `RecordWarning`.
+report `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted`. Doubtful input warns with
+`PhysicsWarning` or `RecordWarning`.
 """
 
 import lazy_loader
@@ -25,8 +25,16 @@ __version__ = "0.4.0"
 
 # __init__.pyi names the module of each public name, also for type checkers. A module is imported
 # at its first use, so that a help text does not wait for a compiler.
-__getattr__, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_found, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
+_GONE = {"intercept": 'threshold(chain, kind="intercept")', "GivenUp": "the reason of a Threshold"}
+
+
+def __getattr__(name: str) -> object:
+    if name in _GONE:
+        # an ImportError, because `from exactcreep import` drops the text of an AttributeError
+        raise ImportError(f"exactcreep.{name} is gone: {_GONE[name]} takes its place")
+    return _found(name)
 
 
 def __dir__() -> list[str]:

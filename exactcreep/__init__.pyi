@@ -36,9 +36,8 @@ from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
 from .studies.quiescence import Quiescence as Quiescence, quiescent as quiescent
 from .studies.sweep import sweep as sweep
-from .studies.thresholds.questions import GivenUp as GivenUp
-from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
-from .studies.thresholds.threshold import Threshold as Threshold, threshold as threshold
+from .studies.thresholds.threshold import threshold as threshold
+from .studies.thresholds.threshold_result import Threshold as Threshold
 from .watch.progress import Progress as Progress
 
 __version__: str

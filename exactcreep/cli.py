@@ -48,6 +48,7 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
 _GONE = {
     "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
     "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
+    "intercept": "exactcreep threshold --kind intercept finds where v(A) begins",
 }
 """Commands of earlier versions, and what does their work."""
 _PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}

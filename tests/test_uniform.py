@@ -54,7 +54,7 @@ OF_STATES: dict[str, Call] = {
 }  # fmt: skip
 CALLS: dict[str, Call] = OF_DRIVES | OF_STATES | {
     "survival": lambda chain, *_: ec.survival(chain, "0.002", starts=2, cycles=10),
-    "intercept": lambda chain, *_: ec.intercept(_drawn(chain), cycles=400, points=8),
+    "threshold intercept": lambda chain, *_: ec.threshold(_drawn(chain), cycles=400, points=8),
     "threshold": lambda chain, *_: ec.threshold(chain, after=2, digits=4, points=50),
     "threshold sliding": lambda chain, *_: ec.threshold(_without_slips(chain), digits=4),
     "Solid": lambda chain, *_: _solid(chain),
@@ -73,7 +73,7 @@ TAKEN: dict[str, set[str]] = {
        for solver in ("exact", "certified", "verlet")},
     **dict.fromkeys(("survival", "fate", "threshold", "edges", "prediction_of"), EVERYTHING),
     **{call: {"friction", "end_forces"}
-       for call in ("compare", "intercept", "creep sliding", "threshold sliding")},
+       for call in ("compare", "threshold intercept", "creep sliding", "threshold sliding")},
 }  # fmt: skip
 """What a function takes; another test holds its answer to an oracle."""
 CASES = [

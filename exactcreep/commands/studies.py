@@ -19,7 +19,6 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
-    complain,
     duration,
     grouped,
     of_members,
@@ -53,7 +52,7 @@ _UNSEEN = ("Hearer", "Executor")
 """Annotations of parameters that a command line cannot give."""
 _KEYWORD = inspect.Parameter.KEYWORD_ONLY
 _MOST_IN_FULL = 8  # most planned members that are printed in full; others have one line each
-_FLAGS = {"low": "--from", "high": "--to", "after": ("--after", "--cycles")}
+_FLAGS = {"low": "--from", "high": "--to"}
 _START = "Tension of every spring at the start; default the relaxed chain."
 
 
@@ -71,14 +70,13 @@ class Question(NamedTuple):
 
 QUESTIONS = {
     "threshold": Question(
-        "Find the first amplitude in a scan above which a relaxed chain creeps for ever.",
+        "Find the amplitude above which a chain creeps.",
         Output,
-        ("--n 3 --digits 40", "--n 5 --after 20 --windows --json"),
-    ),
-    "intercept": Question(
-        "Return the amplitude at which the straight part of v(A) meets zero.",
-        Output,
-        ("--n 30 --sigma-mu 0.01 --fit 1.3 2",),
+        (
+            "--n 3 --digits 40",
+            "--n 5 --after 20 --windows --json",
+            "--n 30 --sigma-mu 0.01 --fit 1.3 2",
+        ),
     ),
     "fate": Question(
         "Find out whether a chain without disorder rests, is locked or creeps for ever.",
@@ -116,7 +114,7 @@ def _drawn(result: Any) -> Any:
 def question(command: str) -> Callable[..., None]:
     """Return a public function as a command; see `QUESTIONS`.
 
-    Its exit status is 3 if the function gives up, or returns early for a reason.
+    Its exit status is 3 if the function returns early for a reason.
     """
     about = QUESTIONS[command]
     public = getattr(exactcreep, command.replace("-", "_"))
@@ -131,14 +129,12 @@ def question(command: str) -> Callable[..., None]:
         output.check()
         # Ctrl-C returns a partial result, as the limit of time does
         with shown(quiet=output.json) as display, interrupts.deferred():
-            try:
-                result = public(chain, **arguments, progress=display.show)
-            except exactcreep.GivenUp as given_up:
-                complain(str(given_up))
-                raise SystemExit(LIMIT) from None
+            result = public(chain, **arguments, progress=display.show)
             interrupted = interrupts.waiting()
-        limit = exactcreep.Outcome.LIMIT
-        limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
+        limited = result.reason
+        if hasattr(result, "outcome"):  # of a fate, which may not be proved as was asked
+            unproved = result.solver != arguments.get("solver", "certified")
+            limited = unproved or result.outcome is exactcreep.Outcome.LIMIT
         summary = result.summary()
 
         def tell() -> None:
@@ -188,7 +184,7 @@ def _kind(own: inspect.Parameter, about: str) -> Any:
         return Annotated[bool, Parameter(negative="", show_default=False, **named)]
     if "tuple[" in annotation:
         return Annotated[tuple[str, str] | None, taken("LO HI", **named)]
-    metavar = "K" if "int" in annotation else "NAME" if annotation == "str" else "X"
+    metavar = "K" if "int" in annotation else "NAME" if annotation.startswith("str") else "X"
     return Annotated[str if own.default is own.empty else str | None, taken(metavar, **named)]
 
 

@@ -16,15 +16,13 @@ from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
-from exactcreep.studies.thresholds.intercept import Intercept
-from exactcreep.studies.thresholds.threshold import Threshold
+from exactcreep.studies.thresholds.threshold_result import Threshold
 
 _DRAWN: dict[type[Result], Callable[[Any], Any]] = {
     Rearrangement: plot_rearrangement,
     Fate: draw_fate,
     Survival: draw_survival,
     Threshold: draw_threshold,
-    Intercept: draw_threshold,
     Walk: draw_walk,
 }
 

@@ -17,9 +17,8 @@ from exactcreep.laws import edges
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.thresholds.beside_laws import laws_beside
-from exactcreep.studies.thresholds.intercept import Intercept
-from exactcreep.studies.thresholds.threshold import Threshold
+from exactcreep.studies.sense import INTERCEPT
+from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
 
 _LAWS = {
     "law_seuil": r"paper, Eq. 22: $A_\theta^*$",
@@ -37,15 +36,15 @@ _OPEN = 1.05
 
 
 @styled
-def draw_threshold(found: Threshold | Intercept) -> Figure:
+def draw_threshold(found: Threshold) -> Figure:
     """Draw windows (and displacements on both sides), or velocities, over the amplitude."""
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"
-    sides = isinstance(found, Threshold) and found.lower is not None and found.upper is not None
+    sides = found.kind != INTERCEPT and found.lower is not None and found.upper is not None
     figure = new_figure(6.0, 5.6 if sides else 4.0, title)
     axes, *under = figure.subplots(1 + sides, 1, height_ratios=(1, 2.4)[: 1 + sides],
                                    squeeze=False)[:, 0]  # fmt: skip
-    if isinstance(found, Intercept):
+    if found.kind == INTERCEPT:
         _velocities(axes, found)
     else:
         _windows(axes, found)
@@ -71,14 +70,14 @@ def draw_threshold(found: Threshold | Intercept) -> Figure:
 
 
 def _span(
-    axes: Axes, found: Threshold | Intercept, laws: Mapping[str, float]
+    axes: Axes, found: Threshold, laws: Mapping[str, float]
 ) -> tuple[float, float]:
     """Return the range of amplitudes to draw; around a threshold it includes the laws."""
     axes.margins(x=0.05)
-    if isinstance(found, Intercept) and not found.amplitudes.size:
+    if found.kind == INTERCEPT and not found.amplitudes.size:
         return 0.95 * min(laws.values()), 1.05 * max(laws.values())
     low, high = axes.get_xlim() if axes.has_data() else (min(laws.values()), max(laws.values()))
-    if isinstance(found, Threshold):
+    if found.kind != INTERCEPT:
         low, high = min(low, *laws.values()), max(high, *laws.values())
         margin = 0.08 * (high - low)
         low, high = low - margin, high + margin
@@ -110,7 +109,7 @@ def _cut(text: str) -> str:
     return re.sub(r"(\.\d{45})\d+", r"\1...", text)
 
 
-def _velocities(axes: Axes, found: Intercept) -> None:
+def _velocities(axes: Axes, found: Threshold) -> None:
     axes.errorbar(found.amplitudes, found.velocities, 1.96 * found.errors, fmt="o",
                   color=INKS[0], markersize=3, label="measured, 95 %")  # fmt: skip
     if np.isfinite(found.intercept):

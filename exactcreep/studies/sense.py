@@ -1,9 +1,10 @@
-"""Refuse a question that makes no sense for a chain, and name the question that does."""
+"""Which question makes sense for which chain: one table of cases, read from the top."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from exactcreep.laws import pivot_sliders
 from exactcreep.model.chain import Chain
@@ -13,88 +14,159 @@ from exactcreep.solvers.interface import require_slips
 
 CHAOTIC = 6
 """From this number of sliders on creep is chaotic and lasts for a limited time."""
+FATE, SURVIVAL, EDGE, IN_CYCLE, INTERCEPT = QUESTIONS = (
+    "fate", "survival", "edge", "edge in cycle", "intercept",
+)  # fmt: skip
 _MOST_SLIPS = 10_000_000
 MOST_SLIDERS = 10_000
 """Most sliders in a question about many cycles; more could not keep a limit of time."""
+_LIVES, _EDGES, _THRESHOLDS = (FATE, SURVIVAL), (EDGE, IN_CYCLE), (EDGE, IN_CYCLE, INTERCEPT)
+_BALANCED = "`survival` counts the starts that creep one way or the other"
+
+
+class Asked(NamedTuple):
+    """One of `QUESTIONS` about a chain, at an amplitude or in cycle `after`."""
+
+    chain: Chain
+    question: str
+    amplitude: Fraction = Fraction(0)
+    after: int | None = None
+
+    @property
+    def slips_in_half_cycle(self) -> float:
+        """About how many slips a half-cycle has: one relaxes up to twice the static excess."""
+        chain = self.chain
+        step = 2 * (chain.largest_mu_s - chain.mean_mu_d + chain.sigma_mu)
+        return float(self.amplitude * chain.l0 / step) if step else 0.0
+
+    @property
+    def never_starts(self) -> int:
+        """The number of a slider that never slides without slips; 0: every slider does."""
+        chain = self.chain
+        if self.question not in _EDGES or not chain.slides or chain.n == 1 or self.after == 1:
+            return 0
+        resting = pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
+        return resting.dilation[-1] if 0 in resting.apart else 0
+
+    @property
+    def driving(self) -> str:
+        """The parameter that drives the chain: the end forces, if it has any."""
+        return END_FORCES if END_FORCES in self.chain.unlike else "tan_alpha"
+
+
+class Case(NamedTuple):
+    """A chain for which some `questions` make no sense.
+
+    The field is a parameter of the chain, "driving" (see `Asked.driving`), or "amplitude"; the
+    sentence says what is allowed and which question to ask instead.
+    """
+
+    questions: tuple[str, ...]
+    applies: Callable[[Asked], object]
+    field: str
+    sentence: str
+
+
+CASES = (
+    Case(
+        (*_LIVES, INTERCEPT), lambda on: on.chain.n > MOST_SLIDERS, "n",
+        f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
+        " creep and run take more, for a few",
+    ),
+    Case(
+        (FATE,), lambda on: on.chain.sigma_mu, "sigma_mu",
+        "must be 0: with disorder no tension ever returns; survival tells how long creep lives",
+    ),
+    Case(
+        _LIVES, lambda on: on.chain.slides, "mu_s",
+        "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
+        ' creep(solver="sliding") tells how',
+    ),
+    Case(
+        _LIVES, lambda on: on.slips_in_half_cycle > _MOST_SLIPS, "amplitude",
+        f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to follow thousands"
+        " of cycles",
+    ),
+    Case(
+        _THRESHOLDS, lambda on: _starts_sliding(on.chain) and on.chain.unlike, "tan_alpha",
+        "must leave the relaxed chain at rest, or the chain slides",
+    ),
+    Case(
+        _THRESHOLDS, lambda on: _starts_sliding(on.chain), "tan_alpha",
+        "must be less than mu_s = {mu_s}, or the chain slides",
+    ),
+    Case(
+        _THRESHOLDS, lambda on: on.chain.slides and on.chain.mu_s != on.chain.mu_d, "mu_s",
+        "must exceed mu_d for every slider, or for none of them",
+    ),
+    Case(
+        _THRESHOLDS, lambda on: on.chain.unlike and on.chain.heading == 0, "driving",
+        f"must not balance weight and end forces: nothing drives the chain either way; {_BALANCED}",
+    ),
+    Case(
+        _THRESHOLDS, lambda on: on.chain.heading == 0 and on.chain.n > 1, "tan_alpha",
+        f"must not be 0: on the level a relaxed chain stays where it is; {_BALANCED}",
+    ),
+    Case(
+        _EDGES, lambda on: on.chain.sigma_mu, "sigma_mu",
+        'must be 0: with disorder no edge is sharp; kind="intercept" (--kind intercept) says where'
+        " v(A) begins",
+    ),
+    Case(
+        _EDGES, lambda on: on.never_starts and on.chain.unlike, "driving",
+        "must not let slider {never_starts} rest when the chain expands and when it contracts:"
+        " without slips the chain never creeps",
+    ),
+    Case(
+        _EDGES, lambda on: on.never_starts, "driving",
+        "must exceed mu_d/N: on a flatter slope the pivot of an odd chain without slips is its"
+        " middle slider, and the chain never creeps",
+    ),
+    Case(
+        (EDGE,), lambda on: on.chain.n >= CHAOTIC and not on.chain.slides, "n",
+        f"must be at most {CHAOTIC - 1} for an edge: longer chains creep chaotically, and for a"
+        " while only; ask `survival` how long, `threshold` with `after` for an advance in one"
+        ' cycle, or with kind="intercept" (--kind intercept) where the straight part of v(A)'
+        " begins",
+    ),
+    Case(
+        (INTERCEPT,), lambda on: on.chain.n < 2, "n",
+        "must be at least 2: one slider has no spring",
+    ),
+    Case(
+        (INTERCEPT,), lambda on: on.chain.slides, "mu_s",
+        "equal to mu_d leaves no slips: the edge of `threshold` is exact, whatever the start",
+    ),
+    Case(
+        (INTERCEPT,), lambda on: on.chain.may_run_away and on.chain.unlike, "driving",
+        "must be less: weight and end forces exceed the friction of the chain",
+    ),
+    Case(
+        (INTERCEPT,), lambda on: on.chain.may_run_away, "driving",
+        "must be less than mu_d in size",
+    ),
+)  # fmt: skip
 
 
 def require_sense(
-    chain: Any, question: str, cycles: int | None = None, amplitude: Fraction = Fraction(0)
+    chain: Any, question: str, amplitude: Fraction = Fraction(0), after: int | None = None
 ) -> None:
-    """Raise `InputError` if a question makes no sense for a chain.
-
-    The questions are ``fate`` and ``survival`` at an amplitude, ``intercept``, and ``threshold``
-    (creep for ever, or with `cycles` an advance in the last of them).
-    """
+    """Raise `InputError` for the first of `CASES` that applies to one of `QUESTIONS`."""
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
-    edge, sliding = question == "threshold", (FRICTION, END_FORCES)  # what the sliding limit takes
-    takes = sliding if question == "intercept" or (edge and chain.slides) else EVERYTHING
-    require_uniform(chain.parameters(), question, takes)
-    if chain.n > MOST_SLIDERS and not edge:
-        allowed = f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
-        raise InputError("n", chain.n, f"{allowed} creep and run take more, for a few")
-    if chain.sigma_mu != 0 and question == "fate":
-        allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
-        raise InputError("sigma_mu", chain.sigma_mu, f"{allowed} creep lives")
-    if chain.slides and question in ("fate", "survival"):
-        if chain.mu_s != chain.mu_d:
-            require_slips(chain, chain.rates)
-        allowed = "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
-        raise InputError("mu_s", chain.mu_s, f'{allowed} creep(solver="sliding") tells how')
-    if question in ("fate", "survival"):
-        # one slip relaxes at most about twice the static excess
-        step = 2 * (chain.largest_mu_s - chain.mean_mu_d + chain.sigma_mu)
-        if amplitude * chain.l0 > _MOST_SLIPS * step:
-            allowed = f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to"
-            raise InputError("amplitude", amplitude, f"{allowed} follow thousands of cycles")
-        return
-    if chain.first_start <= 0 and chain.may_run_away:
-        allowed = f"must be less than mu_s = {nearest_float(chain.largest_mu_s)}"
-        allowed = "must leave the relaxed chain at rest" if chain.unlike else allowed
-        raise InputError("tan_alpha", chain.tan_alpha, f"{allowed}, or the chain slides")
-    if chain.slides and chain.mu_s != chain.mu_d:
-        allowed = "must exceed mu_d for every slider, or for none of them"
-        raise InputError("mu_s", chain.mu_s, allowed)
-    if chain.unlike and chain.heading == 0:
-        allowed = "must not balance weight and end forces: nothing drives the chain either way;"
-        allowed += " `survival` counts the starts that creep one way or the other"
-        raise InputError(*_driving(chain), allowed)
-    if chain.heading == 0 and chain.n > 1:
-        allowed = "must not be 0: on the level a relaxed chain stays where it is;"
-        allowed += " `survival` counts the starts that creep one way or the other"
-        raise InputError("tan_alpha", 0, allowed)
-    if edge and chain.sigma_mu != 0:
-        allowed = "must be 0: with disorder no edge is sharp; `intercept` says where v(A) begins"
-        raise InputError("sigma_mu", chain.sigma_mu, allowed)
-    if edge and chain.slides and chain.n > 1 and cycles != 1:
-        resting = pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
-        if 0 in resting.apart:
-            allowed = "must exceed mu_d/N: on a flatter slope the pivot of an odd chain"
-            allowed += " without slips is its middle slider, and the chain never creeps"
-            if chain.unlike:
-                allowed = f"must not let slider {resting.dilation[-1]} rest when the chain expands"
-                allowed += " and when it contracts: without slips the chain never creeps"
-            raise InputError(*_driving(chain), allowed)
-    if edge and cycles is None and chain.n >= CHAOTIC and not chain.slides:
-        allowed = f"must be at most {CHAOTIC - 1}: longer chains creep chaotically, and for a while"
-        allowed += " only; ask `survival`, or `threshold` with `after` for a cycle"
-        raise InputError("n", chain.n, allowed)
-    if edge:
-        return
-    if chain.n < 2:
-        raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
-    if chain.slides:
-        allowed = "equal to mu_d leaves no slips: `threshold` is exact, whatever the start"
-        raise InputError("mu_s", chain.mu_s, allowed)
-    if chain.may_run_away:
-        allowed = "must be less than mu_d in size"
-        if chain.unlike:
-            allowed = "must be less: weight and end forces exceed the friction of the chain"
-        raise InputError(*_driving(chain), allowed)
+    sliding = question == INTERCEPT or (question in _EDGES and chain.slides)
+    takes = (FRICTION, END_FORCES) if sliding else EVERYTHING
+    require_uniform(chain.parameters(), f"the {question} of a chain", takes)
+    if question in _LIVES and chain.slides and chain.mu_s != chain.mu_d:
+        require_slips(chain, chain.rates)
+    on = Asked(chain, question, amplitude, after)
+    for case in CASES:
+        if question in case.questions and case.applies(on):
+            field = on.driving if case.field == "driving" else case.field
+            value = amplitude if field == "amplitude" else getattr(chain, field)
+            known = {"mu_s": nearest_float(chain.largest_mu_s), "never_starts": on.never_starts}
+            raise InputError(field, value, case.sentence.format(**known))
 
 
-def _driving(chain: Chain) -> tuple[str, Any]:
-    """Return the parameter that drives a chain, the end forces if it has any, and its value."""
-    name = END_FORCES if END_FORCES in chain.unlike else "tan_alpha"
-    return name, getattr(chain, name)
+def _starts_sliding(chain: Chain) -> bool:
+    return chain.first_start <= 0 and chain.may_run_away

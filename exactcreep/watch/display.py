@@ -39,6 +39,7 @@ class Display(AbstractContextManager["Display"]):
         self.bar: Any = None
         self.pause, self.next = 0.0, math.nan  # seconds, and the time of the next output
         self.last: Progress | None = None
+        self.answer = ""
 
     def __enter__(self) -> Display:
         _telling.append(self)
@@ -79,6 +80,9 @@ class Display(AbstractContextManager["Display"]):
         if progress.phase == "compiling" and not self.compiling:
             self.compiling = True
             self._write(COMPILING)
+        if progress.answer != self.answer:
+            self.answer = progress.answer
+            self._write(terminal.printable(self.answer[0].upper() + self.answer[1:]))
         if time.monotonic() < self.next:
             return
         self.next = time.monotonic() + self.pause

@@ -24,7 +24,7 @@ _ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
 
 
 class OutOfTime(Exception):
-    """The time ended within one event; the state is still that before the event."""
+    """A limit ended a computation, the message says which; within an event the state is kept."""
 
 
 class Stop(Enum):

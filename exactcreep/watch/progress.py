@@ -9,6 +9,7 @@ from typing import Any
 
 from exactcreep.watch.preparation import clock
 
+_SOON = 2.0  # seconds until a study says what it knows so far
 _TOO_FEW = 1e-3  # fraction of the work below which the remaining time cannot be estimated
 
 
@@ -31,6 +32,8 @@ class Progress:
         How many of `done` an earlier computation had saved.
     work, theta : float or None
         Of a run: the finished part of the work, between 0 and 1, and the present theta.
+    answer : str
+        Of a study: what it knows by now, and how well, in one line; "" as long as it knows nothing.
 
     Examples
     --------
@@ -50,6 +53,7 @@ class Progress:
     found: int = 0
     work: float | None = None
     theta: float | None = None
+    answer: str = ""
 
     @property
     def half_cycles(self) -> int:
@@ -80,18 +84,27 @@ a bar on terminals and in notebooks after one second."""
 
 
 def reporter(progress: Hearer) -> Callable[..., None]:
-    """Return a function that reports the progress of a study, from attributes of `Progress`."""
-    now, begin = "", clock()
+    """Return a function that reports the progress of a study, from attributes of `Progress`.
+
+    An `answer` is kept for later reports. After 2 seconds, and 4, 8, ..., `so_far` is
+    the answer, or what it returns.
+    """
+    now, begin, known = "", clock(), ""
+    born, due = begin, begin + _SOON
 
     def report(
-        phase: str, done: float, total: float = 1, counted: str = "", **further: Any
-    ) -> None:
-        nonlocal now, begin
+        phase: str, done: float, total: float = 1, counted: str = "", *,
+        answer: str = "", so_far: str | Callable[[], str] = "", **further: Any,
+    ) -> None:  # fmt: skip
+        nonlocal now, begin, known, due
         moment = clock()
+        if so_far and moment >= due:
+            answer, due = so_far() if callable(so_far) else so_far, 2 * moment - born
+        known = answer or known
         if phase != now:
             now, begin = phase, moment
         if callable(progress):
-            about = {"seconds": moment - begin, "counted": counted, **further}
+            about = {"seconds": moment - begin, "counted": counted, "answer": known, **further}
             progress(Progress(phase, done, total, **about))
 
     return report

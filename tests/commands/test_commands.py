@@ -36,7 +36,6 @@ EVERY = {
     "roof": (("days.csv", "--length", "3", "--slope-degrees", "15"), "plot"),
     "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
-    "intercept": (("--n", "6", "--cycles", "100", "--sigma-mu", "0.01"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": ((*SHORT[:1], "--seeds", "2", "--events", "20"), "out plot"),
@@ -47,7 +46,7 @@ SILENT = {"show", "export", "animate"}
 """Commands that have files alone, and no object of JSON."""
 KNOWN = {"record": {"T0": 15.2, "readings": 4, "lowest": 8.5, "highest": 22.5}}
 """Members of the object of JSON that are known."""
-PATIENT = {"threshold", "intercept"}
+PATIENT = {"threshold"}
 """Commands that show what is known when their time is over."""
 
 
@@ -184,10 +183,16 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{SEARCH} --from 0.001 --to 0.002", "from"),
         (f"{SEARCH} --mu-s 0.5 --tan-alpha 0.1", "tan_alpha = "),
         (f"{SEARCH} --solver verlet", "solver"),
-        (f"{SEARCH} --sigma-mu 0.01 --cycles 20", "intercept"),
-        ("intercept --n 1", "one slider has no spring"),
-        ("intercept --n 6 --sigma-mu 0.01 --tan-alpha 0.55", "tan_alpha"),
-        ("intercept --n 6 --sigma-mu 0.01 --fit 2 1.2", "fit"),
+        (f"{SEARCH} --sigma-mu 0.01", "digits = '9': belongs to kind='edge'"),
+        (f"{SEARCH} --sigma-mu 0.01 --kind edge", "--kind intercept"),
+        (f"{SEARCH} --kind intercept", "and this is an intercept"),
+        (f"{SEARCH} --seed 3", "belongs to kind='intercept', and this is an edge"),
+        (f"{SEARCH} --kind slope", "must be edge or intercept"),
+        ("threshold --n 6", "`survival` how long, `threshold` with `after`"),
+        ("threshold --kind intercept --n 1", "one slider has no spring"),
+        ("threshold --n 6 --sigma-mu 0.01 --tan-alpha 0.55", "tan_alpha"),
+        ("threshold --n 6 --sigma-mu 0.01 --fit 2 1.2", "fit"),
+        ("intercept --n 6", "exactcreep threshold --kind intercept"),
         ("survival --n 6 --amplitude 0.001 --size -1", "size"),
         ("fate --n 6 --amplitude 0.001 --sigma-mu 0.01", "survival"),
         ("fate --n 6 --amplitude 0.001 --mu-s 0.5", "mu_s"),

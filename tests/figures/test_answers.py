@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from exactcreep import Chain, Cycles, State, creep, fate, intercept, laws, threshold
+from exactcreep import Chain, Cycles, State, creep, fate, laws, threshold
 from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.record import draw_record
 from exactcreep.figures.threshold import draw_threshold
@@ -77,7 +77,7 @@ def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> No
 
 def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> None:
     rough = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    found = intercept(rough, cycles=100, points=8)
+    found = threshold(rough, cycles=100, points=8)
     (axes,) = assert_shows_data(draw_threshold(found)).axes
     (points,) = axes.containers
     assert_allclose(points.lines[0].get_xydata().T, [found.amplitudes, found.velocities])
@@ -86,7 +86,7 @@ def test_an_intercept_is_drawn_by_its_velocities_and_the_line_through_them() -> 
     places, fitted = line(axes, "zero at")
     assert_allclose(fitted, found.slope * (places - found.intercept))
     assert_allclose(places, [found.intercept, found.amplitudes.max()])
-    bare = intercept(rough, max_seconds="1e-9")
+    bare = threshold(rough, max_seconds="1e-9")
     low, high = draw_threshold(bare).axes[0].get_xlim()
     assert 0 < low < bare.law_seuil < high < 2 * bare.law_seuil
 

@@ -1,1 +1,1 @@
-from .proof import logged as logged, lone as lone, proved_fate as proved_fate
+from .proof import logged as logged, lone as lone, obstacle as obstacle, proved_fate as proved_fate

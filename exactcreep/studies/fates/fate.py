@@ -21,8 +21,7 @@ from exactcreep import solvers
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
-from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.remarks import warn
+from exactcreep.model.outcome import Evidence, Outcome, cycles_text
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
@@ -30,13 +29,13 @@ from exactcreep.solvers.return_map import LONGEST_PERIOD
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
-from exactcreep.studies.sense import CHAOTIC, require_sense
+from exactcreep.studies.sense import CHAOTIC, FATE, require_sense
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 from exactcreep.watch.progress import Hearer, reporter
 
-_TRIED = 100  # cycles in float64 before a proof of at least as many cycles is tried
+_TRIED = 100  # cycles after which a chain that has not settled is chaotic
 _SAYING = 0.1  # seconds between two reports of progress
 _SILENT = reporter(None)
 
@@ -68,13 +67,15 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``certified`` proves the fate or leaves it undecided. ``exact`` (float64, compiled) looks
-        for forces that return after at most 1000 cycles: in all digits, or to within rounding in
-        100 successive cycles.
+        ``exact`` (float64, compiled) looks for forces that return after at most 1000 cycles: in all
+        digits, or to within rounding in 100 successive cycles. ``certified`` does so, too, and then
+        proves the fate, or leaves it undecided. If a proof cannot come, or a limit ends it, the
+        answer of float64 is returned, with the reason.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
-        A callable is called with a `Progress`; else as for `creep`.
+        A callable is called with a `Progress`, whose `answer` says what is known by then; else as
+        for `creep`.
 
     Returns
     -------
@@ -95,29 +96,36 @@ def fate(
     """
     drive = Cycles(amplitude, cycles)
     experiment = Experiment(chain, drive, solver=solver, start=start, record=())
-    require_sense(chain, "fate", amplitude=drive.amplitude)
+    require_sense(chain, FATE, drive.amplitude)
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
+    computed, stop = numerical_fate(solvers.SettlingChain(chain, drive, begin), begin, limits, say)
     if solver == "exact":
-        return numerical_fate(solvers.SettlingChain(chain, drive, begin), begin, limits, say)[0]
-    _warn_of_chaos(chain, drive, begin, limits)
-    return fates.proved_fate(chain, drive, begin, limits, say).fate
+        return computed
+    why = _obstacle(computed, stop, drive.cycles)
+    if not why:
+        proving = f"{computed.sentence}; a proof is tried"
+        say("proof", 0, drive.cycles, "cycles", answer=proving)
+        proof = fates.proved_fate(chain, drive, begin, limits, say).fate
+        if proof.outcome is not Outcome.LIMIT:
+            return proof
+        if not limits.passed():
+            return replace(proof, reason=f"{proof.reason}; float64 has it {computed.finding}")
+        why = f"{proof.reason} before it was proved"
+    return replace(computed, reason="; ".join(filter(None, (computed.reason, why))))
 
 
-def _warn_of_chaos(chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
-    """Warn that a proof may be impossible if the chain creeps chaotically in float64."""
-    cycles = min(drive.cycles, _TRIED)
-    if chain.n < CHAOTIC or cycles < _TRIED:
-        return
-    course = solvers.SettlingChain(chain, Cycles(drive.amplitude, cycles), start)
-    if numerical_fate(course, start, limits)[1] is Stop.DONE and course.settled is None:
-        warn(
-            f"in float64 this chain has not settled after {cycles} cycles: creep from {CHAOTIC}"
-            " sliders on is chaotic, and a proof of what it does for ever may never come; survival"
-            ' tells how long it creeps, solver="exact" (--solver exact) follows it in float64',
-            UserWarning,
+def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
+    """Return why a proof of what float64 has found cannot come; "" if it may."""
+    if stop is Stop.DEADLINE:
+        return "no proof was begun"
+    if computed.outcome is Outcome.LIMIT and computed.chain.n >= CHAOTIC and cycles >= _TRIED:
+        return (
+            f"creep from {CHAOTIC} sliders on is chaotic, so no proof was begun; survival tells how"
+            " long it lasts"
         )
+    return fates.obstacle(computed.chain, [one for _, one in computed.itinerary or ()])
 
 
 def numerical_fate(
@@ -129,7 +137,8 @@ def numerical_fate(
     """Follow a trajectory from `start` until it settles; return its fate, and why it ended."""
     while True:
         stop, reason = course.follow(replace(limits, pause=clock() + _SAYING))
-        say("cycles", course.cycles, course.drive.cycles, "cycles")
+        say("cycles", course.cycles, course.drive.cycles, "cycles", so_far=lambda: (
+            f"not settled in {cycles_text(course.cycles)} so far ({Evidence.COMPUTED.value})"))
         if stop is not Stop.BUDGET:
             break
     simulation, drive = course.simulation, course.drive

@@ -25,8 +25,10 @@ class Fate(Result):
 
     Attributes
     ----------
-    chain, amplitude, start, solver
+    chain, amplitude, start
         The arguments; cycles are +A, -A.
+    solver : str
+        ``certified``, or ``exact`` if this is the answer of float64.
     outcome : Outcome
         `AT_REST`, `CYCLING` (locked: slips return the same tensions without an advance),
         `CREEPING` (the same tensions after a period, with an advance), `RUNAWAY`, or `LIMIT` (it

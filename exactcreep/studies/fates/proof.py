@@ -29,7 +29,7 @@ itinerary changes; what the chain does for ever remains undecided.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain as joined
 from itertools import pairwise
@@ -254,13 +254,10 @@ class _Proof:
             last, ago = self.halves[-2 * period :], self.halves[-4 * period : -2 * period]
             if last != ago or all(map(lone, joined.from_iterable(last))):
                 continue
-            word = _Word.of(last, self.chain)
-            if word is None and not mirrors(self.chain):
-                reason = f"the last {2 * period} cycles had the same events twice; a proof that it"
-                reason += " stays so needs the same mu_s - mu_d of sliders, and the same expansion"
-                reason += " of springs, at equal distances from the two ends"
+            if reason := obstacle(self.chain, joined.from_iterable(last)):
+                reason = f"the last {2 * period} cycles had the same events twice; {reason}"
                 return self._fate(Outcome.LIMIT, cycle, reason)
-            if word is None:
+            if (word := _Word.of(last, self.chain)) is None:
                 continue
             self.tried += 1
             try:
@@ -439,6 +436,16 @@ def mirrors(chain: Chain) -> bool:
     return excesses == excesses[::-1] and rates == [-rate for rate in rates[::-1]]
 
 
+def obstacle(chain: Chain, period: Iterable[Itinerary]) -> str:
+    """Return why nothing can prove that a period goes on for ever; "" if a proof may come."""
+    if mirrors(chain) or all(map(lone, period)):
+        return ""
+    return (
+        "a proof that it stays so needs the same mu_s - mu_d of sliders, and the same expansion of"
+        " springs, at equal distances from the two ends"
+    )
+
+
 class _Word(NamedTuple):
     """The rearrangements of a period whose second half mirrors the first.
 
@@ -452,8 +459,6 @@ class _Word(NamedTuple):
     @classmethod
     def of(cls, halves: list[HalfCycle], chain: Chain) -> _Word | None:
         """Return the word of a period, None if it lacks this symmetry."""
-        if not mirrors(chain):
-            return None
         n = chain.n
         avalanches: list[Itinerary] = []
         places: list[int] = []

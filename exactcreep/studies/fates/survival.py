@@ -34,7 +34,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.fates.escape import CONFIDENCE, Rate, escape_rate
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.pool import in_parallel
-from exactcreep.studies.sense import require_sense
+from exactcreep.studies.sense import SURVIVAL, require_sense
 from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits, Stop
 from exactcreep.watch.progress import Hearer, reporter
@@ -385,7 +385,7 @@ def survival(
     """
     drive = Cycles(amplitude, cycles)
     Experiment(chain, drive, record=())
-    require_sense(chain, "survival", amplitude=drive.amplitude)
+    require_sense(chain, SURVIVAL, drive.amplitude)
     count = whole_number(starts, "starts", least=1, most=10**9)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
@@ -408,7 +408,9 @@ def survival(
         for ended in computed:
             if ended is not None:
                 records += ended[1].result()
-            say("starts", len(records), count, "starts")
+            say("starts", len(records), count, "starts", so_far=lambda: (
+                replace(asked, records=tuple(records)).finding if records
+                else f"none of {count} starts has ended so far"))
     if not records:  # another process was meant to follow the first start
         raise KeyboardInterrupt
     records.sort(key=lambda record: record.start)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Any
@@ -29,14 +30,13 @@ from exactcreep.model.numbers import (
     with_error,
 )
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.quasistatic.creep import Interrupted, creep, interruptible
+from exactcreep.quasistatic.creep import Interrupted, creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
-from exactcreep.studies.sense import require_sense
+from exactcreep.studies.sense import INTERCEPT
 from exactcreep.studies.thresholds.amplitudes import two_numbers
-from exactcreep.studies.thresholds.beside_laws import BesideLaws
-from exactcreep.watch.display import shows_progress
+from exactcreep.studies.thresholds.threshold_result import Threshold
 from exactcreep.watch.limits import Limits, Stop
-from exactcreep.watch.progress import Hearer, reporter
+from exactcreep.watch.progress import Progress
 
 Floats = NDArray[np.float64]
 FEWEST_POINTS = 8
@@ -47,37 +47,8 @@ _FLAT = 1e-6  # a relative slope below this is rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Intercept(BesideLaws):
-    """Where the straight part of v(A) meets zero.
-
-    Attributes
-    ----------
-    chain, cycles, seed, size
-        The arguments.
-    amplitudes, velocities, errors : ndarray, shape (points,)
-        Velocities per half-cycle, unit ``g tau_dyn**2``, and their standard errors. An unknown
-        error is replaced by the largest known error.
-    fit : tuple of float
-        The range of the line, in units of Eq. 22.
-    intercept, error, slope, slope_error : float
-        With standard errors; nan if not known.
-    systematic : float
-        Larger shift of the intercept if only the lower, or only the upper half of the amplitudes is
-        fitted; inf if a half has no slope.
-    chi2, chi2_probability : float
-        chi2 of the line, and the probability of so large a value.
-    law_seuil, law_slope : float
-        Eq. 22, and ``(N + 3 - 2i) l0`` of Eq. 20; nan where i is not unique. If friction or end
-        forces differ, h/l0 and ``(q - p) l0`` of `differing_velocity`.
-    reason : str
-        Why the evidence is undecided; "" if it is not.
-
-    Examples
-    --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> intercept(chain, cycles=200).evidence.value
-    'undecided'
-    """
+class Intercept(Threshold):
+    """Where the straight part of v(A) meets zero, an extrapolation."""
 
     chain: Chain
     cycles: int
@@ -98,7 +69,7 @@ class Intercept(BesideLaws):
     chi2: float = math.nan
     chi2_probability: float = math.nan
 
-    criterion = "intercept"
+    kind = INTERCEPT
     digits = 12
     compare = "the intercept with Eq. 22, a law of long chains; the slope with (N + 3 - 2i) l0"
 
@@ -111,7 +82,7 @@ class Intercept(BesideLaws):
     def finding(self) -> str:
         """The intercept with its uncertainty, and the paper's law, in words."""
         if math.isnan(self.intercept):
-            return "it is not known where the straight part of v(A) meets zero"
+            return "no straight part of v(A) is known, so no intercept"
         if not self.chi2_probability >= UNLIKELY:
             return "v(A) has no straight part"
         where = f"A = {with_error(self.intercept, self.error)}"
@@ -122,7 +93,7 @@ class Intercept(BesideLaws):
 
     def _numbers(self) -> dict[str, Any]:
         measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
-        about = {"criterion": self.criterion, "size": nearest_float(self.size)}
+        about = {"kind": self.kind, "size": nearest_float(self.size)}
         return measured | about | {"evidence": self.evidence} | self._beside()
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -130,71 +101,18 @@ class Intercept(BesideLaws):
         return columns, {"amplitude": self.amplitudes}
 
 
-@shows_progress
-@interruptible
-def intercept(
+def intercept_of(
     chain: Chain,
+    limits: Limits,
+    say: Callable[..., None],
     *,
     cycles: Number = 400,
     points: Number = 12,
-    fit: tuple[Number, Number] | None = None,
+    fit: tuple[Number, Number] = ("1.2", "2"),
     size: Number = SIZE,
     seed: Number = 0,
-    progress: Hearer = None,
-    max_seconds: Number | None = None,
 ) -> Intercept:
-    """Return the amplitude at which the straight part of v(A) meets zero.
-
-    This is the threshold in the paper's figures and in Eq. 22, also for chains with disorder.
-
-    Parameters
-    ----------
-    chain : Chain
-        At least two sliders with slips, on a slope below mu_d, with or without disorder. Friction
-        may differ and end forces may act; all springs must expand alike.
-    cycles : int
-        Number of cycles at each amplitude.
-    points : int
-        Number of amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of
-        start k of `survival`.
-    fit : pair of numbers, optional
-        Range of the line in units of Eq. 22. Default: 1.2 and 2.
-    size : number
-        Tensions of a start are uniform in (-size, size), unit m g.
-    seed : int
-        Seed of the starts and of the disorder.
-    progress : bool or callable, optional
-        A callable is called with a `Progress`; else as for `creep`.
-    max_seconds : number, optional
-        Wall time after which the velocities so far are returned, with their line if there are at
-        least 8; `reason` then says so.
-
-    Returns
-    -------
-    Intercept
-        The measured velocities, the line through them, and the quality of the fit.
-
-    Raises
-    ------
-    InputError
-        If an argument or the fit is out of range, the question makes no sense for the chain, or
-        `cycles` are too few for standard errors.
-
-    Notes
-    -----
-    Guarantee: none; the line is a weighted least-squares fit of velocities measured in float64.
-    `evidence` is `UNDECIDED` if chi2 has a probability below 1 %. Source: Eqs. 20 and 22.
-
-    Examples
-    --------
-    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> line = intercept(chain, cycles=200)
-    >>> round(line.intercept / line.law_seuil, 1)
-    1.3
-    """
-    require_sense(chain, "intercept")
-    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    fit = ("1.2", "2") if fit is None else fit
+    """Return the intercept of a chain for which it makes sense; see `threshold`."""
     low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
@@ -207,8 +125,13 @@ def intercept(
         start, disorder = start_of(chain, spread, key, k + 1)
         drive = Cycles(amplitudes[k], cycles)
         begin: dict[str, Any] = {"seed": disorder, "start": start, "record": ()}
+
+        def heard(far: Progress, at: float = amplitudes[k]) -> None:
+            where = f"at A = {at:.6g}: {far.half_cycles} of {far.total:.0f} half-cycles so far"
+            say("velocities", len(measured), count, "amplitudes", so_far=where)
+
         try:
-            run = creep(chain, drive, max_seconds=limits.seconds_left, **begin)
+            run = creep(chain, drive, max_seconds=limits.seconds_left, progress=heard, **begin)
         except Interrupted:
             if not limits.passed():  # the user interrupted, not the limit of time
                 raise
@@ -218,7 +141,8 @@ def intercept(
         if run.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
             raise InputError("fit", high, f"must be lower: {run.reason}")
         measured[k] = amplitudes[k], chain.heading * run.velocity, run.velocity_error
-        say("velocities", len(measured), count, "amplitudes")
+        v = f"v = {with_error(*measured[k][1:])} at A = {amplitudes[k]:.6g} (computed)"
+        say("velocities", len(measured), count, "amplitudes", so_far=v)
     columns = np.array([measured[k] for k in sorted(measured)]).reshape(-1, 3).T
     line: dict[str, Any] = {}
     if np.isnan(columns[2]).sum() > len(measured) // 2:
@@ -274,10 +198,8 @@ def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, 
         }
     numbers: dict[str, Any] = {name: float(value) for name, value in fitted.items()}
     if not scatter.size:
-        numbers["reason"] = (
-            "every chain has settled: v(A) has steps, and no errors to weigh them by"
-        )
+        numbers["reason"] = "every chain has settled: v(A) has steps"
     elif numbers["chi2_probability"] < UNLIKELY:
         freedom = f"{numbers['chi2']:.3g} for {count - 2} degrees of freedom"
-        numbers["reason"] = f"chi2 is {freedom}: v(A) is no straight line"
+        numbers["reason"] = f"chi2 is {freedom}"
     return numbers

@@ -41,20 +41,8 @@ CERTIFIED_CYCLES = 1_000
 _TWIN = Fraction(1, 10**13)  # distance of two starts that must have the same fate in float64
 Log = list[LoggedRearrangement]
 _SILENT = reporter(None)
+_FOR_EVER = "creep for ever"
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
-
-
-class GivenUp(RuntimeError):
-    """A run that the search needs reached a limit of its solver; the message names the amplitude.
-
-    Examples
-    --------
-    >>> try:
-    ...     print(threshold(pair, digits=3).lower)
-    ... except GivenUp as limit:
-    ...     print(f"given up: {limit}")
-    0.00033954
-    """
 
 
 class Observation(NamedTuple):
@@ -84,6 +72,15 @@ class Question:
     solver: str = "certified"
     say: Callable[..., None] = _SILENT
     runs: dict[Fraction, Observation] = field(default_factory=dict, init=False)
+
+    @property
+    def what(self) -> str:
+        """What begins at an edge, in words."""
+        return f"advance in cycle {self.cycles}"
+
+    def tell(self, answer: str) -> None:
+        """Report what is known by now."""
+        self.say("deciding", len(self.runs), 0, "runs", answer=answer)
 
     def decided(self, amplitude: Fraction, digits: int) -> Observation:
         """Return the answer of the deciding solver at an amplitude with `digits` digits."""
@@ -141,7 +138,7 @@ class Question:
     def _followed(
         self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
     ) -> tuple[Stretch, Evidence]:
-        """Follow all cycles, or until a runaway; raise `GivenUp` or `OutOfTime` at a limit."""
+        """Follow all cycles, or until a runaway; raise `OutOfTime` at a limit."""
         self.limits.require()  # short runs never check the time themselves
         algorithm = solver_named(solver, options)
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
@@ -153,7 +150,7 @@ class Question:
         if stretch.stop in (Stop.BUDGET, Stop.LIMIT):
             why = f"more than {most:.0e} events: look for the edge at smaller amplitudes"
             why = stretch.reason if stretch.stop is Stop.LIMIT else why
-            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {why}")
+            raise OutOfTime(f"a run at A = {nearest_float(amplitude):.17g}: {why}")
         return stretch, simulation.evidence
 
     def _last_advance(self, stretch: Stretch) -> Enclosure:
@@ -172,6 +169,10 @@ class WithoutSlips(Question):
     """
 
     least: Fraction = ADVANCE
+
+    @property
+    def what(self) -> str:
+        return super().what if self.least else _FOR_EVER
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
         return True  # float64 is never used
@@ -229,6 +230,10 @@ class Lasting(Question):
     """The last run that provably does not creep."""
     windows: list[Observation] = field(default_factory=list, init=False)
     """Proofs that hold between two amplitudes."""
+
+    @property
+    def what(self) -> str:
+        return _FOR_EVER
 
     def report(self) -> dict[str, int]:
         return {**super().report(), "certified_points": len(self.certified)}

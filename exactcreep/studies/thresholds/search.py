@@ -80,6 +80,11 @@ class Edge:
     def middle(self) -> Fraction:
         return sum(exact_number(end or 0, "edge") for end in (self.lower, self.upper)) / Fraction(2)
 
+    def text(self, what: str, first: str = "") -> str:
+        """Return the edge in words; `what` begins there."""
+        where = f"{what} begins between A = {self.lower} and {self.upper}{first}"
+        return f"{where} ({self.evidence.value})"
+
     def summary(self, what: str = "creep") -> dict[str, Any]:
         """Return the edge by names; `what` begins or ends there."""
         begins = "begins" if self.begins else "ends"
@@ -140,7 +145,8 @@ def _scanned(question: Question, span: Span) -> Iterator[Scanned]:
         for k in range(1, span.points + 1):
             amplitude = begin + (end - begin) * k / span.points
             creeps = question.creeps(amplitude)
-            question.say("scan", k, span.points, "amplitudes")
+            none = "" if any_edge else f"no {question.what} up to A = {nearest_float(amplitude):.6g}"
+            question.say("scan", k, span.points, "amplitudes", so_far=none and f"{none} (computed)")
             if creeps != creeping:
                 any_edge = True
                 yield before, amplitude, creeps
@@ -188,8 +194,9 @@ def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[E
     The last bracket has all digits and is decided by two runs of the deciding solver, unless creep
     does not settle there.
     """
-    yield _rounded(*bracket)
+    yield (scanned := _rounded(*bracket))
     low, high = bracket
+    question.tell(scanned.text(question.what))
     if question.unsettled(high):
         ends = (question.tried(amplitude, "exact", {}) for amplitude in bracket)
         doubt = f"at A = {nearest_float(high):.9g} creep does not settle within"
@@ -201,7 +208,8 @@ def _approached(question: Question, bracket: Bracket, digits: int) -> Iterator[E
     guess: Fraction | None = None
     if not question.float_fails(low, high):  # otherwise bisection would find a spurious edge
         for low, high in bisected(*bracket, _NARROW, question.creeps):
-            yield _rounded(low, high)
+            yield (narrow := _rounded(low, high))
+        question.tell(narrow.text(question.what))
         guess, error = _guessed(question, low, high, digits)
         while unit < 4 * error:
             unit *= 10
@@ -243,6 +251,11 @@ class _Decimals(NamedTuple):
     def proved(self, k: int) -> bool:
         return self.trial(k).evidence is Evidence.PROVED
 
+    def edge(self, below: int, above: int) -> Edge:
+        """Return the edge between two decimals, with the evidence of their runs."""
+        evidence = self.trial(below).evidence.and_then(self.trial(above).evidence)
+        return Edge(text_of(below, self.unit), text_of(above, self.unit), evidence=evidence)
+
     def stands(self, k: int) -> bool:
         """Return whether a run that stopped early gives the same answer when followed further."""
         taken = self.creeps(k)
@@ -280,12 +293,7 @@ def _decided(decimals: _Decimals, bracket: Bracket, guess: Fraction | None) -> E
         if not decimals.proved(above) and decimals.creeps(above + 1):
             above += 1
     lower, upper = decimals.trial(below), decimals.trial(above)
-    edge = Edge(
-        text_of(below, decimals.unit),
-        text_of(above, decimals.unit),
-        evidence=lower.evidence.and_then(upper.evidence),
-        deciding_event=Difference.of(lower, upper),
-    )
+    edge = replace(decimals.edge(below, above), deciding_event=Difference.of(lower, upper))
     return _with_sides(edge, lower, upper)
 
 
@@ -315,6 +323,7 @@ def _closed_in(decimals: _Decimals, below: int, above: int) -> tuple[int, int]:
             below, above = (below, k) if decimals.creeps(k) else (k, above)
 
     while (width := above - below) > 1:
+        decimals.question.tell(decimals.edge(below, above).text(decimals.question.what))
         alike = decimals.trial(below).between
         edge = None if alike is None else alike[1]
         if edge is None or abs(edge / decimals.unit - below) <= 1:

@@ -45,15 +45,33 @@ def test_a_fate_is_proved_for_ever(
     assert [event for one in log for event in one.itinerary] == period_of(found)
 
 
-def test_what_runs_away_is_proved_and_what_may_never_settle_is_warned_of(
-    out_of_time: OutOfTime,
-) -> None:
+def test_what_runs_away_is_proved_and_of_chaos_no_proof_is_begun() -> None:
     steep = fate(captions(3, tan_alpha="0.55"), "0.001")
     assert told(steep) == (Outcome.RUNAWAY, Evidence.PROVED, None, None)
-    out_of_time(20)  # float64 has followed its first cycles
-    with pytest.warns(UserWarning, match="survival tells how long"):
-        short = fate(captions(6), "0.00099", max_seconds=1)
-    assert told(short) == (Outcome.LIMIT, Evidence.UNDECIDED, None, None)
+    chaos = fate(captions(6), "0.00099", cycles=200)
+    assert (chaos.outcome, chaos.solver) == (Outcome.LIMIT, "exact")
+    assert "no proof was begun; survival tells how long" in chaos.reason
+
+
+def test_a_fate_is_first_that_of_float64_and_stays_so_if_time_ends_the_proof() -> None:
+    heard: list[Progress] = []
+    late = fate(captions(6), "0.00098", max_seconds=3, progress=heard.append)
+    computed = fate(captions(6), "0.00098", solver="exact")
+    assert told(late) == told(computed)
+    assert late.evidence is Evidence.COMPUTED
+    assert "max_seconds = 3 was reached before it was proved" in late.reason
+    first = next(k for k, one in enumerate(heard) if computed.finding in one.answer)
+    assert {one.phase for one in heard[:first]} == {"cycles"}
+    assert all(computed.finding in one.answer for one in heard[first:])
+    assert len(heard) > first + 1  # the cycles of the proof
+
+
+def test_without_a_symmetry_no_proof_is_begun() -> None:
+    chain = Chain(3, 1000, ["0.5", "0.5", "0.45"], "0.6", tan_alpha="0.25")
+    found = fate(chain, "0.0008")
+    assert found.solver == "exact"
+    assert any(not lone(one) for _, one in found.itinerary or ())
+    assert "needs the same mu_s - mu_d of sliders" in found.reason
 
 
 ALIKE = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.15"}

@@ -8,6 +8,7 @@ import pytest
 
 import exactcreep as ec
 from exactcreep.studies.thresholds.intercept import fitted
+from exactcreep.studies.thresholds import questions
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
 
@@ -57,7 +58,7 @@ def test_the_error_of_an_intercept_is_its_scatter_over_measurements() -> None:
 
 
 def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_laws() -> None:
-    found = ec.intercept(captions(30, "0.01"), cycles=100)
+    found = ec.threshold(captions(30, "0.01"), kind="intercept", cycles=100)
     off = abs(found.intercept - found.law_seuil)
     assert off < min(3 * math.hypot(found.error, found.systematic), 0.02 * found.law_seuil)
     assert found.slope == pytest.approx(found.law_slope, rel=0.02)
@@ -65,17 +66,17 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
     assert f"moves it by up to {found.systematic:.2g}" in found.finding
     assert found.evidence is ec.Evidence.COMPUTED
     assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
-    between = ec.intercept(captions(4, "0.01"), cycles=100, points=8)
+    between = ec.threshold(captions(4, "0.01"), kind="intercept", cycles=100, points=8)
     assert math.isnan(between.law_slope)  # of two plateaus no law has a slope
     assert between.summary()["law_slope"] is None
 
 
 def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None:
-    stairs = ec.intercept(captions(2), cycles=60)
+    stairs = ec.threshold(captions(2), kind="intercept", cycles=60)
     assert "steps" in stairs.reason
     assert stairs.systematic == math.inf  # the upper half lies on one step
     assert stairs.summary()["systematic"] is None
-    bent = ec.intercept(captions(6, "0.01"), fit=("0.5", "3"), cycles=150)
+    bent = ec.threshold(captions(6, "0.01"), kind="intercept", fit=("0.5", "3"), cycles=150)
     assert "chi2" in bent.reason
     assert bent.chi2_probability < 0.01
     assert {stairs.evidence, bent.evidence} == {ec.Evidence.UNDECIDED}
@@ -96,3 +97,30 @@ def test_two_pulled_sliders_creep_where_the_forces_drive_them(
         run = ec.creep(chain, ec.Cycles(amplitude, 200))
         assert (run.outcome is ec.Outcome.CREEPING) is creeps
     assert ec.laws.edges(chain)["no_lasting_creep"] <= float(found.lower) * (1 + 1e-12)
+
+
+def test_an_answer_says_its_kind_and_an_intercept_is_never_given_as_an_edge() -> None:
+    rough, eight = captions(6, "0.01"), captions(8)
+    kinds = [
+        ec.threshold(captions(2), digits=5),
+        ec.threshold(eight, after=3, digits=5, solver="exact", points=50),
+        ec.threshold(rough, cycles=200, points=8),
+        ec.threshold(eight, kind="intercept", cycles=200, points=8),
+    ]
+    assert [found.kind for found in kinds] == ["edge", "edge in cycle 3", "intercept", "intercept"]
+    assert all(isinstance(found, ec.Threshold) for found in kinds)
+    assert all(found.evidence is not ec.Evidence.PROVED for found in kinds[1:])
+    with pytest.raises(ec.InputError, match=r"survival.*after.*kind=\"intercept\""):
+        ec.threshold(eight)
+    with pytest.raises(ImportError, match="threshold"):
+        ec.intercept  # noqa: B018
+
+
+def test_a_run_at_a_limit_of_its_solver_ends_a_search_with_what_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(questions, "_MOST_EVENTS", 1)
+    found = ec.threshold(captions(3), after=20, points=50)
+    assert found.lower is None
+    assert found.evidence is ec.Evidence.UNDECIDED
+    assert "a run at A = " in found.reason

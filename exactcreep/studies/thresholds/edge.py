@@ -1,0 +1,202 @@
+"""The amplitude above which a chain creeps for ever, or advances in a cycle, to any digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.model.uniform import EXPANSION
+from exactcreep.studies.fates.fate_result import Fate
+from exactcreep.studies.sense import EDGE, IN_CYCLE
+from exactcreep.studies.thresholds.amplitudes import Span
+from exactcreep.studies.thresholds.questions import (
+    ADVANCE,
+    MOST_CYCLES,
+    Lasting,
+    Question,
+    WithoutSlips,
+)
+from exactcreep.studies.thresholds.search import (
+    MOST_DIGITS,
+    Difference,
+    Edge,
+    Unfinished,
+    all_edges,
+    first_edge,
+)
+from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
+from exactcreep.watch.limits import Limits
+
+_OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CreepEdge(Threshold):
+    """The edge above which a chain creeps for ever, or advances in cycle `after`; any digits."""
+
+    chain: Chain
+    kind: str
+    cycles: int
+    digits: int
+    solver: str
+    compare: str
+    lower: str | None = None
+    upper: str | None = None
+    evidence: Evidence = Evidence.UNDECIDED
+    direction: str = "none"
+    outcome_at_lower: Outcome | None = None
+    outcome_evidence: Evidence = Evidence.COMPUTED
+    deciding_event: Difference | None = None
+    fates: tuple[Fate | None, Fate | None] | None = None
+    sensitive: tuple[float, ...] = ()
+    windows: tuple[Edge, ...] | None = None
+    report: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
+
+    @property
+    def law_seuil(self) -> str | None:
+        """N m/(2 l0) of Eq. 22 as a decimal; h/l0 of `differing_intercept` if sliders differ."""
+        return laws_beside(self.chain, self.digits)["law_seuil"]
+
+    @property
+    def law_corrected(self) -> str | None:
+        """(N m + D)/(2 l0) as a decimal: Eq. 22 corrected, see `laws.onset_amplitude`."""
+        return laws_beside(self.chain, self.digits)["law_corrected"]
+
+    @property
+    def law_two_sliders(self) -> str | None:
+        """``(mu_s c - s)/l0`` of two relaxed sliders, c = cos(alpha), s = |sin(alpha)|, or None."""
+        return laws_beside(self.chain, self.digits)["law_two_sliders"]
+
+    @property
+    def what(self) -> str:
+        """What begins at the edge: ``creep``, or with `after` ``advance in cycle ...``."""
+        return "creep" if self.kind == EDGE else f"advance in cycle {self.cycles}"
+
+    @property
+    def finding(self) -> str:
+        """The amplitudes around the edge, and how sure they are, in words."""
+        what = "creep for ever" if self.kind == EDGE else self.what
+        if self.lower is None or self.upper is None:
+            return f"it is not known where {what} begins"
+        more = len(self.windows or ()) - 1
+        first = f", the first of {more + 1} edges" if more > 0 else ""
+        return Edge(self.lower, self.upper, evidence=self.evidence).text(what, first)
+
+    told = (
+        "kind", "lower", "upper", "cycles", "digits", "solver",
+        "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
+    )  # fmt: skip
+
+    def _facts(self) -> dict[str, Any]:
+        names = "lower upper outcome_at_lower evidence direction kind digits law_seuil"
+        names += " solver reason"
+        return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
+
+    def _numbers(self) -> dict[str, Any]:
+        out: dict[str, Any] = {**super()._numbers(), **self._beside()}
+        what = self.what.split()[0]
+        if self.kind == EDGE:
+            out["sensitive"] = self.sensitive
+        for name, one in zip(("fate_at_lower", "fate_at_upper"), self.fates or (), strict=False):
+            known = one and one.summary()
+            out[name] = known and {part: known[part] for part in _OF_A_SIDE}
+        if self.windows is not None:
+            out["windows"] = [edge.summary(what) for edge in self.windows]
+        return out | ({"reason": self.reason} if self.reason else {})
+
+    def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        columns, edges = ("lower", "upper", "begins"), self.windows or ()
+        return {name: ("edge", [getattr(e, name) for e in edges]) for name in columns}, {}
+
+
+def edge_of(
+    chain: Chain,
+    after: int | None,
+    limits: Limits,
+    say: Callable[..., None],
+    *,
+    digits: Number = 15,
+    low: Number | None = None,
+    high: Number | None = None,
+    points: Number = 1000,
+    bracket: tuple[Number, Number] | None = None,
+    windows: bool = False,
+    solver: str = "certified",
+) -> CreepEdge:
+    """Return the edge of a chain for which it makes sense; see `threshold`."""
+    lasting = after is None
+    most = after or MOST_CYCLES
+    span = Span.of(chain, low, high, bracket, points)
+    if not isinstance(solver, str) or solver not in MOST_DIGITS:
+        raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
+    if not isinstance(windows, bool):
+        raise InputError("windows", windows, "must be true or false")
+    places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
+    if windows and span.bracket is not None:
+        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
+    edges: tuple[Edge, ...] = ()
+    sensitive: tuple[float, ...] = ()
+    report: dict[str, Any] = {}
+    over = ""
+    if chain.n == 1:
+        rest, proved = Outcome.AT_REST, Evidence.PROVED
+        edges = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
+    else:
+        asked: Any = Lasting if lasting else Question
+        if chain.slides:
+            asked = partial(WithoutSlips, least=Fraction(0) if lasting else ADVANCE)
+            solver, span = "sliding", span._replace(points=1)  # its advance grows with A
+        question = asked(chain, most, State.relaxed(chain), limits, solver, say)
+        try:
+            if windows:
+                edges = all_edges(question, span, places)
+            else:
+                edges = (first_edge(question, span, places),)
+        except Unfinished as search:
+            edges, over = search.edges, str(search)
+        report = question.report()
+        if isinstance(question, Lasting):
+            sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
+    edge = edges[0] if edges else Edge()
+    return CreepEdge(
+        chain=chain,
+        kind=EDGE if lasting else f"{IN_CYCLE} {after}",
+        cycles=most,
+        digits=places,
+        solver=solver,
+        compare=_compared(chain, after),
+        lower=edge.lower,
+        upper=edge.upper,
+        evidence=edge.evidence,
+        direction=edge.direction,
+        outcome_at_lower=edge.outcome_at_lower,
+        outcome_evidence=edge.outcome_evidence,
+        deciding_event=edge.deciding_event,
+        fates=edge.fates if lasting else None,
+        sensitive=sensitive,
+        windows=(edges or None) if windows else None,
+        report=report,
+        reason=over or edge.doubt,
+    )
+
+
+def _compared(chain: Chain, after: int | None) -> str:
+    if chain.n == 1:
+        return "no law: one slider has no spring"
+    if chain.n == 2 and not chain.slides and not chain.unlike:
+        return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
+    if EXPANSION in chain.unlike:
+        return "no law: springs expand differently"
+    if after is not None:
+        return f"no law: it says what happens in cycle {after}, and creep may end later"
+    if chain.slides:
+        return f"{'h/l0' if chain.unlike else 'Eq. 22'}, which is exact without slips"
+    return "no law: Eq. 22 is about long chains, and about an intercept of v(A)"
