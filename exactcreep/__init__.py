@@ -7,8 +7,7 @@ The system is a `Chain`, a `State` and a `Drive` (`Cycles`, `GaussianSteps`, `Pa
 - `creep` follows a whole drive (`Creep`), `rearrange` follows one rearrangement (`Rearrangement`,
   of `Event`; motion: `Solution`), `sweep` runs a grid.
 - `fate` and `survival` (`Fate`, `Survival`) find out how creep ends, for one or many starts.
-- `threshold` (`Threshold`) finds the amplitude above which a chain creeps. `quiescent` finds the
-  rests of a run (`Quiescence`).
+- `threshold` (`Threshold`) finds the amplitude above which a chain creeps.
 - `compare` compares solvers (`Method`), `plan` chooses one (`Plan`).
 - `physical` and `Solid.creep` (`Solid`, `Descent`) work with a solid in SI units, `pipeline` and
   `Pipeline.walk` (`Pipeline`, `Walk`) with a pipeline on the seabed.
@@ -27,7 +26,11 @@ __version__ = "0.4.0"
 # at its first use, so that a help text does not wait for a compiler.
 _found, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]
-_GONE = {"intercept": 'threshold(chain, kind="intercept")', "GivenUp": "the reason of a Threshold"}
+_GONE = {
+    "intercept": 'threshold(chain, kind="intercept")',
+    "quiescent": "a cell of the notebook From jumps to steady creep",
+    "GivenUp": "the reason of a Threshold",
+}
 
 
 def __getattr__(name: str) -> object:

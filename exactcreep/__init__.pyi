@@ -34,7 +34,6 @@ from .studies.fates.fate_result import Fate as Fate
 from .studies.fates.survival import Survival as Survival, survival as survival
 from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
-from .studies.quiescence import Quiescence as Quiescence, quiescent as quiescent
 from .studies.sweep import sweep as sweep
 from .studies.thresholds.threshold import threshold as threshold
 from .studies.thresholds.threshold_result import Threshold as Threshold

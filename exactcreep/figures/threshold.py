@@ -69,9 +69,7 @@ def draw_threshold(found: Threshold) -> Figure:
     return figure
 
 
-def _span(
-    axes: Axes, found: Threshold, laws: Mapping[str, float]
-) -> tuple[float, float]:
+def _span(axes: Axes, found: Threshold, laws: Mapping[str, float]) -> tuple[float, float]:
     """Return the range of amplitudes to draw; around a threshold it includes the laws."""
     axes.margins(x=0.05)
     if found.kind == INTERCEPT and not found.amplitudes.size:

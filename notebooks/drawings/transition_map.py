@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exactcreep import Chain, Cycles, State, creep, laws, quiescent, survival
+from exactcreep import Chain, Cycles, State, creep, laws, survival
 
 PICTURES = Path(__file__).parents[1] / "pictures"
 L0, MU_D, MU_S = 1000, Fraction(1, 2), Fraction(3, 5)
@@ -84,7 +84,8 @@ def follow(n, e, k, cycles, sigma="0", tan="0.25"):
     """Return how far x_G advances in each cycle after the first tenth, from the start number k."""
     chain = chain_of(n, sigma, tan)
     start = State.perturbed(chain, "1e-6", start_seed=k, seed=k)
-    return quiescent(creep(chain, Cycles(amplitude_of(n, e, tan), cycles), start=start, seed=k)).advances[0]
+    run = creep(chain, Cycles(amplitude_of(n, e, tan), cycles), start=start, seed=k)
+    return np.diff(run.recorded["x_G"][1::2], prepend=0.0)[-(-run.burn_in // 2) :]
 
 
 def points(name):

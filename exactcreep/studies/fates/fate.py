@@ -137,8 +137,8 @@ def numerical_fate(
     """Follow a trajectory from `start` until it settles; return its fate, and why it ended."""
     while True:
         stop, reason = course.follow(replace(limits, pause=clock() + _SAYING))
-        say("cycles", course.cycles, course.drive.cycles, "cycles", so_far=lambda: (
-            f"not settled in {cycles_text(course.cycles)} so far ({Evidence.COMPUTED.value})"))
+        so_far = f"not settled in {cycles_text(course.cycles)} so far ({Evidence.COMPUTED.value})"
+        say("cycles", course.cycles, course.drive.cycles, "cycles", so_far=so_far)
         if stop is not Stop.BUDGET:
             break
     simulation, drive = course.simulation, course.drive

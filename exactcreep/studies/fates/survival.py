@@ -403,14 +403,16 @@ def survival(
             yield first, _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
 
     records: list[StartRecord] = []
+
+    def so_far() -> str:
+        none = f"none of {count} starts has ended so far"
+        return replace(asked, records=tuple(records)).finding if records else none
+
     say("starts", 0, count, "starts")
     with closing(in_parallel(records_of, tasks(), executor, workers)) as computed:
         for ended in computed:
-            if ended is not None:
-                records += ended[1].result()
-            say("starts", len(records), count, "starts", so_far=lambda: (
-                replace(asked, records=tuple(records)).finding if records
-                else f"none of {count} starts has ended so far"))
+            records.extend(ended[1].result() if ended is not None else ())
+            say("starts", len(records), count, "starts", so_far=so_far)
     if not records:  # another process was meant to follow the first start
         raise KeyboardInterrupt
     records.sort(key=lambda record: record.start)

@@ -145,8 +145,8 @@ def _scanned(question: Question, span: Span) -> Iterator[Scanned]:
         for k in range(1, span.points + 1):
             amplitude = begin + (end - begin) * k / span.points
             creeps = question.creeps(amplitude)
-            none = "" if any_edge else f"no {question.what} up to A = {nearest_float(amplitude):.6g}"
-            question.say("scan", k, span.points, "amplitudes", so_far=none and f"{none} (computed)")
+            none = f"no {question.what} up to A = {nearest_float(before):.6g} (computed)"
+            question.say("scan", k, span.points, "amplitudes", so_far="" if any_edge else none)
             if creeps != creeping:
                 any_edge = True
                 yield before, amplitude, creeps

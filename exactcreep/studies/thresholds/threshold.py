@@ -111,7 +111,8 @@ def threshold(
     creep for ever begins at N m/(2 l0); odd chains with ``N abs(tan_alpha) <= mu_d`` never creep.
     An intercept is never proved: a weighted least-squares line through velocities measured in
     float64, `UNDECIDED` if its chi2 has a probability below 1 %. If a run reaches a limit of its
-    solver, the result holds what is known by then, and `reason` names the amplitude. Source: Eqs. 20 and 22.
+    solver, the result holds what is known by then, and `reason` names the amplitude. Source:
+    Eqs. 20 and 22.
 
     Examples
     --------
@@ -139,8 +140,9 @@ def threshold(
     (other,) = {*_KINDS} - {chosen}
     for name, value in own[other].items():
         if value is not None:
-            why = ": with disorder there is no sharp edge" if rough and not kind else ""
-            raise InputError(name, value, f"belongs to kind={other!r}, and this is an {chosen}{why}")
+            why = ": with disorder no edge is sharp" if rough and not kind else ""
+            allowed = f"belongs to kind={other!r}, and this is an {chosen}{why}"
+            raise InputError(name, value, allowed)
     given = {name: value for name, value in own[chosen].items() if value is not None}
     given |= {} if points is None else {"points": points}
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)

@@ -8,12 +8,29 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Enclosure, Evidence, Fate, Outcome, State, creep, fate
+from exactcreep import (
+    Chain,
+    Cycles,
+    Enclosure,
+    Evidence,
+    Fate,
+    Outcome,
+    Progress,
+    State,
+    creep,
+    fate,
+)
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
-from exactcreep.studies.fates.proof import Passed, ProvedFate, contraction, proved_fate, two_norm
+from exactcreep.studies.fates.proof import (
+    Passed,
+    ProvedFate,
+    contraction,
+    lone,
+    proved_fate,
+    two_norm,
+)
 from exactcreep.studies.thresholds.questions import Lasting, parting
-from tests.conftest import OutOfTime
 from tests.oracle.rearrangement import follow
 from tests.paper import captions
 

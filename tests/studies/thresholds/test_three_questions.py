@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import exactcreep as ec
-from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds import questions
+from exactcreep.studies.thresholds.intercept import fitted
 from exactcreep.studies.thresholds.questions import Lasting
 from tests.paper import captions
 
