@@ -120,12 +120,12 @@ def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
     """Return why a proof of what float64 has found cannot come; "" if it may."""
     if stop is Stop.DEADLINE:
         return "no proof was begun"
-    if computed.outcome is Outcome.LIMIT and computed.chain.n >= CHAOTIC and cycles >= _TRIED:
-        return (
-            f"creep from {CHAOTIC} sliders on is chaotic, so no proof was begun; survival tells how"
-            " long it lasts"
-        )
-    return fates.obstacle(computed.chain, [one for _, one in computed.itinerary or ()])
+    chain, unsettled = computed.chain, computed.outcome is Outcome.LIMIT and cycles >= _TRIED
+    if unsettled and chain.n >= CHAOTIC:
+        chaos = f"creep from {CHAOTIC} sliders on is chaotic, so no proof was begun;"
+        return f"{chaos} survival tells how long it lasts"
+    avalanches = not all(fates.lone(one) for _, one in computed.itinerary or ())
+    return fates.obstacle(chain) if unsettled or avalanches else ""
 
 
 def numerical_fate(

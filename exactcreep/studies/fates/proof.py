@@ -29,7 +29,7 @@ itinerary changes; what the chain does for ever remains undecided.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain as joined
 from itertools import pairwise
@@ -254,7 +254,7 @@ class _Proof:
             last, ago = self.halves[-2 * period :], self.halves[-4 * period : -2 * period]
             if last != ago or all(map(lone, joined.from_iterable(last))):
                 continue
-            if reason := obstacle(self.chain, joined.from_iterable(last)):
+            if reason := obstacle(self.chain):
                 reason = f"the last {2 * period} cycles had the same events twice; {reason}"
                 return self._fate(Outcome.LIMIT, cycle, reason)
             if (word := _Word.of(last, self.chain)) is None:
@@ -436,14 +436,11 @@ def mirrors(chain: Chain) -> bool:
     return excesses == excesses[::-1] and rates == [-rate for rate in rates[::-1]]
 
 
-def obstacle(chain: Chain, period: Iterable[Itinerary]) -> str:
-    """Return why nothing can prove that a period goes on for ever; "" if a proof may come."""
-    if mirrors(chain) or all(map(lone, period)):
-        return ""
-    return (
-        "a proof that it stays so needs the same mu_s - mu_d of sliders, and the same expansion of"
-        " springs, at equal distances from the two ends"
-    )
+def obstacle(chain: Chain) -> str:
+    """Return why no period with avalanches of a chain can be proved; "" if a proof may come."""
+    needs = "the same mu_s - mu_d of sliders, and the same expansion of springs, at equal distances"
+    needs = f"a proof that avalanches go on alike needs {needs} from the two ends"
+    return "" if mirrors(chain) else needs
 
 
 class _Word(NamedTuple):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.quasistatic.creep import interruptible
@@ -127,7 +129,7 @@ def threshold(
     """
     if kind is not None and kind not in _KINDS:
         raise InputError("kind", kind, "must be " + " or ".join(_KINDS))
-    own = {
+    own: dict[str, dict[str, Any]] = {
         EDGE: {"after": after, "digits": digits, "low": low, "high": high, "bracket": bracket,
                "windows": windows or None, "solver": solver},
         INTERCEPT: {"cycles": cycles, "fit": fit, "size": size, "seed": seed},

@@ -127,7 +127,7 @@ class Threshold(Result):
     Examples
     --------
     >>> threshold(pair, digits=12).finding
-    'creep for ever begins between A = 0.00033953661499 and 0.00033953661500 (proved)'
+    'creep for ever begins between A = 0.00033954987505086 and 0.00033954987505087 (proved)'
     """
 
     chain: Chain
