@@ -66,7 +66,9 @@ class Session(Output):
     Parameters
     ----------
     plot : path
-        Draw x_G and theta, or the grid of a scene that varies, to this PNG, PDF or SVG file.
+        Draw the run to this PNG, PDF or SVG file: x_G, and what happens inside its first
+        half-cycles. A run that records rearrangements is drawn by their sizes, a scene that varies
+        by its grid.
     out : path
         Write the result to this NetCDF file. If the scene varies, a directory for the run of every
         member and the grid sweep.nc; the same command goes on.

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, moments_of
+from exactcreep.figures.run import times_of
 from exactcreep.laws import prediction
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.motion.arithmetic import FLOAT64
@@ -59,14 +60,9 @@ def sentence_of(run: Creep) -> str:
 
 def run_data(run: Creep) -> dict[str, Any]:
     """Return the displacements, slips and velocity of a run, ready for JSON."""
-    recorded, drive = run.recorded, run.drive
+    recorded = run.recorded
     half_cycle = recorded["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
-    passed, span = floats(recorded["rearrangement_theta"]), np.ones(half_cycle.size)
-    if not drive.springs:
-        ramps = np.append(run.experiment.theta, drive.targets(1, reached, run.seed))
-        passed = passed - ramps[half_cycle - 1]
-        span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[half_cycle - 1]
     slips = ("slider", "rearrangement", "displacement")
     law = prediction(run.chain, run.drive, run.experiment.start)
     return {
@@ -75,7 +71,7 @@ def run_data(run: Creep) -> dict[str, Any]:
         "half_cycles": reached,
         "law": [] if law is None else list(law.values),
         "burn_in": min(run.burn_in, reached),
-        "when": _packed(half_cycle - 1 + np.clip(passed / span, 0, 1)),
+        "when": _packed(times_of(run, recorded, reached)),
         "displacement": _packed(recorded["rearrangement_displacement"]),
         "slip": {name: _packed(recorded[f"slip_{name}"]) for name in slips},
         "sentence": sentence_of(run),

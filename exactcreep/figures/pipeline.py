@@ -6,11 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from exactcreep.figures.style import DASHED, INKS, new_figure, styled
+from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.model.numbers import nearest_float
 from exactcreep.pipeline import Pipeline, Walk
 
 _KILO = 1000
+_APART = 0.055  # least distance of two labels, as a part of the height
 _LINES = 6  # most cycles whose displacement is drawn
 
 
@@ -23,16 +24,23 @@ def draw_walk(walk: Walk, title: str = "") -> Figure:
     _draw_forces(forces, walk)
     cycles = walk.millimetres.size
     chosen = np.unique(np.linspace(1, cycles, min(cycles, _LINES)).round().astype(int))
-    for cycle in chosen.tolist():
+    colds = (walk.steps + 1) * chosen - 1
+    for cycle, cold in zip(chosen.tolist(), colds.tolist(), strict=True):
         shade = 0.25 + 0.75 * cycle / cycles
-        cold = (walk.steps + 1) * cycle - 1
-        for row, ink, style in ((cold - 1, INKS[1], "-"), (cold, INKS[0], "-")):
-            moved.plot(pipe.positions, walk.displacement[row], style, color=ink, alpha=shade,
-                       linewidth=1)  # fmt: skip
-        end = pipe.positions[-1], walk.displacement[cold, -1]
-        moved.annotate(f" cycle {cycle}", end, fontsize=7, va="center", color="0.3",
-                       annotation_clip=False)  # fmt: skip
-    moved.set_xlim(right=pipe.positions[-1] * 1.14)  # room for the labels of the cycles
+        for row, ink in ((cold - 1, INKS[1]), (cold, INKS[0])):
+            moved.plot(pipe.positions, walk.displacement[row], color=ink, alpha=shade, linewidth=1)
+    ends = walk.displacement[colds, -1]
+    order = np.argsort(ends, kind="stable")
+    low, high = moved.get_ylim()
+    steps = _APART * (high - low) * np.arange(ends.size)
+    places = np.maximum.accumulate(ends[order] - steps) + steps
+    for cycle, end, place in zip(chosen[order].tolist(), ends[order], places, strict=True):
+        last = pipe.positions[-1]
+        moved.annotate(
+            f"cycle {cycle}", (last, end), (last * 1.04, place), fontsize=7, va="center",
+            color="0.3", arrowprops={"arrowstyle": "-", "color": "0.6", "linewidth": 0.5},
+        )  # fmt: skip
+    moved.set_xlim(right=pipe.positions[-1] * 1.16)  # room for the labels of the cycles
     moved.set(xlabel="distance from the upper end (m)", ylabel="displacement (mm)")
     return figure
 
@@ -49,7 +57,7 @@ def _draw_forces(axes: Axes, walk: Walk) -> None:
                   label="virtual anchors" if row == -2 else "")  # fmt: skip
     places, bounds = friction_bounds(pipe)
     for k, bound in enumerate(bounds):
-        axes.plot(places, bound / _KILO, color="0.5", linestyle=DASHED, linewidth=0.8,
+        axes.plot(places, bound / _KILO, color="0.82", linewidth=6, solid_capstyle="round",
                   label="" if k else "limits of friction", zorder=0)  # fmt: skip
     axes.set(ylabel="effective axial force (kN)")
     axes.legend(loc="best")

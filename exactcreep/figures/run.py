@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -48,6 +51,7 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, Stretch, advance
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+from exactcreep.watch.limits import Limits
 
 Floats = NDArray[np.float64]
 WINDOW = 200
@@ -55,6 +59,9 @@ WINDOW = 200
 _SLIDERS = tuple(ink for ink in INKS if ink not in (INKS[1], INKS[6]))
 """Colours of sliders; x_G is black, and the law has a colour of its own."""
 _LONGEST_TRACE = 400  # most half-cycles of theta drawn as a line; more are drawn as a band
+_INSIDE = 4  # half-cycles at the beginning of a run that are drawn from inside
+_MOST_EVENTS = 200_000  # most events that are computed again for them
+_MOST_STEPS = 20_000  # most rearrangements that are drawn as steps
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
@@ -71,30 +78,134 @@ _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 
 @styled
 def draw_run(run: Creep, title: str = "") -> Figure:
-    """Draw theta(t) and x_G(t) of a run that recorded x_G, time in half-cycles."""
-    band = run.drive.cyclic and run.half_cycles > _LONGEST_TRACE
-    figure = new_figure(6.4, 5.2, title)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 5 if band else 2.4))
-    if band:
+    """Draw theta and x_G of a run that recorded x_G, and its beginning inside half-cycles.
+
+    If the run recorded rearrangements, draw how their sizes and durations are distributed.
+    """
+    with suppress(InputError):  # none happened after the burn-in
+        if "rearrangements" in run.experiment.record:
+            return _draw_sizes(run, title)
+    begun = _beginning(run)
+    figure = new_figure(6.4 if begun is None else 9.6, 5.2, title)
+    rows = "theta, whole" if begun is None else "theta ramps, whole inside, whole durations"
+    layout: list[Any] = [row.split() for row in rows.split(",")]
+    panels = figure.subplot_mosaic(layout, height_ratios=(1, 4, 1.2)[: len(layout)])
+    top, bottom = panels["theta"], panels["whole"]
+    top.sharex(bottom)
+    if run.drive.cyclic and run.half_cycles > _LONGEST_TRACE:
         _draw_band(top, run)
     else:
-        theta = run.drive.targets(1, run.half_cycles, run.seed)
-        top.plot(*_trajectory(theta), color="0.25", linewidth=0.7 if theta.size < 2000 else 0.3)
-    top.set_title(parameters_text(run), fontsize=8)
+        _draw_theta(top, run, run.half_cycles)
+    top.set_title(parameters_text(run), fontsize=8, loc="left")
     top.set_ylabel(r"dilation $\theta$")
-    top.margins(x=0.01)
-    top.yaxis.set_major_formatter(_theta_label)
+    for each in layout[0]:
+        panels[each].yaxis.set_major_formatter(_theta_label)
+        panels[each].tick_params(labelbottom=False)
     if not np.size(run.recorded.get("x_G", ())):
         words = f"{run.finding}\nbefore the end of a first half-cycle"
         bottom.text(0.5, 0.5, words, transform=bottom.transAxes, ha="center", va="center")
         top.set(xticks=[], yticks=[])
         bottom.set(xticks=[], yticks=[])
-    else:
-        draw_one(bottom, run)
-        _draw_law(bottom, run)
-        bottom.get_legend().remove()
-        figure.legend(loc="outside lower center", ncols=4)
+        return figure
+    draw_one(bottom, run)
+    _draw_law(bottom, run)
+    if begun is not None:
+        _draw_beginning(panels, run, begun)
+    lines = [line for axes in panels.values() for line in axes.lines]
+    named = {str(line.get_label()): line for line in lines if line.get_label()[:1] not in "_"}
+    bottom.get_legend().remove()
+    figure.legend(named.values(), named, loc="outside lower center", ncols=8)
     return figure
+
+
+def _draw_theta(axes: Axes, run: Creep, until: int) -> None:
+    theta = run.drive.targets(1, until, run.seed)
+    axes.plot(*_trajectory(theta), color="0.25", linewidth=0.7 if theta.size < 2000 else 0.3)
+    axes.margins(x=0.01)
+
+
+def _draw_sizes(run: Creep, title: str) -> Figure:
+    """Draw the distributions of sizes and durations; `InputError` if there are no avalanches."""
+    figure = new_figure(8.4, 4.0, title)
+    for axes, measure in zip(figure.subplots(1, 2), ("size", "duration"), strict=True):
+        Plots(run).avalanches(measure, axes)
+    figure.axes[0].set_title(parameters_text(run), fontsize=8, loc="left")
+    return figure
+
+
+class _Course(NamedTuple):
+    """Displacements within half-cycles; they change in a step at each rearrangement.
+
+    `time`: the start, the rearrangements, and the end, in half-cycles; `durations` of the
+    rearrangements, unit tau_dyn; `moved` (ndarray, shape (m, r + 2)): x_G, and each slider of a
+    short chain that recorded its slips, from each time on.
+    """
+
+    until: int
+    time: Floats
+    durations: Floats
+    moved: Floats
+
+
+def times_of(run: Creep, recorded: Mapping[str, NDArray[Any]], until: int) -> Floats:
+    """Return when the rearrangements up to a target happen, in half-cycles since the start."""
+    place = recorded["rearrangement_half_cycle"]
+    passed, span = floats(recorded["rearrangement_theta"]), np.ones(place.size)
+    if not run.drive.springs:  # else theta is the part of the way that has passed
+        ramps = np.append(run.experiment.theta, run.drive.targets(1, until, run.seed))
+        passed = passed - ramps[place - 1]
+        span = np.where(np.diff(ramps) == 0, math.inf, np.diff(ramps))[place - 1]
+    times: Floats = place - 1 + np.clip(passed / span, 0, 1)
+    return times
+
+
+def _beginning(run: Creep) -> _Course | None:
+    """Return what happens in the first half-cycles, computed again; None if nothing is known."""
+    experiment, record = run.experiment, ("x_G", "rearrangements", "slip_table")
+    if not {*record} <= {*experiment.algorithm.records}:
+        return None
+    simulation = experiment.algorithm.simulation(
+        experiment.chain, experiment.initial, experiment.seed, record
+    )
+    until, limits = min(_INSIDE, run.half_cycles), Limits.of(_MOST_EVENTS)
+    seen = advance(simulation, run.drive, until, limits)
+    return _course(run, seen.recorded, seen.completed)
+
+
+def _course(run: Creep, recorded: Mapping[str, NDArray[Any]], until: int) -> _Course | None:
+    """Return the displacements up to a target; None without rearrangements, or with too many."""
+    place = recorded.get("rearrangement_half_cycle", np.empty(0))
+    count = int((place <= until).sum())
+    if not 0 < count <= _MOST_STEPS:
+        return None
+    kept = {name: values[:count] for name, values in recorded.items() if "rearr" in name[:5]}
+    start, steps = _start(run), [floats(kept["rearrangement_displacement"])]
+    if "slip_slider" in recorded and run.chain.n <= len(_SLIDERS):
+        place, slip = recorded["slip_rearrangement"], floats(recorded["slip_displacement"])
+        for slider in range(1, run.chain.n + 1):
+            own = (recorded["slip_slider"] == slider) & (place < count)
+            steps.append(np.bincount(place[own], slip[own], count).astype(float))
+    before = np.array([start.mean(), *start][: len(steps)])[:, None]
+    moved = np.cumsum(np.hstack([before, steps, np.zeros_like(before)]), axis=1)
+    time = np.concatenate([[0], times_of(run, kept, until), [until]])
+    return _Course(until, time, floats(kept["rearrangement_duration"]), moved)
+
+
+def _draw_beginning(panels: Mapping[str, Axes], run: Creep, begun: _Course) -> None:
+    """Draw theta, the displacements and how long rearrangements last in the first half-cycles."""
+    top, middle, below = (panels[name] for name in ("ramps", "inside", "durations"))
+    _draw_theta(top, run, begun.until)
+    named = f"the beginning, inside {_target(run)} 1 to {begun.until}"
+    top.set_title(named, fontsize=8, loc="right")
+    _draw_lines(middle, {}, begun)
+    middle.tick_params(labelbottom=False)
+    below.vlines(begun.time[1:-1], 0, begun.durations, color=INKS[0], linewidth=0.6)
+    below.set_ylim(0, 1.05 * begun.durations.max())
+    below.set_ylabel("duration\n" + r"($\tau_\mathrm{dyn}$)")
+    below.xaxis.set_major_locator(_WHOLE())
+    _name_time(below, run)
+    for each in (top, middle):
+        each.sharex(below)
 
 
 def _theta_label(theta: float, _: object) -> str:
@@ -110,7 +221,7 @@ def parameters_text(run: Creep) -> str:
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
-    """Draw the displacement by the law from the burn-in on, and return the law's name, or "".
+    """Draw the displacement by the law from the burn-in on.
 
     The sliding limit is never drawn: it does not hold for sliders that stick.
     """
@@ -143,24 +254,40 @@ def _draw_band(axes: Axes, run: Creep) -> None:
 
 
 def draw_one(axes: Axes, run: Creep) -> None:
-    """Draw x_G of a run over time, and every slider of a short chain."""
-    start = _start(run)
-    line = _trajectory(run.recorded["x_G"], start.mean())
-    axes.plot(*line, color=INKS[6], linewidth=1.6, label=r"$\Delta\tilde{x}_G$", zorder=3)
-    if "x" in run.recorded and run.chain.n <= len(_SLIDERS):
-        for n, values in enumerate(run.recorded["x"].T):
-            label = rf"$\Delta\tilde{{x}}_{{{n + 1}}}$"
-            axes.plot(*_trajectory(values, start[n]), color=_SLIDERS[n], label=label,
-                      linewidth=0.9, linestyle=DASHES[n % len(DASHES)])  # fmt: skip
+    """Draw x_G of a run over time, and every slider of a short chain.
+
+    Where rearrangements are recorded, x_G changes in steps; where slips are, so do the sliders.
+    """
+    start, recorded = _start(run), run.recorded
+    ends: dict[int, Any] = {0: _trajectory(recorded["x_G"], start.mean())}
+    if "x" in recorded and run.chain.n <= len(_SLIDERS):
+        ends |= {n + 1: _trajectory(x, start[n]) for n, x in enumerate(recorded["x"].T)}
+    _draw_lines(axes, ends, _course(run, recorded, run.half_cycles))
     _name_time(axes, run)
-    axes.set_ylabel(f"displacement {LENGTH}")
     axes.legend(loc="best")
 
 
+def _draw_lines(axes: Axes, ends: Mapping[int, Any], course: _Course | None) -> None:
+    """Draw x_G (number 0) and sliders, at the ends of half-cycles, or in steps where known."""
+    steps = {} if course is None else {n: (course.time, x) for n, x in enumerate(course.moved)}
+    for n, line in {**ends, **steps}.items():
+        style = "steps-post" if n in steps else "default"
+        look: dict[str, Any] = {"color": INKS[6], "linewidth": 1.6, "zorder": 3}
+        if n:
+            look = {"color": _SLIDERS[n - 1], "linewidth": 0.9,
+                    "linestyle": DASHES[(n - 1) % len(DASHES)]}  # fmt: skip
+        label = rf"$\Delta\tilde{{x}}_{{{n}}}$" if n else r"$\Delta\tilde{x}_G$"
+        axes.plot(*line, drawstyle=style, label=label, **look)
+    axes.set_ylabel(f"displacement {LENGTH}")
+
+
 def _name_time(axes: Axes, run: Creep) -> None:
-    target = "half-cycles" if run.drive.cyclic else "targets"
-    axes.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
+    axes.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({_target(run)})")
     axes.margins(x=0.01)
+
+
+def _target(run: Creep) -> str:
+    return "half-cycles" if run.drive.cyclic else "targets"
 
 
 def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -26,7 +26,7 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
     start = ec.State(np.array([0.1]), np.array([1.0, 3.0]), np.full(2, 0.6), np.ones(2, int), 0.0)
     run = ec.creep(CHAIN, ec.GaussianSteps("0.002", 300), seed=1, start=start, record=("x_G", "x"))
     theta = run.drive.targets(1, run.half_cycles, run.seed)
-    top, bottom = drawn(run)
+    top, _, bottom, *_ = drawn(run)
     x = run.recorded["x"]
     for axes, place, begin, values in (
         (top, 0, 0.0, theta), (bottom, 0, 2.0, run.recorded["x_G"]),
@@ -39,7 +39,7 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
 
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
     run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
-    law, (_, bottom) = prediction(run.chain, run.drive), drawn(run)
+    law, (_, _, bottom, *_) = prediction(run.chain, run.drive), drawn(run)
     x, y = line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)")
     assert x.tolist() == [run.burn_in, run.half_cycles]
     assert y[0] == run.recorded["x_G"][run.burn_in - 1]
@@ -48,8 +48,38 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     x, y = band.get_paths()[0].vertices.T
     wide = 2 * law.deviation * (run.half_cycles - run.burn_in)
     assert np.ptp(y[x == run.half_cycles]) == pytest.approx(wide)
-    sliding = drawn(ec.creep(paper_chain(10), ec.Cycles("0.01", 8), solver="sliding"))[1]
+    _, sliding = drawn(ec.creep(paper_chain(10), ec.Cycles("0.01", 8), solver="sliding"))
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
+
+
+@pytest.mark.parametrize("drive", [DRIVE, ec.Path([[0.01, 0], [0.01, 0.01], [0, 0]])])
+def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(drive: ec.Drive) -> None:
+    chain = paper_chain(3)
+    full = ec.creep(chain, drive, seed=2, record=("x_G", "x", "rearrangements", "slip_table"))
+    _, ramps, _, inside, durations = drawn(ec.creep(chain, drive, seed=2))
+    until, rows = min(4, drive.half_cycles), full.to_pandas("rearrangements")
+    rows = rows[rows.half_cycle <= until]
+    for n in range(4):
+        time, moved = line(inside, n)
+        values = full.recorded["x_G"] if n == 0 else full.recorded["x"][:, n - 1]
+        ends = np.searchsorted(time, np.arange(1, until + 1), side="right") - 1
+        assert_allclose(moved[ends], values[:until], atol=1e-9)
+        assert_array_equal(line(full.plot(), n)[1][: moved.size - 1], moved[:-1])
+    assert_array_equal(np.ceil(time[1:-1]), rows.half_cycle)
+    if drive.cyclic:  # theta of each is that of the ramp there
+        assert_allclose(np.interp(time[1:-1], *line(ramps, 0)), rows.theta)
+    (stems,) = durations.collections
+    heights = [segment[1] for segment in stems.get_segments()]
+    assert_allclose(heights, np.column_stack([time[1:-1], rows.duration]))
+    assert inside.get_xlim() == durations.get_xlim() == ramps.get_xlim()
+
+
+def test_a_run_that_recorded_avalanches_is_drawn_by_their_sizes_and_durations() -> None:
+    run = ec.creep(SIX, DRIVE, seed=3, record=("x_G", "rearrangements"))
+    for axes, measure in zip(
+        assert_shows_data(draw_run(run)).axes, ("size", "duration"), strict=True
+    ):
+        assert_array_equal(line(axes, 0), line(run.plot.avalanches(measure), 0))
 
 
 # --- a solid -------------------------------------------------------------------------------------
