@@ -51,7 +51,7 @@ class KnownItinerary(ChainIntegrator):
 
     def load_of_start(self, slider: int, sign: int, way: int) -> Any:
         """Return ``l0 theta_c`` at which an end (from 0) starts with `sign` on a ramp."""
-        return self.l0 * self.rest.theta + way * self.room(slider, sign)
+        return self.arithmetic.number(self.l0 * self.rest.theta + way * self.room(slider, sign))
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return signs such that exactly the given sliders start."""
