@@ -42,6 +42,7 @@ SECTIONS = {"GL08", "SS03", "PR01", "PR02", "PR03", "PR07", "RT01", "RT03", "EX0
 returned, an example."""
 
 
+@pytest.mark.filterwarnings("ignore::exactcreep.quasistatic.checkpoint.CheckpointWarning")
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_the_examples_of_a_module_print_what_they_say(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -89,7 +88,6 @@ class Session(Output):
 
     def limits(self) -> Limits:
         """Return the limits of the command; the time begins now, at its first line."""
-        import_module("exactcreep.studies.sweep")  # the time to load it does not count
         from exactcreep.watch.limits import Limits
 
         return Limits.of(self.max_events, self.max_seconds)
@@ -139,8 +137,10 @@ class Session(Output):
 
     def sweep(self, limits: Limits, wanted: Scene) -> None:
         """Run every member of a scene, then draw and print the grid, and exit with its status."""
-        from exactcreep.studies.sweep import swept
+        from exactcreep.watch.preparation import preparing
 
+        with preparing():  # the time to load it does not count
+            from exactcreep.studies.sweep import swept
         output = replace(self, out=None)
         output.check()
         if self.out is not None and self.out.suffix == ".nc":

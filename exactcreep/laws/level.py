@@ -77,7 +77,7 @@ def level_displacement(chain: Chain, drive: Drive, t: Number) -> Any:
     targets = _counted(t, "t", _FIRST)
     if isinstance(drive, Cycles):
         return _plain((size - friction) ** 2 * _cycled(targets))
-    rate, constant = _growth(friction / size)
+    rate, constant = growth(friction / size)
     return _plain(size**2 * (rate * np.log(targets) + constant))
 
 
@@ -131,9 +131,9 @@ def level_increment(chain: Chain, drive: Drive, t: Number, tau: Number) -> Any:
         back = ((2 * begin - 1) ** 2 - 2 / 3) * _turned(2 * begin - 1, span)
         return _plain((size - friction) ** 2 * (apart - back / 2))
     h = friction / size
-    kept = np.vectorize(lambda count: _covariance(h, count), otypes=[float])(span)
-    aged = _growth(h)[0] * np.log1p(span / begin)
-    return _plain(size**2 * (aged + (_covariance(h, 0) - kept) / 2))
+    kept = np.vectorize(lambda count: covariance(h, count), otypes=[float])(span)
+    aged = growth(h)[0] * np.log1p(span / begin)
+    return _plain(size**2 * (aged + (covariance(h, 0) - kept) / 2))
 
 
 def _in_range(chain: Chain, drive: Drive) -> tuple[float, float]:
@@ -196,7 +196,7 @@ def _density(z: NDArray[np.float64], off: float) -> NDArray[np.float64]:
     return np.asarray(np.exp(-((z - off) ** 2) / 2) / math.sqrt(2 * math.pi))
 
 
-def _covariance(h: float, tau: float) -> float:
+def covariance(h: float, tau: float) -> float:
     """Return the covariance of y at targets tau apart; K y, the mean after tau, has K' below."""
     y, step = np.linspace(-12, 12, 4801, retstep=True)
     below, above = _tails(h, y)
@@ -207,7 +207,7 @@ def _covariance(h: float, tau: float) -> float:
 
 
 @cache
-def _growth(h: float) -> tuple[float, float]:
+def growth(h: float) -> tuple[float, float]:
     """Return v and C for a play of half-width h under independent standard normal targets.
 
     In the path length S, y moves at unit speed and turns round at the rate ``turn``, whatever the
@@ -242,4 +242,4 @@ def _growth(h: float) -> tuple[float, float]:
         early = resolvent(lam, 1, y**2 - rate - lam**2 * later)[_ORDER // 2]
         total += measure * (early + rate / (1 + lam))
     constant = rate * (1 / 4 + np.euler_gamma + math.log(2 * rise)) + total
-    return rate, float(constant + (_covariance(h, 0) - rate) / 4)
+    return rate, float(constant + (covariance(h, 0) - rate) / 4)

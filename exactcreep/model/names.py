@@ -1,13 +1,10 @@
-"""Compare names: suggest a known name for an unknown one, and find the name that differs."""
+"""Suggest a known name that is similar to an unknown one."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from difflib import get_close_matches
-from typing import Any
-
-from exactcreep.model.numbers import shown
 
 _BETWEEN = re.compile(r"[.\s_-]")  # the parts of a name
 _NEAR = 0.61  # fraction of the letters that must agree
@@ -33,22 +30,3 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return the end of a sentence that suggests a known name, or "" if none is near."""
     near = meant(name, known)
     return f" (did you mean {near}?)" if near else ""
-
-
-def difference(
-    known: Mapping[str, Any], wanted: Mapping[str, Any], text: Callable[[Any], str]
-) -> str:
-    """Say the first dotted key whose values differ in their texts; "" if there is none."""
-    there, here = dict(_leaves(known)), dict(_leaves(wanted))
-    for key in {**here, **there}:
-        if text(there.get(key)) != text(here.get(key)):
-            return f"{key} is {shown(there.get(key))} there, and {shown(here.get(key))} here"
-    return ""
-
-
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value

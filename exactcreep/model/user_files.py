@@ -5,12 +5,12 @@ from __future__ import annotations
 import gzip
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, shown
 
 _GZIP = b"\x1f\x8b"
 _LONGEST_REASON = 200
@@ -88,3 +88,22 @@ def text_of(content: bytes, field: str, shown: str) -> str:
         line = content.count(b"\n", 0, error.start) + 1
         allowed = f"must be UTF-8 text; line {line} holds another byte"
         raise InputError(field, shown, allowed) from None
+
+
+def difference(
+    known: Mapping[str, Any], wanted: Mapping[str, Any], text: Callable[[Any], str]
+) -> str:
+    """Say the first dotted key whose values differ in their texts; "" if there is none."""
+    there, here = dict(_leaves(known)), dict(_leaves(wanted))
+    for key in {**here, **there}:
+        if text(there.get(key)) != text(here.get(key)):
+            return f"{key} is {shown(there.get(key))} there, and {shown(here.get(key))} here"
+    return ""
+
+
+def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value

@@ -14,7 +14,6 @@ from typing import Any
 import flint
 
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.rules import rules
 
 MOST_BITS = 20_000
 """Size of a numerator or denominator at which the event solver gives up exact values."""
@@ -226,7 +225,3 @@ def sign_of(x: Any) -> int:
         return x.sign()
     whole = x.numerator if isinstance(x, Fraction) else x  # compared without a common denominator
     return int(whole > 0) - int(whole < 0)
-
-
-EXACTLY = rules(lambda x, slack: (sign_of(x), False))
-"""The rules of the model over rationals and numbers of the field."""

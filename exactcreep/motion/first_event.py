@@ -21,9 +21,9 @@ from typing import Any
 import flint
 from numpy.typing import NDArray
 
-from exactcreep.model.rules import Rules
+from exactcreep.model.rules import Rules, rules
 from exactcreep.motion.arithmetic import Undecided, certain_sign
-from exactcreep.motion.cosine_field import EXACTLY
+from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
 
@@ -33,6 +33,8 @@ ORDERS = 6
 """Derivatives that show how a slider leaves a trivial root."""
 EARLY_REFINEMENTS = 2
 """Newton steps of the leading root before other functions are examined."""
+EXACTLY = rules(lambda x, slack: (sign_of(x), False))
+"""The rules of the model over rationals and numbers of Q(cos(alpha))."""
 
 
 Ask = Callable[..., Any]

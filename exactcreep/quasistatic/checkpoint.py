@@ -26,10 +26,9 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.enclosure import Enclosure
-from exactcreep.model.names import difference
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.remarks import warn
-from exactcreep.model.user_files import content_of, refused
+from exactcreep.model.user_files import content_of, difference, refused
 from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS

@@ -36,7 +36,7 @@ def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
 
 def require_solver(field: str, name: Any) -> None:
     """Raise `InputError` unless `name` is the name of a solver."""
-    if name in ("reference", "mpmath"):
+    if isinstance(name, str) and name in ("reference", "mpmath"):
         raise InputError(field, name, "is no longer there, use certified with digits")
     if not isinstance(name, str) or name not in SOLVERS:
         allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"

@@ -27,11 +27,10 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.names import difference
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.remarks import warn
-from exactcreep.model.user_files import refused
+from exactcreep.model.user_files import difference, refused
 from exactcreep.quasistatic.checkpoint import CheckpointWarning, packed
 from exactcreep.quasistatic.creep import PHYSICS, Interrupted, advanced
 from exactcreep.quasistatic.creep_result import Creep

@@ -66,7 +66,7 @@ def test_gaussian_steps_have_the_rate_and_the_constant_of_the_integral(
     h: float, rate: float, constant: float
 ) -> None:
     """The constants agree with 5e6 paths of 200 targets each to .0004, extrapolated in 1/t."""
-    v, c = level._growth(h)
+    v, c = level.growth(h)
     assert v == pytest.approx(rate, abs=5e-5)
     assert c == pytest.approx(constant, abs=3e-5)
 
@@ -84,7 +84,7 @@ def test_the_constant_is_the_mean_over_paths_of_targets() -> None:
         moment += way * (longer**3 - length**3) / 3
         y, length = y + moved, longer
         found[t] = square.mean()
-    v, c = level._growth(h)
+    v, c = level.growth(h)
     at = [found[t] - v * math.log(t) for t in (100, 200)]
     assert 2 * at[1] - at[0] == pytest.approx(c, abs=0.015)  # terms of 1/t cancel
 
@@ -95,7 +95,7 @@ def test_increments_of_gaussian_steps_forget_the_place_of_the_spring_within_a_fe
     for _ in range(40):
         z = random.standard_normal(y.size)
         before, y = y, np.clip(y, z - h, z + h)
-    variance, later = level._covariance(h, 0), level._covariance(h, 1)
+    variance, later = level.covariance(h, 0), level.covariance(h, 1)
     assert variance == pytest.approx(y.var(), abs=0.01)
     assert later == pytest.approx((before * y).mean(), abs=0.01)
     chain, drive = pair("1", "1.05"), GaussianSteps("0.002", 1)  # l0 sigma_theta = 2, h = 1/2

@@ -23,7 +23,8 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State, symmetric
 from exactcreep.motion.arithmetic import Balls, Undecided, certain_sign, objects
-from exactcreep.motion.cosine_field import EXACTLY, MOST_BITS, CosineField, Quadratic, fmpq, sign_of
+from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic, fmpq, sign_of
+from exactcreep.motion.first_event import EXACTLY
 from exactcreep.solvers.interface import Start, Tally
 
 
