@@ -68,83 +68,50 @@ class Case(NamedTuple):
 
 
 CASES = (
-    Case(
-        (*_LIVES, INTERCEPT), lambda on: on.chain.n > MOST_SLIDERS, "n",
-        f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
-        " creep and run take more, for a few",
-    ),
-    Case(
-        (FATE,), lambda on: on.chain.sigma_mu, "sigma_mu",
-        "must be 0: with disorder no tension ever returns; survival tells how long creep lives",
-    ),
-    Case(
-        _LIVES, lambda on: on.chain.slides, "mu_s",
-        "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
-        ' creep(solver="sliding") tells how',
-    ),
-    Case(
-        _LIVES, lambda on: on.slips_in_half_cycle > _MOST_SLIPS, "amplitude",
-        f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to follow thousands"
-        " of cycles",
-    ),
-    Case(
-        _THRESHOLDS, lambda on: _starts_sliding(on.chain) and on.chain.unlike, "tan_alpha",
-        "must leave the relaxed chain at rest, or the chain slides",
-    ),
-    Case(
-        _THRESHOLDS, lambda on: _starts_sliding(on.chain), "tan_alpha",
-        "must be less than mu_s = {mu_s}, or the chain slides",
-    ),
-    Case(
-        _THRESHOLDS, lambda on: on.chain.slides and on.chain.mu_s != on.chain.mu_d, "mu_s",
-        "must exceed mu_d for every slider, or for none of them",
-    ),
-    Case(
-        _THRESHOLDS, lambda on: on.chain.unlike and on.chain.heading == 0, "driving",
-        f"must not balance weight and end forces: nothing drives the chain either way; {_BALANCED}",
-    ),
-    Case(
-        _THRESHOLDS, lambda on: on.chain.heading == 0 and on.chain.n > 1, "tan_alpha",
-        f"must not be 0: on the level a relaxed chain stays where it is; {_BALANCED}",
-    ),
-    Case(
-        _EDGES, lambda on: on.chain.sigma_mu, "sigma_mu",
-        'must be 0: with disorder no edge is sharp; kind="intercept" (--kind intercept) says where'
-        " v(A) begins",
-    ),
-    Case(
-        _EDGES, lambda on: on.never_starts and on.chain.unlike, "driving",
-        "must not let slider {never_starts} rest when the chain expands and when it contracts:"
-        " without slips the chain never creeps",
-    ),
-    Case(
-        _EDGES, lambda on: on.never_starts, "driving",
-        "must exceed mu_d/N: on a flatter slope the pivot of an odd chain without slips is its"
-        " middle slider, and the chain never creeps",
-    ),
-    Case(
-        (EDGE,), lambda on: on.chain.n >= CHAOTIC and not on.chain.slides, "n",
-        f"must be at most {CHAOTIC - 1} for an edge: longer chains creep chaotically, and for a"
-        " while only; ask `survival` how long, `threshold` with `after` for an advance in one"
-        ' cycle, or with kind="intercept" (--kind intercept) where the straight part of v(A)'
-        " begins",
-    ),
-    Case(
-        (INTERCEPT,), lambda on: on.chain.n < 2, "n",
-        "must be at least 2: one slider has no spring",
-    ),
-    Case(
-        (INTERCEPT,), lambda on: on.chain.slides, "mu_s",
-        "equal to mu_d leaves no slips: the edge of `threshold` is exact, whatever the start",
-    ),
-    Case(
-        (INTERCEPT,), lambda on: on.chain.may_run_away and on.chain.unlike, "driving",
-        "must be less: weight and end forces exceed the friction of the chain",
-    ),
-    Case(
-        (INTERCEPT,), lambda on: on.chain.may_run_away, "driving",
-        "must be less than mu_d in size",
-    ),
+    Case((*_LIVES, INTERCEPT), lambda on: on.chain.n > MOST_SLIDERS, "n",
+         f"must be at most {MOST_SLIDERS} here: many cycles of more would take days;"
+         " creep and run take more, for a few"),
+    Case((FATE,), lambda on: on.chain.sigma_mu, "sigma_mu",
+         "must be 0: with disorder no tension ever returns; survival tells how long creep lives"),
+    Case(_LIVES, lambda on: on.chain.slides, "mu_s",
+         "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
+         ' creep(solver="sliding") tells how'),
+    Case(_LIVES, lambda on: on.slips_in_half_cycle > _MOST_SLIPS, "amplitude",
+         f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to follow thousands"
+         " of cycles"),
+    Case(_THRESHOLDS, lambda on: _starts_sliding(on.chain) and on.chain.unlike, "tan_alpha",
+         "must leave the relaxed chain at rest, or the chain slides"),
+    Case(_THRESHOLDS, lambda on: _starts_sliding(on.chain), "tan_alpha",
+         "must be less than mu_s = {mu_s}, or the chain slides"),
+    Case(_THRESHOLDS, lambda on: on.chain.slides and on.chain.mu_s != on.chain.mu_d, "mu_s",
+         "must exceed mu_d for every slider, or for none of them"),
+    Case(_THRESHOLDS, lambda on: on.chain.unlike and on.chain.heading == 0, "driving",
+         "must not balance weight and end forces: nothing drives the chain either way;"
+         f" {_BALANCED}"),
+    Case(_THRESHOLDS, lambda on: on.chain.heading == 0 and on.chain.n > 1, "tan_alpha",
+         f"must not be 0: on the level a relaxed chain stays where it is; {_BALANCED}"),
+    Case(_EDGES, lambda on: on.chain.sigma_mu, "sigma_mu",
+         'must be 0: with disorder no edge is sharp; kind="intercept" (--kind intercept) says where'
+         " v(A) begins"),
+    Case(_EDGES, lambda on: on.never_starts and on.chain.unlike, "driving",
+         "must not let slider {never_starts} rest when the chain expands and when it contracts:"
+         " without slips the chain never creeps"),
+    Case(_EDGES, lambda on: on.never_starts, "driving",
+         "must exceed mu_d/N: on a flatter slope the pivot of an odd chain without slips is its"
+         " middle slider, and the chain never creeps"),
+    Case((EDGE,), lambda on: on.chain.n >= CHAOTIC and not on.chain.slides, "n",
+         f"must be at most {CHAOTIC - 1} for an edge: longer chains creep chaotically, and for a"
+         " while only; ask `survival` how long, `threshold` with `after` for an advance in one"
+         ' cycle, or with kind="intercept" (--kind intercept) where the straight part of v(A)'
+         " begins"),
+    Case((INTERCEPT,), lambda on: on.chain.n < 2, "n",
+         "must be at least 2: one slider has no spring"),
+    Case((INTERCEPT,), lambda on: on.chain.slides, "mu_s",
+         "equal to mu_d leaves no slips: the edge of `threshold` is exact, whatever the start"),
+    Case((INTERCEPT,), lambda on: on.chain.may_run_away and on.chain.unlike, "driving",
+         "must be less: weight and end forces exceed the friction of the chain"),
+    Case((INTERCEPT,), lambda on: on.chain.may_run_away, "driving",
+         "must be less than mu_d in size"),
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from exactcreep.laws import edges
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.quasistatic.creep import interruptible
@@ -129,6 +130,8 @@ def threshold(
     """
     if kind is not None and kind not in _KINDS:
         raise InputError("kind", kind, "must be " + " or ".join(_KINDS))
+    if after is not None:
+        after = whole_number(after, "after", least=1, most=10**7)
     own: dict[str, dict[str, Any]] = {
         EDGE: {"after": after, "digits": digits, "low": low, "high": high, "bracket": bracket,
                "windows": windows or None, "solver": solver},
@@ -136,8 +139,6 @@ def threshold(
     }  # fmt: skip
     rough = isinstance(chain, Chain) and chain.sigma_mu != 0
     chosen = kind or (INTERCEPT if rough else EDGE)
-    if after is not None:
-        after = whole_number(after, "after", least=1, most=10**7)
     require_sense(chain, IN_CYCLE if after and chosen == EDGE else chosen, after=after)
     (other,) = {*_KINDS} - {chosen}
     for name, value in own[other].items():
@@ -148,6 +149,9 @@ def threshold(
     given = {name: value for name, value in own[chosen].items() if value is not None}
     given |= {} if points is None else {"points": points}
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    if least := edges(chain).get("no_lasting_creep"):
+        theorem = f"no start creeps for ever below A = {least:.6g} (proved)"
+        say("scan", 0, 1, "amplitudes", answer=theorem)
     if chosen == INTERCEPT:
         return intercept_of(chain, limits, say, **given)
     return edge_of(chain, limits=limits, say=say, **{"after": None} | given)
