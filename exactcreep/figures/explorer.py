@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from exactcreep.figures.sweep import Point, draw_families
 from exactcreep.laws import prediction, threshold_amplitude, threshold_width
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, with_error
 from exactcreep.quasistatic.creep import run_alone
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
@@ -35,6 +36,7 @@ PRESETS: Mapping[str, float] = {"below": 0.75, "at": 1.0, "above": 1.5}
 _POINTS, _SPAN = 15, 2.5  # number of velocities, and their range in thresholds (or the given size)
 _POINT_EVENTS = 60_000  # most events of a velocity
 _FATE_EVENTS, _FATE_CYCLES = 400_000, 2_000  # limits of the search for a fate
+_DRAWING = threading.Lock()
 _TRIED = 20  # avalanches that are tried, the largest first
 
 
@@ -64,7 +66,7 @@ SLIDERS = (
     Slider("mu_s", "static friction: mu_s", tuple(k / 100 for k in range(101)), 0.6),
     Slider("sigma_mu", "its disorder: sigma_mu", tuple(k / 500 for k in range(51)), 0.01),
     Slider("l0", "length of a spring: l0", _decades(1, 5), 1000.0, True),
-    Slider("length", "cycles, or Gaussian dilations", tuple(range(2, 201)), 40),
+    Slider("length", "cycles, or Gaussian dilations", tuple(range(2, 201)), 80),
     Slider("seed", "seed", tuple(range(101)), 0),
 )
 """Every slider in order, without the size of the drive."""
@@ -157,7 +159,15 @@ def _largest(run: Creep) -> tuple[RunAvalanche | None, int]:
 
 
 def law_sentence(run: Creep) -> str:
-    """Return the law for the mean velocity of a run, its value and its deviation, in a sentence."""
+    """Return the mean velocity of a run with its error, and the law for it with its deviation."""
+    per, measured = f"g τ² per {run.drive.per}", run.velocity
+    said = f"Mean velocity: {measured:.4g} {per} ({run.velocity_reason})."
+    if run.velocity_error >= 0:
+        said = f"Mean velocity: {with_error(measured, run.velocity_error)} {per}."
+    return f"{said} {_law_sentence(run)}"
+
+
+def _law_sentence(run: Creep) -> str:
     known = prediction(run.chain, run.drive, run.experiment.start)
     if known is None:
         return "No law: friction does not hold the chain, which may run away."
@@ -167,7 +177,7 @@ def law_sentence(run: Creep) -> str:
         off = ""  # the name of the law says so
     elif known.deviation == 0:
         off = ", exactly"
-    return f"Law that holds ({known.law}): {values} g τ² per {run.drive.per}{off}."
+    return f"Law that holds ({known.law}): {values}{off}."
 
 
 def fate_sentence(run: Creep) -> str:
@@ -214,11 +224,16 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
         yield list(points)
 
 
-@styled
 def velocity_picture(points: list[Point], experiment: Experiment) -> str:
     """Return the picture of `velocity_points`, with the experiment marked, as SVG text."""
+    with _DRAWING:  # each page has a thread, and matplotlib has one style for all of them
+        return _velocity_picture(points, experiment)
+
+
+@styled
+def _velocity_picture(points: list[Point], experiment: Experiment) -> str:
     (name,) = points[0].varied
-    figure = new_figure(4.8, 3.4)
+    figure = new_figure(4.8, 3.1)
     axes = figure.subplots()
     draw_families(axes, points, name)
     threshold = threshold_of(experiment)

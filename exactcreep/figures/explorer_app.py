@@ -20,6 +20,11 @@ with app.setup:
     from exactcreep.figures import explorer
     from exactcreep.model.numbers import InputError
 
+    def number_field(label: str, values: Any, value: float, **more: Any) -> Any:
+        """Return a field for a number between the first and the last of `values`."""
+        return mo.ui.number(values[0], values[-1], value=value, label=label, full_width=True,
+                            debounce=True, **more)  # fmt: skip
+
 
 @app.cell
 def _() -> None:
@@ -30,11 +35,13 @@ def _() -> None:
     .seen > :last-child { flex: 1; min-height: 0; }
     .seen > :last-child * { width: 100%; height: 100% !important; border: 0; }
     .asked { display: grid; gap: 2px 24px;
-      grid-template-columns: repeat(auto-fill, minmax(min(100%, 220px), 1fr)); }
+      grid-template-columns: repeat(auto-fill, minmax(min(100%, 190px), 1fr)); }
     .above { height: 53vh; }
+    .seen > p { padding-right: 48px; } /* beside marimo's menu */
     @media (min-width: 800px) {
       .seen { inset: 0 0 0 48vw; } .asked, .curve { max-width: calc(48vw - 120px); }
-      .above { height: 0; }
+      .above { height: 0; } .above + h3 { margin: -8px 0 -24px; }
+      .typed { margin-top: -24px; }
     }
     </style><div class="above"></div><h3>A chain of sliders that creeps</h3>""")
     return
@@ -45,48 +52,57 @@ def _() -> Any:
     # in the cell that makes them: sliders that are displayed again lose the keyboard
     sliders = mo.ui.dictionary(
         {
-            slider.name: mo.ui.slider(
+            slider.name: number_field(slider.label, slider.values, slider.start)
+            if slider.logarithmic
+            else mo.ui.slider(
                 steps=list(slider.values),
                 value=slider.start,
                 label=slider.label,
                 debounce=True,
-                include_input=not slider.logarithmic,
-                show_value=slider.logarithmic,
+                include_input=True,
                 full_width=True,
             )
             for slider in explorer.SLIDERS
         }
     )
     drive = mo.ui.radio(list(explorer.DRIVES), explorer.DRIVES[0], label="dilations", inline=True)
-    preset, set_preset = mo.state(explorer.START)
+    size, set_size = mo.state(explorer.START)
     shown: dict[str, Any] = {}  # the last valid view
     each = "".join(f"<div>{one}</div>" for one in (*sliders.values(), drive))
     mo.Html(f'<div class="asked">{each}</div>')
-    return drive, preset, set_preset, shown, sliders
+    return drive, set_size, shown, size, sliders
 
 
 @app.cell
-def _(preset: Any) -> Any:
-    size = mo.ui.slider(
-        steps=sorted({*explorer.SIZES, preset()}),
-        value=preset(),
+def _(set_size: Any, size: Any) -> None:
+    chosen = mo.ui.slider(
+        steps=sorted({*explorer.SIZES, size()}),
+        value=size(),
+        on_change=set_size,
         label="1000 times the amplitude (Gaussian: times sigma_theta)",
         debounce=True,
-        show_value=True,
         full_width=True,
     )
-    mo.Html(f'<div class="asked" style="display:block">{size}</div>')
-    return (size,)
+    mo.Html(f'<div class="asked" style="display:block">{chosen}</div>')
+    return
 
 
 @app.cell
-def _(drive: Any, set_preset: Any, sliders: Any) -> None:
+def _(set_size: Any, size: Any) -> None:
+    # in a cell of its own: what sets the size is not displayed again, and keeps the keyboard
+    typed = number_field("the same as a number", explorer.SIZES, size(), on_change=set_size)
+    mo.Html(f'<div class="asked typed">{typed}</div>')
+    return
+
+
+@app.cell
+def _(drive: Any, set_size: Any, sliders: Any) -> None:
     def preset_button(name: str) -> Any:
         wanted = explorer.preset_size({**sliders.value, "drive": drive.value}, name)
         return mo.ui.button(
             label=f"{name} the threshold",
             disabled=math.isnan(wanted),
-            on_change=lambda _: set_preset(wanted),
+            on_change=lambda _: set_size(wanted),
         )
 
     presets = mo.ui.array([preset_button(name) for name in explorer.PRESETS])
@@ -98,7 +114,7 @@ def _(drive: Any, set_preset: Any, sliders: Any) -> None:
 def _(drive: Any, shown: dict[str, Any], size: Any, sliders: Any) -> Any:
     told, faded = "", ""
     try:
-        asked = explorer.experiment_of({**sliders.value, "drive": drive.value, "size": size.value})
+        asked = explorer.experiment_of({**sliders.value, "drive": drive.value, "size": size()})
         shown["view"] = explorer.view_of(asked)
     except InputError as error:
         told = f"<b>{html.escape(str(error))}. Below is still the run before.</b>"

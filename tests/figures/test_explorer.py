@@ -15,6 +15,7 @@ import pytest
 from exactcreep import Cycles, creep
 from exactcreep.figures import avalanche_page, explorer
 from exactcreep.laws import prediction
+from exactcreep.model.numbers import with_error
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 
 START = {slider.name: slider.start for slider in explorer.SLIDERS}
@@ -40,13 +41,16 @@ def test_every_edge_of_a_slider_is_in_the_model_with_friction_that_allows_it() -
 
 def test_a_view_that_is_cut_says_where_and_names_the_law_with_its_deviation() -> None:
     experiment = explorer.experiment_of(START | {"n": 10, "size": 10.0})
-    view, run = explorer.view_of(experiment), creep(experiment.chain, Cycles("0.01", 40))
+    view, run = explorer.view_of(experiment), creep(experiment.chain, Cycles("0.01", 80))
     law = prediction(experiment.chain, experiment.drive)
     assert law.deviation > 0
+    error = view.run.velocity_error
+    assert error > 0
+    assert f"Mean velocity: {with_error(view.run.velocity, error)} g" in view.law
     for told in (f"({law.law})", f"{law.values[0]:.4g}", f"{law.deviation:.2g}"):
         assert told in view.law
     assert view.run.event_count <= run.event_count
-    assert f"cut after {view.run.half_cycles} of 80 targets" in view.cut
+    assert f"cut after {view.run.half_cycles} of 160 targets" in view.cut
     assert f"max_events = {avalanche_page.MOST_EVENTS} was reached" in view.cut
 
 
