@@ -651,7 +651,7 @@ hours("toa5_panel", '"TOA5","CR1000X","CR1000X","1234","CR1000X.Std.05","CPU:roo
 hours("davis_two_rows", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
   lambda k,h: f"{h:%d.%m.%y}\t{h:%H:%M}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
 hours("davis_ampm", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
-  lambda k,h: f"{h.day}/{h.month}/{h:%y}\t{h:%I:%M}{'a' if h.hour<12 else 'p'}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5", needs="date_format", given={"date_format": "%d/%m/%y"})
+  lambda k,h: f"{h.day}/{h.month}/{h:%y}\t{h:%I:%M}{'a' if h.hour<12 else 'p'}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
 hours("netatmo_quoted", 'Name;"Lat";"Long";"ModuleName";"ModuleType"\nHome;2.1;48.1;Outdoor;Outdoor module\nTimestamp;"Timezone : Europe/Paris";Temperature;Humidity',
   lambda k,h: f'{1938038400+3600*k+6*0};"{h:%Y/%m/%d %H:%M:%S}";{T[k]};{RH[k]}')
 hours("logtag_elapsed", '"Serial number","A0HK123456"\n"Start time","6/1/2031 12:00:00 AM"\n\n"Index","Date","Time","Elapsed time","Reading (°C)","Events"',
