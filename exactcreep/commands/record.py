@@ -163,6 +163,7 @@ def roof(
     """
     from exactcreep.commands.answer import say_rows
     from exactcreep.model.numbers import exact_number
+    from exactcreep.records.table import RECIPE
 
     output.check()
     angle = float(exact_number(slope_degrees, "slope_degrees"))
@@ -178,6 +179,10 @@ def roof(
         material=material,
     )  # fmt: skip
     readings = exactcreep.TemperatureRecord.readings(file, **layout.options())
+    if not readings.dated:
+        name = readings.options["time_column"]
+        allowed = f"must hold dates in {file}: {RECIPE}, or date_format = %s reads seconds"
+        raise exactcreep.InputError("time_column", name, f"{allowed} since 1970")
     T0 = _mean(readings)
     weather = exactcreep.TemperatureRecord(file, kappa=sheet.kappa, T0=str(T0), **layout.options())
     with shown(quiet=output.json):

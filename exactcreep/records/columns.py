@@ -11,7 +11,7 @@ import numpy as np
 
 from exactcreep.model.numbers import InputError
 from exactcreep.records.dates import DAY
-from exactcreep.records.table import MISSING, CellError, Table, kind
+from exactcreep.records.table import MISSING, RECIPE, CellError, Table, kind
 from exactcreep.records.times import Times, listed
 from exactcreep.records.words import (
     is_less,
@@ -24,7 +24,8 @@ from exactcreep.records.words import (
     unit_of,
 )
 
-_SUFFIX = re.compile(r"(.*?)\s*(°\s?[CFK]?|℃|℉|º\s?[CF]|deg\s?[CF]|[CFK])$", re.I)
+_SUFFIX = re.compile(r"(.*?)\s*(°\s?[CFK]?|℃|℉|º\s?[CF]|deg\s?[CF]|[CFKs])$", re.I)
+"""A unit behind a number, or the s by which a service marks a suspect one."""
 _ISD = re.compile(r"[+-]\d{4},[0-9A-Z]")
 _TENTHS_OF = ({"staid", "souid"}, {"stn", "yyyymmdd"})
 """Columns of services that write temperatures in tenths: ECA&D, KNMI."""
@@ -111,7 +112,9 @@ def _chosen(table: Table, times: Times) -> dict[str, str]:
         return {"temperature_column": alone[0]}
     found = [k for k in found if not is_less(_titled(table, k))]
     if not found:
-        raise _unsure(table, others, "no name is that of a temperature", "temperature_column")
+        why, hours = "no name is that of a temperature", len(numbers) in (12, 24)
+        why += f"; hours or months side by side: {RECIPE}" if hours else ""
+        raise _unsure(table, others, why, "temperature_column")
     kinds = {k: statistic_of(table.names[k]) for k in found}
     plain = [k for k in found if not kinds[k][0]]
     lows = [k for k in found if kinds[k][0] == "min"]

@@ -300,7 +300,8 @@ class Readings:
         low, high = (f"{value:.6g}" for value in (known.min(), known.max()))
         allowed = f"is not said, and {low} to {high} is no weather in {_UNITS[self.unit]} (column"
         allowed += f' {self.names[0]}, from line {self._line(0)} on): unit = "K" or "F", or scale ='
-        return CellError("unit", self.file, f"{allowed} 0.1 for tenths, reads it", self._line(0))
+        allowed += " 0.1 for tenths (0.001 for thousandths), reads it"
+        return CellError("unit", self.file, allowed, self._line(0))
 
     def doubts(self) -> Iterator[str]:
         """Yield reasons to doubt the unit of temperatures, or the order of the columns."""

@@ -23,7 +23,6 @@ MOST_ROWS = 1_000_000
 _MOST_CELLS, MOST_COLUMNS, _LONGEST_ROW = 20_000_000, 200, 20_000
 _SAMPLE = 3000  # lines that are looked at to find the table
 _MOST_BELOW = 40  # lines below a table that may be left out
-_MOST_BEGUN = 60  # lines above a table
 _MOST_ABOVE = 6  # rows of names and units
 _DELIMITERS = (";", "\t", "|", ",", " ")
 _NUMBER = re.compile(r"[+\-−]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
@@ -44,6 +43,9 @@ _ENCODINGS = {
     "latin-1": "",
 }
 """Encodings that are tried, each with words of which the text must hold one."""
+RECIPE = 'pandas reads it (how-to "temperatures", other formats)'
+"""What is said of tables that need more than an option."""
+_ANNOTATION = re.compile(r"#(group|datatype|default)\b")  # InfluxDB
 _ZIP = b"PK\x03\x04"
 
 
@@ -277,17 +279,13 @@ def _layout(lines: list[str], delimiter: str) -> tuple[float, int, str, int, lis
 
 
 def _begin(lines: list[str], delimiter: str, kinds: list[str]) -> int:
-    """Return the first line of data, below the last line of other names than the first ones."""
+    """Return the first line of data; a small table above may end at an empty line."""
     cells = [fields(line, delimiter) for line in lines]
-    fits = [_fits(row, kinds) for row in cells]
-    begin, seen = fits.index(True), list[list[str]]()
-    for k, row in enumerate(cells[:_MOST_BEGUN]):
-        words = len(row) >= len(kinds) and all(kind(cell) == "t" for cell in row if cell)
-        if words and all(row[: len(kinds)]) and not fits[k] and row not in seen:
-            after = next((j for j in range(k + 1, len(cells)) if len(cells[j]) > 1), k)
-            few = sum(fits[:k]) <= _MOST_ABOVE / 2
-            begin = max(begin, after) if seen and few and fits[after] else begin
-            seen.append(row)
+    fits = [k for k, row in enumerate(cells) if _fits(row, kinds)]
+    begin, small = fits[0], fits[: _MOST_ABOVE // 2]
+    for k in small:
+        named = begin + 2 < k and not lines[k - 2].strip() and any(map(is_time, cells[k - 1]))
+        begin = k if named and not any(map(is_time, cells[begin - 1])) else begin
     while begin and _begun(cells[begin - 1], kinds, cells[: begin - 1]):
         begin -= 1
     return begin
@@ -314,7 +312,7 @@ def _digits_apart(rows: list[list[str]], column: int) -> bool:
 
 def _fits(cells: list[str], kinds: list[str]) -> bool:
     """Return whether the cells of a line are of these kinds, and its dates are not missing."""
-    if len(cells) < 2:
+    if len(cells) < 2 or any(cells[len(kinds) :]):
         return False
     found, wrong = 0, 0
     for cell, wanted in zip(cells, kinds, strict=False):
@@ -335,6 +333,8 @@ def _names(
     taken_width = max(map(len, first))
     for line in reversed(above):
         taken += 1
+        if _ANNOTATION.match(line.lstrip('"')):
+            continue
         if not line.strip():
             if block:
                 break
@@ -357,8 +357,9 @@ def _names(
             count = len(fields(close[-1], delimiter))
             allowed = f"does not read {shown}: {count} columns are named, and rows have {width},"
             allowed += f" from line {len(above) + 1} on;"
-            told = "decimal commas need quotes or another delimiter" if delimiter == "," else ""
-            raise InputError("delimiter", delimiter, f"{allowed} {told or 'mend its first line'}")
+            told = f"decimal commas need quotes or another delimiter, or {RECIPE}"
+            told = told if delimiter == "," else "mend its first line"
+            raise InputError("delimiter", delimiter, f"{allowed} {told}")
         numbers = tuple(str(k + 1) for k in range(width))
         return False, numbers, ("",) * width, tuple(line for line in above if line.strip())
     for cells in block:  # names of empty columns, if any row has as many

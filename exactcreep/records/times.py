@@ -20,7 +20,7 @@ from exactcreep.records.dates import (
     formats_of,
     moments_of,
 )
-from exactcreep.records.table import CellError, Table, printable
+from exactcreep.records.table import RECIPE, CellError, Table, printable
 from exactcreep.records.words import EPOCH, is_temperature, is_time, part_of
 
 GAP = 1.5
@@ -28,6 +28,7 @@ GAP = 1.5
 FEWEST = 10  # readings for a usual step
 _PROBES = 40  # cells whose formats are looked for
 _LIKE = "e.g. 2024-01-31T13:00; date_format says how it is written, e.g. %d.%m.%Y %H:%M"
+_LIKE += f"; a clock without a date, or days and seconds of a program: {RECIPE}"
 
 
 class Times(NamedTuple):
@@ -215,7 +216,7 @@ def _calendar(table: Table) -> list[int]:
                 and _in_range("j", _numbers(_probes(table.sample[k])))]  # fmt: skip
         places |= {"d": days[0]} if days else {}
     if not {"m", "j", "d"} & places.keys():
-        raise _unfound(table, "there is a year without a month")
+        raise _unfound(table, f"there is a year without a month; months side by side: {RECIPE}")
     if "m" in places and "j" in places:
         del places["j"]
     if "j" in places and "d" in places:
@@ -246,7 +247,8 @@ def listed(table: Table, columns: Sequence[int] = ()) -> str:
 
 
 def _unfound(table: Table, why: str) -> InputError:
-    allowed = f"is not found, {why}; name the column, or a list such as date,hour or"
+    also = "" if table.named else " (and temperature_column)"
+    allowed = f"is not found, {why}; name the column{also}, or a list such as date,hour or"
     allowed += f" year,month,day,hour; line {table.rows[0] + 1} begins the table, and its columns"
     return CellError(
         "time_column", table.shown, f"{allowed} are {listed(table)}", table.rows[0] + 1
