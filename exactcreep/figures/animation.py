@@ -28,9 +28,9 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
-from exactcreep.solvers.interface import Rearrangement, Simulation, advance
+from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.tables import logged_events
-from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
+from exactcreep.watch.limits import NO_LIMITS, Limits
 from exactcreep.watch.progress import Hearer, reporter
 
 LOOKED_AT = 100
@@ -55,7 +55,7 @@ def largest_avalanche(
 ) -> int:
     """Return the number of the largest rearrangement in the first half-cycles, or `InputError`."""
     total = min(half_cycles, experiment.drive.half_cycles)
-    seen = advance(_simulation(experiment), experiment.drive, total, limits)
+    (seen,) = simulate(experiment.simulation(("events",)), experiment.drive, [total], limits)
     numbers, events = np.unique(seen.recorded.get("event_rearrangement", ()), return_counts=True)
     if not events.size:
         reason = f"nothing moves in {seen.completed} half-cycles"
@@ -65,12 +65,11 @@ def largest_avalanche(
 
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
     """Return rearrangement `number` of a run in closed form (its itinerary is checked)."""
-    simulation, state = _simulation(experiment), experiment.initial
-    for half_cycle in range(1, experiment.drive.half_cycles + 1):
-        left = limits.after(simulation.tally.events)
-        stretch = advance(simulation, experiment.drive, half_cycle, left, done=half_cycle - 1)
+    simulation, state = experiment.simulation(("events",)), experiment.initial
+    targets = range(1, experiment.drive.half_cycles + 1)
+    for stretch in simulate(simulation, experiment.drive, targets, limits):
         numbers = np.asarray(stretch.whole.get("event_rearrangement", ()))
-        if number in numbers or stretch.stop is not Stop.DONE:
+        if number in numbers:
             break
         state = simulation.state()
     if number not in numbers:
@@ -79,7 +78,7 @@ def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMI
         if early := limits.after(simulation.tally.events).reason(stretch.stop):
             reason = f"was not reached: {early} after {count} rearrangements"
         raise InputError("rearrangement", number, reason)
-    logged = logged_events(stretch.whole)
+    logged, half_cycle = logged_events(stretch.whole), int(stretch.whole["event_half_cycle"][0])
     itinerary = tuple(event.signature for row, event in logged if row.rearrangement == number)
     motions = _rearrangements(experiment, state, half_cycle)
     motion = next(itertools.islice(motions, number - int(numbers[0]), None))
@@ -87,11 +86,6 @@ def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMI
         reason = "is computed differently alone and within its run"
         raise InputError("rearrangement", number, reason)
     return RunAvalanche(experiment, number, half_cycle, motion)
-
-
-def _simulation(experiment: Experiment) -> Simulation:
-    made = experiment.algorithm.simulation
-    return made(experiment.chain, experiment.initial, experiment.seed, ("events",))
 
 
 def _rearrangements(

@@ -48,7 +48,7 @@ from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
 from exactcreep.solvers import tables
-from exactcreep.solvers.interface import Rearrangement, Stretch, advance
+from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 from exactcreep.watch.limits import Limits
@@ -62,6 +62,7 @@ _LONGEST_TRACE = 400  # most half-cycles of theta drawn as a line; more are draw
 _INSIDE = 4  # half-cycles at the beginning of a run that are drawn from inside
 _MOST_EVENTS = 200_000  # most events that are computed again for them
 _MOST_STEPS = 20_000  # most rearrangements that are drawn as steps
+_NUMBERS_AT_ONCE = 1 << 20  # slips that `portrait` computes again before it drops them
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
@@ -164,11 +165,8 @@ def _beginning(run: Creep) -> _Course | None:
     experiment, record = run.experiment, ("x_G", "rearrangements", "slip_table")
     if not {*record} <= {*experiment.algorithm.records}:
         return None
-    simulation = experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, record
-    )
     until, limits = min(_INSIDE, run.half_cycles), Limits.of(_MOST_EVENTS)
-    seen = advance(simulation, run.drive, until, limits)
+    (seen,) = simulate(experiment.simulation(record), run.drive, [until], limits)
     return _course(run, seen.recorded, seen.completed)
 
 
@@ -410,23 +408,16 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     window = whole_number(window, "window", least=1)
     last = min(max(asked + window // 2, window), total)
     first = max(last - window, 0) + 1
-    simulation = experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, ("x_G", "slips")
-    )
-    states = {0: experiment.initial}
+    simulation, states = experiment.simulation(("x_G", "slips")), {0: experiment.initial}
     shown: list[Any] = [{"x_G": np.empty(0), "slips": np.empty((0, experiment.chain.n), int)}]
-    done = 0
-
-    def take(stretch: Stretch) -> None:
-        nonlocal done
-        _check_repeats(result, done, floats(stretch.recorded["x_G"]))
-        done += stretch.completed
+    short = max(_NUMBERS_AT_ONCE // experiment.chain.n, 1)
+    targets = sorted({*range(0, last, short), first - 1, asked, last})
+    for done, stretch in zip(targets, simulate(simulation, drive, targets), strict=True):
+        _check_repeats(result, done - stretch.completed, floats(stretch.recorded["x_G"]))
         if done >= first:
             shown.append(stretch.recorded)
-
-    for until in (first - 1, asked, last):
-        advance(simulation, drive, until, done=done, take=take)
-        states.setdefault(until, simulation.state())
+        if done in (first - 1, asked):
+            states.setdefault(done, simulation.state())
     recorded = tables.joined(shown)
     x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
     theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)

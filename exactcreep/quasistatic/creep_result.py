@@ -29,7 +29,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.statistics import FEWEST_STEPS, alternates
 from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
-from exactcreep.solvers.interface import advance
+from exactcreep.solvers.interface import simulate
 from exactcreep.watch.limits import Stop
 
 if TYPE_CHECKING:
@@ -290,13 +290,11 @@ class Creep(Result):
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
         done = max((target for target in self.saved if target < until), default=0)
-        start, seed = self.saved.get(done, experiment.initial), experiment.seed
-        chain, algorithm = experiment.chain, experiment.algorithm
-        simulation = algorithm.simulation(chain, start, seed, ())
-        stretch = advance(simulation, experiment.drive, until, done=done)
+        simulation = experiment.simulation(start=self.saved.get(done))
+        (stretch,) = simulate(simulation, experiment.drive, [until], done=done)
         if stretch.stop is not Stop.DONE:
             raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
-        return algorithm.state_of(simulation, chain)
+        return experiment.algorithm.state_of(simulation, experiment.chain)
 
     def _facts(self) -> dict[str, Any]:
         shown = map(attribute_of, names(Place.LINE))

@@ -25,7 +25,7 @@ from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
-from exactcreep.solvers.interface import Solver, require_slips
+from exactcreep.solvers.interface import Simulation, Solver, require_slips
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
 
@@ -176,6 +176,29 @@ class Experiment:
         """Significant decimal digits asked of the solver; None for float64."""
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
+
+    def simulation(self, record: tuple[str, ...] = (), start: State | None = None) -> Simulation:
+        """Return a simulation of the chain before the first target.
+
+        Parameters
+        ----------
+        record : tuple of str
+            Quantities to record: names among the `records` of the solver.
+        start : State, optional
+            A later state, from which the simulation goes on. Default: `initial`.
+
+        Returns
+        -------
+        Simulation
+            Its `follow` follows a drive.
+
+        Raises
+        ------
+        InputError
+            If the solver does not take the chain, or cannot record a quantity.
+        """
+        begin = self.initial if start is None else start
+        return self.algorithm.simulation(self.chain, begin, self.seed, record)
 
     def burn_in_of(self, reached: int) -> int:
         """Return the burn-in of a run that reached so many targets; even for cycles.

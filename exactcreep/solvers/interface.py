@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import Any, ClassVar
@@ -77,7 +77,7 @@ class Tally:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The result of `Simulation.follow` and `advance`.
+    """The result of `Simulation.follow`, and an item of `simulate`.
 
     `completed`: targets reached in this call; `recorded`: ``x_G`` (completed,) and other requested
     columns, at targets and in tables; `stop`, `reason`: why it ended, with a sentence unless every
@@ -302,33 +302,31 @@ def compile_for(
         _COMPILED.add(kind)
 
 
-def advance(
+def simulate(
     simulation: Simulation,
     drive: Drive,
-    until: int,
+    targets: Iterable[int],
     limits: Limits = NO_LIMITS,
     *,
     done: int = 0,
-    take: Callable[[Stretch], None] | None = None,
-) -> Stretch:
-    """Take a chain from target `done` of a drive to target `until`, and say why it ended.
+) -> Iterator[Stretch]:
+    """Take a chain from target `done` of a drive to each of `targets` in turn.
 
-    Recorded data go to `take`, stretch by stretch, or are returned as a whole.
+    Yields a stretch for each of them. The last stretch says why the chain did not go on to the next
+    target. `limits` hold for all stretches together.
     """
-    reached, before = done, simulation.tally.events
-    parts: list[Mapping[str, NDArray[Any]]] = [{"x_G": np.empty(0)}]
-    most = max(_LONGEST_STRETCH // simulation.state().n, 1)
-    last = Stretch(0, {})
-    while reached < until and last.stop is Stop.DONE:
-        left = limits.after(simulation.tally.events - before)
-        stop = left.stop(0)
-        if stop is not None:
-            last = replace(last, stop=stop, reason=left.reason(stop))
-            break
-        last = simulation.follow(drive, reached + 1, min(most, until - reached), left)
-        reached += last.completed
-        if take is None:
+    before, most = simulation.tally.events, max(_LONGEST_STRETCH // simulation.state().n, 1)
+    for target in targets:
+        begin, last = done, Stretch(0, {})
+        parts: list[Mapping[str, NDArray[Any]]] = [{"x_G": np.empty(0)}]
+        while done < target and last.stop is Stop.DONE:
+            left = limits.after(simulation.tally.events - before)
+            if (stop := left.stop(0)) is not None:
+                last = Stretch(0, {}, stop, left.reason(stop))
+            else:
+                last = simulation.follow(drive, done + 1, min(most, target - done), left)
+            done += last.completed
             parts.append(last.recorded)
-        else:
-            take(last)
-    return replace(last, completed=reached - done, recorded=joined(parts), doubts=None)
+        yield replace(last, completed=done - begin, recorded=joined(parts), doubts=None)
+        if last.stop is not Stop.DONE:
+            return

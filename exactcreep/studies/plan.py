@@ -24,7 +24,7 @@ from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
-from exactcreep.solvers.interface import advance, compile_for
+from exactcreep.solvers.interface import compile_for, simulate
 from exactcreep.solvers.registry import require_solver
 from exactcreep.studies.compare import COMPILED, shortened
 from exactcreep.studies.trajectory import Method
@@ -362,7 +362,7 @@ def _pace(experiment: Experiment, method: Method, limits: Limits) -> float:
     simulation = method.simulation(experiment)
     begin = time.process_time()
     most = replace(limits, events=_TIMED)
-    advance(simulation, experiment.drive, min(_FIRST, experiment.drive.half_cycles), most)
+    _ = [*simulate(simulation, experiment.drive, [min(_FIRST, experiment.drive.half_cycles)], most)]
     seconds = time.process_time() - begin
     return seconds / simulation.tally.events if simulation.tally.events else math.nan
 

@@ -19,7 +19,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.path import Path
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.interface import Simulation, Solver, advance
+from exactcreep.solvers.interface import Simulation, Solver, Stretch, simulate
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import joined
 from exactcreep.studies.event_log import (
@@ -189,17 +189,15 @@ def trajectory(
     """
     record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
     simulation = method.simulation(experiment, record)
-    parts: list[Mapping[str, NDArray[Any]]] = []
-    reached, stop = 0, Stop.DONE
-    while reached < until and stop is Stop.DONE and simulation.tally.events < enough:
-        left = limits.after(simulation.tally.events)
-        stretch = advance(simulation, experiment.drive, reached + 1, left, done=reached)
-        parts.append(stretch.recorded)
-        reached, stop = reached + stretch.completed, stretch.stop
-    columns = joined(parts)
+    parts: list[Stretch] = []
+    for stretch in simulate(simulation, experiment.drive, range(1, until + 1), limits):
+        parts.append(stretch)
+        if simulation.tally.events >= enough:
+            break
+    columns = joined([part.recorded for part in parts])
     log = rearrangements(columns) if parts and "events" in record else []
-    x = columns.get("x", np.empty((reached, 0)))
-    return Trajectory(log, x, stop.final, simulation.evidence)
+    x = columns.get("x", np.empty((sum(part.completed for part in parts), 0)))
+    return Trajectory(log, x, bool(parts) and parts[-1].stop.final, simulation.evidence)
 
 
 def beyond(events: int) -> int:
@@ -220,7 +218,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
         loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
         for most in (beyond(events), beyond(MOST_EVENTS)):  # the second only for the first event
             left = Limits(most).after(simulation.tally.events)
-            stretch = advance(simulation, drive, q, left, done=q - 1)
+            (stretch,) = simulate(simulation, drive, [q], left, done=q - 1)
             loads += [float(each.theta) for each in rearrangements(stretch.recorded)]
             if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
                 break

@@ -17,7 +17,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.solvers.interface import Simulation, advance
+from exactcreep.solvers.interface import Simulation, simulate
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.tables import RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -97,7 +97,7 @@ def shown(parts: list[Mapping[str, NDArray[Any]]]) -> dict[str, str]:
 @functools.cache
 def in_one_go(name: str) -> tuple[dict[str, str], Any, Any]:
     simulation = started(name)
-    whole = advance(simulation, DRIVE, 4)
+    (whole,) = simulate(simulation, DRIVE, [4])
     assert (whole.completed, whole.stop, whole.reason) == (4, Stop.DONE, "")
     assert len(whole.recorded["x"]) == 4
     return shown([whole.recorded]), simulation.tally, str(simulation.state())

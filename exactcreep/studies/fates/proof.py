@@ -51,7 +51,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import Frame, TangentSimulation
-from exactcreep.solvers.interface import Start, advance
+from exactcreep.solvers.interface import Start, simulate
 from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
@@ -163,16 +163,16 @@ class _Proof:
         self, say: Callable[..., None], enough: Callable[[list[LoggedRearrangement]], bool]
     ) -> Fate:
         self._look()
-        for cycle in range(1, self.drive.cycles + 1):
-            done = 2 * cycle - 2
-            stretch = advance(self.simulation, self.drive, done + 2, self.limits, done=done)
+        ends = range(2, 2 * self.drive.cycles + 1, 2)
+        cycles = simulate(self.simulation, self.drive, ends, self.limits)
+        for cycle, stretch in enumerate(cycles, 1):
             if stretch.stop is not Stop.DONE:
                 runaway = stretch.stop is Stop.RUNAWAY
                 outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
                 return self._fate(outcome, cycle - 1, stretch.reason)
             log = logged(stretch.recorded)
             self.log += log
-            self.halves += _half_cycles(log, done + 1, done + 2)
+            self.halves += _half_cycles(log, 2 * cycle - 1, 2 * cycle)
             self.cycles.append(self.names.setdefault(tuple(self._cycle(cycle)), cycle))
             self._look()
             say("cycles", cycle, self.drive.cycles, "cycles")
@@ -320,7 +320,7 @@ class _Proof:
                 radii = [x.rad() for x in self.frame.shape_of(forces)]
                 load_radius = 2 * self.frame.load_of(forces).rad()
                 mechanics.half = word.half
-            stretch = advance(nearby, self.drive, count, self.limits)
+            (stretch,) = simulate(nearby, self.drive, [count], self.limits)
             if stretch.stop is not Stop.DONE:
                 doubt = stretch.reason
             elif _half_cycles(rearrangements(stretch.recorded), 1, count) == word.halves:

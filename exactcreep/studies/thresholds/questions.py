@@ -20,7 +20,7 @@ from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
-from exactcreep.solvers.interface import Stretch, advance
+from exactcreep.solvers.interface import Stretch, simulate
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import LoggedRearrangement
@@ -144,7 +144,7 @@ class Question:
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         most = _MOST_EVENTS * max(self.chain.n, 20)
         drive, limits = Cycles(amplitude, self.cycles), replace(self.limits, events=most)
-        stretch = advance(simulation, drive, 2 * self.cycles, limits)
+        (stretch,) = simulate(simulation, drive, [2 * self.cycles], limits)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
         if stretch.stop in (Stop.BUDGET, Stop.LIMIT):
