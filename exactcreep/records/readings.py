@@ -399,7 +399,10 @@ def _distance(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return out
     begins = np.append(True, np.diff(known) != 0)
     once = pandas.Series(known[begins])
-    off = (once - once.rolling(5, center=True, min_periods=1).median()).abs().to_numpy()
+    off = (once - once.rolling(5, center=True, min_periods=1).median()).abs().to_numpy(copy=True)
+    for k in {0, 1, len(off) - 2, len(off) - 1} & {*range(len(off))}:  # fewer than five around
+        others = once[max(k - 2, 0) : k + 3].drop(index=k)
+        off[k] = min(off[k], (others - once[k]).abs().min()) if len(others) else off[k]
     out[places] = off[np.cumsum(begins) - 1]
     return out
 
