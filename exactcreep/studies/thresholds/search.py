@@ -378,7 +378,9 @@ def deciding_amplitude(question: Question, log: Log, other: Log, digits: int) ->
             for rearrangement in log[: event.rearrangement]:
                 question.limits.require()
                 itinerary.follow(ways[rearrangement.half_cycle % 2], rearrangement.events)
-            load = itinerary.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
+            slider, sign = event.event.sliders[0] - 1, event.event.signs[0]
+            # a number of the field, too, has the digits that are set here
+            ball = itinerary.arithmetic.number(itinerary.load_of_start(slider, sign, way))
     except ArithmeticError:  # no chain has this itinerary: it is an artefact of rounding
         return None
-    return way * exact_value(load) / question.chain.l0
+    return way * exact_value(ball) / question.chain.l0
