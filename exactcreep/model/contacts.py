@@ -136,7 +136,7 @@ class Contacts:
         """Return the coefficient that acts at slider `n` (from 0): at least `mu_d`."""
         if self._is_constant(n, coefficient):
             return self._mu_s[n]
-        return max(_rational(coefficient), self._mu_d[n])
+        return self._mu_d[n] if self.is_low(n, coefficient) else _rational(coefficient)
 
     def is_low(self, n: int, coefficient: Any) -> bool:
         """Return whether a coefficient of slider `n` is below its `mu_d`, and acts as `mu_d`."""

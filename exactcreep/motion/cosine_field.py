@@ -34,8 +34,9 @@ class Quadratic:
 
     def _parts(self, other: Any) -> tuple[Any, Any] | None:
         """Return `other` in this field, None if it is not a number of the field."""
-        if isinstance(other, Quadratic):
-            return (other.a, other.b) if other.field.square == self.field.square else None
+        if type(other) is Quadratic:
+            alike = other.field is self.field or other.field.square == self.field.square
+            return (other.a, other.b) if alike else None
         factor = fmpq(other)
         return None if factor is None else (factor, _ZERO)
 
@@ -50,7 +51,12 @@ class Quadratic:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
-        return self.ball() - other if type(other) is flint.arb else self + -other
+        if type(other) is flint.arb:
+            return self.ball() - other
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a - parts[0], self.b - parts[1])
 
     def __rsub__(self, other: Any) -> Any:
         return other - self.ball() if type(other) is flint.arb else -self + other

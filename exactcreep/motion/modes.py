@@ -322,8 +322,11 @@ class Flow:
             after = first + 1
             while after < n and self.signs[after]:
                 after += 1
-            held_back = self.friction[first:after] * self.signs[first:after]
-            accelerations = self.arithmetic.vector(self.forces[first:after] - held_back)
+            # a friction in Q(c) keeps its ball, its negative would make another
+            run = slice(first, after)
+            ways = zip(self.signs[run], self.forces[run], self.friction[run], strict=True)
+            pulls = [force - drag if sign > 0 else force + drag for sign, force, drag in ways]
+            accelerations = self.arithmetic.vector(pulls)
             velocities = self.arithmetic.vector(self.velocities[first:after])
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))

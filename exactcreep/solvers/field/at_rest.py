@@ -137,6 +137,7 @@ class ChainAtRest(ABC):
         """Set the effect of theta on springs and sliders, by the chain or the present leg."""
         leg, chain, number = self.rest.leg, self.chain, nearest_float
         self.rates = chain.rates if leg is None else leg.rates(chain)
+        self.speeds = {n: fmpq(rate) for n, rate in self.rates.items()}
         shares = chain.expansion if leg is None else leg.expansion(chain)
         self.expansion: Any = objects(map(fmpq, shares)) if shares else 1  # of each spring
         sizes = {n: abs(rate) for n, rate in self.rates.items()}
@@ -230,7 +231,7 @@ class ChainAtRest(ABC):
 
     def room(self, n: int, sign: int) -> Any:
         """Return how far ``l0 theta`` can go until a slider (from 0) starts with `sign`."""
-        return (self.thresholds[n] - sign * self.rest.forces[n]) / fmpq(abs(self.rates[n]))
+        return (self.thresholds[n] - sign * self.rest.forces[n]) / abs(self.speeds[n])
 
     def _reach(self, way: int, target: Fraction) -> Any:
         """Return the change of ``l0 theta`` to `target`."""
@@ -248,8 +249,8 @@ class ChainAtRest(ABC):
         rest.theta = rest.theta + by / self.l0 if target is None else self.field.rational(target)
         if self.chain.n > 1 and not bool(room == 0):
             rest.tensions = rest.tensions - self.expansion * by
-            for n, rate in self.rates.items():
-                rest.forces[n] = rest.forces[n] + fmpq(rate) * by
+            for n, rate in self.speeds.items():
+                rest.forces[n] = rest.forces[n] + rate * by
 
     @abstractmethod
     def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:

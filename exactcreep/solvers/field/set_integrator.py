@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Balls, Undecided, certain_sign
+from exactcreep.motion.arithmetic import FLOAT64, Balls, Undecided, certain_sign
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
@@ -40,6 +40,9 @@ RENEW_EVERY = 16
 derivative grow by about 3 bits per event."""
 MOST_ERROR = 2.0**-10
 """Share of the derivative's errors in the set above which it is made anew earlier."""
+
+
+_OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
 
 
 class Kind(Enum):
@@ -93,9 +96,14 @@ class SetIntegrator(ChainIntegrator):
         self.shown: State | None = None  # the present rest, until a slider moves
         self.shown_theta: Any = None
         self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
+        self.holds = self._floats_held()
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
         self.ends: list[int] = []  # ends that have just reached their threshold
+
+    def _floats_held(self) -> NDArray[np.float64]:
+        """Return the thresholds in float64, whatever python-flint's precision is."""
+        return self.contacts.thresholds(self.rest.coefficients, FLOAT64)
 
     # -- the set -------------------------------------------------------------------------------
 
@@ -321,8 +329,8 @@ class SetIntegrator(ChainIntegrator):
         flow = self.flow
         if flow is None:
             return self.rest.exact
-        still = all(bool(v == 0) for v in flow.velocities.tolist())
-        return still and all(type(x) is Quadratic for x in (*flow.forces, self.rest.theta))
+        known = all(type(x) is Quadratic for x in (self.rest.theta, *flow.forces))
+        return known and all(bool(v == 0) for v in flow.velocities.tolist())
 
     def _touched(self, flow: Flow, event: FirstEvent) -> bool:
         """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
@@ -341,10 +349,9 @@ class SetIntegrator(ChainIntegrator):
         """Return the event that float64 proves to be first, at the middle's time; or None."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
-        vector = self.arithmetic.vector
-        speeds, pulls = (vector(x[window]).tolist() for x in (flow.velocities, flow.forces))
-        signs, frictions = flow.signs[window], self.drags[window]
-        held = [float(x) for x in self.arithmetic.vector(self.thresholds[window])]
+        speeds = flow.velocities[window].tolist()
+        pulls = list(map(self.arithmetic.number, flow.forces[window].tolist()))
+        signs, frictions, held = flow.signs[window], self.drags[window], self.holds[window]
         fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
         loads = zip(forces, signs.tolist(), frictions, strict=True)
         bare = [force - sign * friction if sign else 0.0 for force, sign, friction in loads]
@@ -356,8 +363,8 @@ class SetIntegrator(ChainIntegrator):
             signs,
             np.array([bool(x == 0) for x in speeds]),
             np.array([fast, bare, forces]),
-            np.array(held),
-            unsure + self.far + 2.0**-50 * max(held),
+            held,
+            unsure + self.far + 2.0**-50 * float(held.max()),
             min(n // 2 if self.rest.symmetric else n, window.stop) - window.start,
         )
         if at < 0:
@@ -383,8 +390,7 @@ class SetIntegrator(ChainIntegrator):
         self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
     ) -> FirstEvent:
         """Return the event of a slider that moves alone, by its energy."""
-        of_point = rules(lambda x, slack: (certain_sign(x, slack), False))
-        event = lone_event(flow, n, self.thresholds, of_point)
+        event = lone_event(flow, n, self.thresholds, _OF_POINT)
         if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
             raise AssertionError("the proof for all states fails for one of them")
         away = abs(event.time - time)
@@ -461,8 +467,13 @@ class SetIntegrator(ChainIntegrator):
         if wide is not None and self.start is not None:
             self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
 
+    def _draw(self, n: int) -> None:
+        super()._draw(n)
+        self.holds[n] = self.contacts.holds(n, float(self.rest.coefficients[n]), FLOAT64)
+
     def go_on_from(self, rest: Rest) -> None:
         super().go_on_from(rest)
+        self.holds = self._floats_held()
         self.shown = self.shown_theta = None
         if self.rest.set is not None:
             self._look_around()
