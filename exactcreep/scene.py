@@ -17,7 +17,7 @@ from typing import Any
 
 from exactcreep.model.chain import ANGLES, Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.names import did_you_mean, meant
+from exactcreep.model.names import meant, one_of
 from exactcreep.model.numbers import InputError, Shown, exact_number
 from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
@@ -355,8 +355,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     name, builtin = file_name(scene, "scene"), builtin_scenes()
     path = _BUILTIN / f"{name}.toml" if name in builtin else FilePath(name)
     if not path.exists():
-        allowed = f"must be a file or one of {', '.join(builtin)}{did_you_mean(name, builtin)}"
-        raise InputError("scene", name, allowed)
+        raise InputError("scene", name, one_of(name, builtin, "a file or "))
     if path.suffix == ".nc":
         raise InputError("scene", name, f"is a result: exactcreep show {name} draws it")
     text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)

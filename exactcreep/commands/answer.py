@@ -40,10 +40,16 @@ _LABELS = {
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
     "rate": "arrests per cycle",
-    "exponential": "constant rate",
+    "exponential": "is the rate constant?",
+    "deaths": "arrests seen",
+    "cycles_lived": "cycles followed",
+    "report": "work",
 }
 """Printed names of keys of summaries that do not explain themselves."""
-_SENTENCES = {"exponential": "lives so far from geometric have probability {}"}
+_SENTENCES = {
+    "exponential": "if it is, lives differ from it as much as these with probability {}",
+    "dormant": "a start in which no inner slider has slipped for {} cycles; it may creep again",
+}
 """Sentences for values of keys that need more than a number."""
 
 

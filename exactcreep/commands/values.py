@@ -106,9 +106,9 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
 
 def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
     """Return the allowed names, and a suggestion near the given name."""
-    from exactcreep.model.names import did_you_mean
+    from exactcreep.model.names import one_of
 
-    return f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
+    return one_of(name, known)
 
 
 # --- docstrings -----------------------------------------------------------------------------------

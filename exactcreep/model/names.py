@@ -26,6 +26,14 @@ def meant(name: object, known: Iterable[str]) -> str:
     return bare[near[0]] if near else ""
 
 
+def one_of(name: object, known: Iterable[str], otherwise: str = "") -> str:
+    """Return that a name must be one of the known names, the most similar first."""
+    names = list(known)
+    near = meant(name, names)
+    asked = f"did you mean {near}? It " if near else ""
+    return f"{asked}must be {otherwise}one of {', '.join(names)}"
+
+
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Return the end of a sentence that suggests a known name, or "" if none is near."""
     near = meant(name, known)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.model.numbers import Scalar
+from exactcreep.model.numbers import InputError, Scalar
 
 
 class Motion(NamedTuple):
@@ -83,6 +83,12 @@ class Solution:
         self.t_min: Scalar = self.ts[0]
         self.t_max: Scalar = self.ts[-1]
 
+    def __repr__(self) -> str:
+        return (
+            f"Solution(the motion from t = {float(self.t_min):g} to {float(self.t_max):g} tau_dyn,"
+            f" {self.ts.size} events; sol(t) has positions, velocities and forces)"
+        )
+
     @classmethod
     def of(cls, pieces: Sequence[Piece], at_rest: Motion) -> Solution:
         """Return the solution that consists of these pieces.
@@ -122,17 +128,17 @@ class Solution:
 
         Raises
         ------
-        ValueError
+        InputError
             If nothing moves, or `t` lies before the first event or after the last.
         """
         if not self.pieces:
-            raise ValueError("nothing moves in this rearrangement: it has no pieces")
+            raise InputError("t", t, "nothing moves in this rearrangement: it has no pieces")
         # a ball that overlaps an end is not outside
         if t < self.t_min or t > self.t_max or t != t:
-            raise ValueError(
-                f"t = {t}: must lie between {self.t_min} and {self.t_max}, the first and the last"
-                " event"
+            allowed = (
+                f"must lie between {self.t_min} and {self.t_max}, the first and the last event"
             )
+            raise InputError("t", t, allowed)
         # a ball may begin before all pieces
         return next((p for p in reversed(self.pieces) if not p.t_min > t), self.pieces[0])
 
@@ -147,7 +153,12 @@ class Solution:
         Returns
         -------
         Motion
-            Of arrays of shape (n,), or (n, m).
+            Of arrays of shape (n,), or (n, m): slider 3 is ``velocities[2]``.
+
+        Raises
+        ------
+        InputError
+            If a time lies before the first event or after the last.
         """
         moments: Any = t
         if np.ndim(moments) == 0:

@@ -325,14 +325,15 @@ class Creep(Result):
         """
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
-    def to_pandas(self, table: str) -> pd.DataFrame:
+    def to_pandas(self, table: str = "half_cycles") -> pd.DataFrame:
         """Return one table as a data frame; whole numbers have 32 bits if they fit.
 
         Parameters
         ----------
-        table : {"half_cycles", "events", "rearrangements", "slip_table"}
-            A table that the run has recorded. The index counts its rows, half-cycles from 1, others
-            from 0: ``events.merge(rearrangements, left_on="rearrangement", right_index=True)``.
+        table : {"half_cycles", "events", "rearrangements", "slip_table"}, optional
+            A table that the run has recorded. Default: half_cycles. The index counts its rows,
+            half-cycles from 1, others from 0:
+            ``events.merge(rearrangements, left_on="rearrangement", right_index=True)``.
             Quantities of each slider have one column per slider: ``x_1``, ``x_2``, ... Units and
             meanings of columns are in ``attrs["units"]`` and ``attrs["meanings"]``.
 

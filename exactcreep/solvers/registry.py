@@ -10,7 +10,7 @@ from typing import Any
 from exactcreep import solvers
 from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
-from exactcreep.model.names import did_you_mean
+from exactcreep.model.names import did_you_mean, one_of
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.interface import MOST_EVENTS, Solver
@@ -18,6 +18,7 @@ from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.watch.limits import Limits
 from exactcreep.watch.preparation import preparing
 
+_DIRECTIONS = {"up": 1, "down": -1}  # of theta
 SOLVERS: dict[str, Callable[[], type[Solver]]] = {
     "exact": lambda: solvers.Exact,
     "certified": lambda: solvers.Certified,
@@ -39,8 +40,7 @@ def require_solver(field: str, name: Any) -> None:
     if isinstance(name, str) and name in ("reference", "mpmath"):
         raise InputError(field, name, "is no longer there, use certified with digits")
     if not isinstance(name, str) or name not in SOLVERS:
-        allowed = f"must be one of {', '.join(SOLVERS)}{did_you_mean(name, SOLVERS)}"
-        raise InputError(field, name, allowed)
+        raise InputError(field, name, one_of(name, SOLVERS))
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
@@ -62,14 +62,15 @@ def _valid(chain: Any, state: Any, direction: Any, seed: Any) -> tuple[int, int]
     if state.n != chain.n:
         raise InputError("state", state.n, f"must have the chain's {chain.n} sliders")
     state.require_finite()
-    return whole_number(direction, "direction", least=-1, most=1), valid_seed(seed)
+    sign = _DIRECTIONS.get(direction, direction) if isinstance(direction, str) else direction
+    return whole_number(sign, "direction", least=-1, most=1), valid_seed(seed)
 
 
 def rearrange(
     chain: Chain,
     state: State,
     *,
-    direction: int,
+    direction: int | str,
     seed: int = 0,
     solver: str = "exact",
     max_events: int = MOST_EVENTS,
@@ -84,8 +85,9 @@ def rearrange(
         Sliders, springs and friction.
     state : State
         Initial state. A state that is not at rest is rearranged at its own theta.
-    direction : {+1, -1, 0}
-        +1 dilates, -1 contracts, 0 leaves theta unchanged (no events if the state is stable).
+    direction : {+1, -1, 0, "up", "down"}
+        +1 or "up" raises theta: the chain dilates; -1 or "down" contracts it; 0 leaves
+        theta unchanged (no events if the state is stable).
     seed : int
         Seed of the static coefficients drawn at stops.
     solver : str

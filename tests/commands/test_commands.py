@@ -160,7 +160,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{QUICK} --plot", "--plot needs a value"),
         (f"{QUICK} --n 2,4", "--set vary.chain.n=[2,4]"),
         (f"{QUICK} --set chain.n=[2,4]", "several values are for vary.chain.n"),
-        ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
+        ("run six-slider-cycles", "did you mean six-sliders-cycles? It must be a"),
         (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
         (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
         (

@@ -44,9 +44,10 @@ def test_a_view_that_is_cut_says_where_and_names_the_law_with_its_deviation() ->
     view, run = explorer.view_of(experiment), creep(experiment.chain, Cycles("0.01", 80))
     law = prediction(experiment.chain, experiment.drive)
     assert law.deviation > 0
-    error = view.run.velocity_error
-    assert error > 0
-    assert f"Mean velocity: {with_error(view.run.velocity, error)} g" in view.law
+    assert view.run.velocity_reason
+    assert f"({view.run.velocity_reason})" in view.law
+    said = f"Mean velocity: {with_error(run.velocity, run.velocity_error)} g"
+    assert explorer.law_sentence(run).startswith(said)
     for told in (f"({law.law})", f"{law.values[0]:.4g}", f"{law.deviation:.2g}"):
         assert told in view.law
     assert view.run.event_count <= run.event_count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 import random
 from dataclasses import FrozenInstanceError, replace
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Outcome, rearrange
+from exactcreep import InputError, Outcome, rearrange
 from exactcreep.model.enclosure import same, same_numbers
 from exactcreep.motion.arithmetic import balls_of
 from exactcreep.solvers.rearrangement import Rearrangement
@@ -55,3 +56,19 @@ def test_rearrangements_cannot_be_changed_and_are_unequal_if_anything_computed_d
     for name, value in changed.items():
         assert replace(result, **{name: value}) != result
     assert result != "a rearrangement"
+
+
+def test_a_solution_says_what_it_is_and_refuses_times_outside() -> None:
+    sol = moved(1).sol
+    assert repr(sol).startswith(f"Solution(the motion from t = 0 to {float(sol.t_max):g} tau_dyn")
+    for outside in (-0.1, float(sol.t_max) + 0.1, math.nan):
+        with pytest.raises(InputError, match=r"t = .*must lie between 0.0 and"):
+            sol(outside)
+
+
+@pytest.mark.parametrize(("word", "sign"), [("up", 1), ("down", -1)])
+def test_a_direction_in_words_is_that_of_theta(word: str, sign: int) -> None:
+    chain, state = unstable_chain(random.Random(2))
+    assert same(rearrange(chain, state, direction=word), rearrange(chain, state, direction=sign))
+    with pytest.raises(InputError, match="direction = 'left'"):
+        rearrange(chain, state, direction="left")
