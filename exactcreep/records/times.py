@@ -150,7 +150,9 @@ def _columns_of(table: Table, date_format: str) -> list[int]:
     if numbered:
         return numbered[:1]
     nearly = [k for k, name in enumerate(names) if table.named and is_time(name)]
-    return nearly[:1] if nearly else _none(table)
+    if not nearly:
+        raise _unfound(table, "no column has dates" if table.named else "the file names no columns")
+    return nearly[:1]
 
 
 def _has_clock(cells: Sequence[str], formats: Sequence[str]) -> bool:
@@ -158,10 +160,6 @@ def _has_clock(cells: Sequence[str], formats: Sequence[str]) -> bool:
     if formats == [""]:
         return any(":" in cell for cell in _probes(cells))
     return any(code in written for written in formats for code in ("%H", "%I", "%s"))
-
-
-def _none(table: Table) -> list[int]:
-    raise _unfound(table, "no column has dates" if table.named else "the file names no columns")
 
 
 def _epoch(numbers: NDArray[np.float64]) -> bool:
@@ -173,43 +171,32 @@ def _epoch(numbers: NDArray[np.float64]) -> bool:
 
 def _clock_columns(table: Table, date: int) -> list[int]:
     """Return the columns of the time of day beside a column of dates."""
-    cells, names, found = table.sample, table.names, list[int]()
-    for k, column in enumerate(cells):
-        probes = _probes(column)
-        if k == date or not probes or found:
-            continue
-        named = part_of(names[k], "H")
-        if not (named or not table.named) or is_temperature(names[k]):
-            continue
-        numbers = _numbers(probes)
-        digits = named and bool(np.isfinite(numbers).all()) and numbers.max() <= 2400
-        if digits or ((named or ":" in probes[0]) and _clock_formats(probes, digits=False)):
-            found.append(k)
-    if not found:
-        return []
-    for code in "MS":
-        for k, name in enumerate(names):
-            numbers = _numbers(_probes(cells[k]))
-            if part_of(name, code) and k not in found and len(numbers) and (numbers < 60).all():
-                if len(words := name.split()) == 1 and words:
-                    found.append(k)
+    places = _places(table, "HMS", date)
+    return [*places.values()] if "H" in places else []
+
+
+def _places(table: Table, codes: str, date: int = -1) -> dict[str, int]:
+    """Return the columns of parts of a date by their names; without names, a clock by its signs."""
+    places: dict[str, int] = {}
+    for code in codes:
+        for k, name in enumerate(table.names):
+            probes = _probes(table.sample[k])
+            if k == date or k in places.values() or not probes:
+                continue
+            if not (part_of(name, code) if table.named else code == "H" and ":" in probes[0]):
+                continue
+            if code in "HMS" and (is_temperature(name) or (code != "H" and len(name.split()) > 1)):
+                continue
+            clock, numbers = code == "H" and _clock_formats(probes, digits=False), _numbers(probes)
+            if clock or (np.isfinite(numbers).all() and _in_range(code, numbers)):
+                places[code] = k
                 break
-    return found
+    return places
 
 
 def _calendar(table: Table) -> list[int]:
     """Return the columns of year, month, day, hour, ... by their names."""
-    places: dict[str, int] = {}
-    for code in "YmdjHMS":
-        for k, name in enumerate(table.names):
-            if k in places.values() or not part_of(name, code):
-                continue
-            probes = _probes(table.sample[k])
-            clock = code == "H" and _clock_formats(probes, digits=False)
-            numbers = _numbers(probes)
-            if clock or (len(numbers) and np.isfinite(numbers).all() and _in_range(code, numbers)):
-                places[code] = k
-                break
+    places = _places(table, "YmdjHMS")
     if "m" not in places and "j" not in places:  # the day of a year may be called day
         days = [k for k, name in enumerate(table.names) if part_of(name, "d")
                 and _in_range("j", _numbers(_probes(table.sample[k])))]  # fmt: skip
