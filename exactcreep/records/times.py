@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +12,10 @@ from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.records.dates import (
-    DAY,
     FIRST_YEAR,
     LAST_YEAR,
     Moments,
     clock_formats_of,
-    days_of,
     formats_of,
     moments_of,
 )
@@ -89,17 +88,17 @@ def _probes(cells: Sequence[str]) -> list[str]:
     return [*dict.fromkeys([*known[:9], *known[::step], *known[-9:]])]
 
 
-def _formats(cells: Sequence[str], *, digits: bool) -> list[str]:
-    """Return the formats of dates that fit every probed cell."""
+def _formats(
+    cells: Sequence[str], *, digits: bool, of: Callable[..., Iterator[str]] = formats_of
+) -> list[str]:
+    """Return the formats of dates, or of times of day, that fit every probed cell."""
     first, *others = _probes(cells) or [""]
-    found = list(dict.fromkeys(formats_of(first, digits=digits)))
+    found = list(dict.fromkeys(of(first, digits=digits)))
     return [each for each in found if np.isfinite(moments_of([first, *others], each).seconds).all()]
 
 
 def _clock_formats(cells: Sequence[str], *, digits: bool) -> list[str]:
-    first, *others = _probes(cells) or [""]
-    found = clock_formats_of(first, digits=digits)
-    return [each for each in found if np.isfinite(moments_of([first, *others], each).seconds).all()]
+    return _formats(cells, digits=digits, of=clock_formats_of)
 
 
 def _numbers(cells: Sequence[str]) -> NDArray[np.float64]:
@@ -151,7 +150,9 @@ def _columns_of(table: Table, date_format: str) -> list[int]:
     if numbered:
         return numbered[:1]
     nearly = [k for k, name in enumerate(names) if table.named and is_time(name)]
-    return nearly[:1] if nearly else _none(table)
+    if not nearly:
+        raise _unfound(table, "no column has dates" if table.named else "the file names no columns")
+    return nearly[:1]
 
 
 def _has_clock(cells: Sequence[str], formats: Sequence[str]) -> bool:
@@ -159,10 +160,6 @@ def _has_clock(cells: Sequence[str], formats: Sequence[str]) -> bool:
     if formats == [""]:
         return any(":" in cell for cell in _probes(cells))
     return any(code in written for written in formats for code in ("%H", "%I", "%s"))
-
-
-def _none(table: Table) -> list[int]:
-    raise _unfound(table, "no column has dates" if table.named else "the file names no columns")
 
 
 def _epoch(numbers: NDArray[np.float64]) -> bool:
@@ -174,43 +171,32 @@ def _epoch(numbers: NDArray[np.float64]) -> bool:
 
 def _clock_columns(table: Table, date: int) -> list[int]:
     """Return the columns of the time of day beside a column of dates."""
-    cells, names, found = table.sample, table.names, list[int]()
-    for k, column in enumerate(cells):
-        probes = _probes(column)
-        if k == date or not probes or found:
-            continue
-        named = part_of(names[k], "H")
-        if not (named or not table.named) or is_temperature(names[k]):
-            continue
-        numbers = _numbers(probes)
-        digits = named and bool(np.isfinite(numbers).all()) and numbers.max() <= 2400
-        if digits or _clock_formats(probes, digits=False):
-            found.append(k)
-    if not found:
-        return []
-    for code in "MS":
-        for k, name in enumerate(names):
-            numbers = _numbers(_probes(cells[k]))
-            if part_of(name, code) and k not in found and len(numbers) and (numbers < 60).all():
-                if len(words := name.split()) == 1 and words:
-                    found.append(k)
+    places = _places(table, "HMS", date)
+    return [*places.values()] if "H" in places else []
+
+
+def _places(table: Table, codes: str, date: int = -1) -> dict[str, int]:
+    """Return the columns of parts of a date by their names; without names, a clock by its signs."""
+    places: dict[str, int] = {}
+    for code in codes:
+        for k, name in enumerate(table.names):
+            probes = _probes(table.sample[k])
+            if k == date or k in places.values() or not probes:
+                continue
+            if not (part_of(name, code) if table.named else code == "H" and ":" in probes[0]):
+                continue
+            if code in "HMS" and (is_temperature(name) or (code != "H" and len(name.split()) > 1)):
+                continue
+            clock, numbers = code == "H" and _clock_formats(probes, digits=False), _numbers(probes)
+            if clock or (np.isfinite(numbers).all() and _in_range(code, numbers)):
+                places[code] = k
                 break
-    return found
+    return places
 
 
 def _calendar(table: Table) -> list[int]:
     """Return the columns of year, month, day, hour, ... by their names."""
-    places: dict[str, int] = {}
-    for code in "YmdjHMS":
-        for k, name in enumerate(table.names):
-            if k in places.values() or not part_of(name, code):
-                continue
-            probes = _probes(table.sample[k])
-            clock = code == "H" and _clock_formats(probes, digits=False)
-            numbers = _numbers(probes)
-            if clock or (len(numbers) and np.isfinite(numbers).all() and _in_range(code, numbers)):
-                places[code] = k
-                break
+    places = _places(table, "YmdjHMS")
     if "m" not in places and "j" not in places:  # the day of a year may be called day
         days = [k for k, name in enumerate(table.names) if part_of(name, "d")
                 and _in_range("j", _numbers(_probes(table.sample[k])))]  # fmt: skip
@@ -343,36 +329,33 @@ def _day(seconds: float) -> str:
 def _joined(
     table: Table, names: list[str], cells: list[list[str]], date_format: str
 ) -> tuple[NDArray[np.float64], str]:
-    """Return the times of several columns."""
-    if date_format and re.search(r"%[HIM]", date_format):
-        texts = [" ".join(row) for row in zip(*cells, strict=True)]
-        return _read(table, names[0], texts, [date_format], given=True)[0].seconds, date_format
-    dates = _formats(cells[0], digits=True) if not _is_year(cells[0]) else []
-    written = ""
-    if dates or date_format:
-        formats = [date_format] if date_format else dates
-        clock = _clock(table, names[1:], cells[1:])
-        if len(formats) > 1:  # the hours may decide
-            fits = {each: moments_of(cells[0], each).seconds for each in formats}
-            even = [each for each in formats if _even(fits[each] + clock)]
-            formats = even if len(even) == 1 else formats
-        moments, written = _read(table, names[0], cells[0], formats, given=bool(date_format))
-        days = moments.seconds
-    else:
-        codes = _codes(table, names, cells)
-        values = {code: _numbers(column) for code, column in zip(codes, cells, strict=True)}
-        months = values.get("m")
-        if months is not None and np.isnan(months).all():
-            months = None
-        days = DAY * days_of(values["Y"], months, values.get("d"), values.get("j"))
-        clocks = [k for k, code in enumerate(codes) if code in "HMS"]
-        clock = _clock(table, [names[k] for k in clocks], [cells[k] for k in clocks])
-    seconds = days + clock
-    if not np.isfinite(seconds).all():
-        k = int(np.argmin(np.isfinite(seconds)))
-        entry = " ".join(column[k] for column in cells)
-        raise table.refused("time_column", entry, k, "must be a date with a time of day")
-    return seconds, written
+    """Return the times of several columns: their cells are one text, and their formats one."""
+    cells, formats = [_plain(column) for column in cells], [date_format] if date_format else []
+    if not re.search("%[HIM]", date_format):
+        days = [] if _is_year(cells[0]) else _formats(cells[0], digits=True)
+        if days or date_format:
+            parts = [[date_format] if date_format else [each or "%Y-%m-%d" for each in days]]
+            codes = ["", "H", "M", "S"]
+        else:
+            parts, codes = [], _codes(table, names, cells)
+        for column, name, code in [*zip(cells, names, codes, strict=False)][len(parts) :]:
+            fits = _clock_formats(column, digits=True) if code == "H" else [f"%{code}"]
+            if not (fits or date_format):
+                raise table.refused(name, column[0], 0, "must be a time of day, e.g. 13:00")
+            parts.append(fits)
+        formats += [" ".join(each) for each in product(*parts)]
+    texts = [" ".join(row) for row in zip(*cells, strict=True)]
+    moments, written = _read(table, names[0], texts, formats, given=bool(date_format))
+    return moments.seconds, written
+
+
+def _plain(cells: Sequence[str]) -> list[str]:
+    """Return numbers without .0, and hours with minutes in four digits: 30 is 0030."""
+    whole = {cell: cell.removesuffix(".0") for cell in {*cells}}
+    digits = [cell for cell in whole.values() if cell.isdigit()]
+    if len(digits) == len(whole) and 366 < max(map(int, digits)) <= 2400:
+        whole = {cell: text.zfill(4) for cell, text in whole.items()}
+    return [whole[cell] for cell in cells]
 
 
 def _is_year(cells: Sequence[str]) -> bool:
@@ -393,23 +376,3 @@ def _codes(table: Table, names: Sequence[str], cells: Sequence[Sequence[str]]) -
             plain = "YjHMS"
         codes = [*plain[: len(names)]]
     return codes
-
-
-def _clock(
-    table: Table, names: Sequence[str], cells: Sequence[Sequence[str]]
-) -> NDArray[np.float64]:
-    """Return the seconds of the day in columns of hours, minutes and seconds."""
-    total = np.zeros(len(table.rows))
-    for column, name, unit in zip(cells, names, (3600, 60, 1), strict=False):
-        numbers = _numbers(column)
-        if np.isfinite(numbers).all():
-            if unit == 3600 and numbers.max(initial=0) > 24:  # 1300 is 13:00
-                numbers = numbers // 100 + numbers % 100 / 60
-            total += unit * np.where((numbers >= 0) & (numbers <= 60), numbers, np.nan)
-            continue
-        formats = _clock_formats(column, digits=True)
-        if not formats:
-            raise table.refused(name, column[0], 0, "must be a time of day, e.g. 13:00")
-        moments, _ = _read(table, name, column, formats[:1], given=False)
-        total += moments.seconds
-    return total

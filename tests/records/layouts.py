@@ -706,6 +706,9 @@ for place, words in enumerate(("unavailable,unavailable,error", "sensor restart,
     add(f"text_cell_{place}", lambda place=place: hourly("time,temperature,status",
         lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == place else T[k]},ok", missing=1))
 
+days("min_temp_is_no_minute", "year,month,day,min temp,max temp",
+     lambda k, d: f"{d:%Y,%m,%d},{LOW[k]},{HIGH[k]}")
+
 LONG = [BEGIN + timedelta(hours=k) for k in range(480)]
 LONG_T = [T[k % 48] for k in range(480)]
 
