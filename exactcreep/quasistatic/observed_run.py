@@ -65,8 +65,7 @@ class ObservedRun:
         if experiment.algorithm.perturbs and experiment.chain.n > 1:
             needs |= {"tension", "slips"}
         record = tuple(name for name in RECORDS if name in needs)
-        start, seed = experiment.initial, experiment.seed
-        self.simulation = experiment.algorithm.simulation(experiment.chain, start, seed, record)
+        self.simulation = experiment.simulation(record)
         self.copy = self.observers["copy"] = Predictability(experiment, self.simulation)
 
     @property

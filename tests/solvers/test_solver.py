@@ -103,6 +103,23 @@ def in_one_go(name: str) -> tuple[dict[str, str], Any, Any]:
     return shown([whole.recorded]), simulation.tally, str(simulation.state())
 
 
+@pytest.mark.parametrize("name", ["exact", "certified", "verlet", "sliding"])
+def test_targets_one_by_one_give_the_same_bits_as_in_one_go(name: str) -> None:
+    simulation = started(name)
+    stretches = [*simulate(simulation, DRIVE, [1, 2, 4])]
+    assert [stretch.completed for stretch in stretches] == [1, 1, 2]
+    told = shown([stretch.recorded for stretch in stretches])
+    assert (told, simulation.tally, str(simulation.state())) == in_one_go(name)
+
+
+def test_limits_hold_for_all_targets_together_and_the_last_stretch_names_them() -> None:
+    simulation, whole = started("exact"), in_one_go("exact")[1]
+    *_, last = simulate(simulation, DRIVE, range(1, 5), Limits(events=whole.events - 1))
+    assert (last.completed, last.stop) == (0, Stop.BUDGET)
+    assert last.reason == f"max_events = {whole.events - 1} was reached"
+    assert whole.events > simulation.tally.events >= whole.events - 1
+
+
 def asked(times: int) -> Limits:
     """Return limits whose time is over once it has been asked so often."""
     left = iter([False] * times)
