@@ -243,10 +243,11 @@ def _measured(
     for method in (*methods, truth, usual):
         compile_for(method.algorithm, method.chain)
     drive, ends = first.drive, [*range(1, min(first.drive.half_cycles, events) + 1)]
+    enough = math.inf
     if not first.chain.slides:
-        drive, ends = drive_with_rests(usual, events)
+        (drive, ends), enough = drive_with_rests(usual, events), events
     step(f"{label(truth)}: the truth")
-    known, spent = track(replace(truth, drive=drive), len(ends), beyond(MOST_EVENTS), events)
+    known, spent = track(replace(truth, drive=drive), len(ends), beyond(MOST_EVENTS), enough)
     if not len(known.x):
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     # exact says how many half-cycles and events the velocity is of

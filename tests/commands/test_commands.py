@@ -34,7 +34,6 @@ EVERY = {
     "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
     "record": (("days.csv",), "plot"),
     "roof": (("days.csv", "--length", "3", "--slope-degrees", "15"), "plot"),
-    "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
@@ -136,13 +135,6 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
 
 
-def test_a_plan_says_once_what_holds_for_many_members(command: Command) -> None:
-    amplitudes = "vary.drive.amplitude={from=0.002,to=0.01,step=0.001}"
-    out = command("plan", *SHORT, "--set", amplitudes).out
-    assert "drive.amplitude = 0.002 … 0.01 (9 members): exact: " in words(out)
-    assert "members" not in command("plan", *SHORT, "--set", "vary.run.seed=[1,2]").out
-
-
 def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
     assert command("run", *SHORT, "--out", "run.nc").code == 0
     assert command("show", "run.nc", "--half-cycle", "4").code == 0
@@ -170,6 +162,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{QUICK} --seeds 2 --out a.nc", "must be a directory, without .nc: this scene varies"),
         (f"{QUICK} --seeds 2 --plot a.png --record none", "needs x_G among"),
         ("resume a.ckpt", "the command that began the run goes on"),
+        ("plan chain-jumps", "is said by exactcreep compare SCENE"),
         ("sweep chain-jumps", "a scene that varies is run by exactcreep run SCENE"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among"),
@@ -197,7 +190,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("fate --n 6 --amplitude 0.001 --sigma-mu 0.01", "survival"),
         ("fate --n 6 --amplitude 0.001 --mu-s 0.5", "mu_s"),
         ("fate --n 6 --amplitude -0.001", "amplitude"),
-        ("plan six-sliders-cycles --digits many", "digits"),
+        ("compare six-sliders-cycles --digits many", "digits"),
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(
