@@ -100,10 +100,11 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
         told_in_full = command(*line, "--json").json
         assert told_in_full.items() >= KNOWN.get(name, {}).items()
     if name == "compare":
-        middle, _, high = told_in_full["intervals"]["verlet, dt = 0.1, located"]["bias"]
-        bias, off = re.findall(r"^verlet 0\.1 loc\..* (\S+) ± (\S+) ", told.out, re.MULTILINE)[0]
-        assert float(bias) == pytest.approx(100 * middle, rel=1e-3)
-        assert float(off) == pytest.approx(100 * (high - middle), rel=0.05)
+        rows = {row["method"]: row for row in told_in_full["methods"]}
+        verlet = rows["verlet, dt = 0.1"]
+        bias, off = re.findall(r"^verlet 0\.1 .* (\S+) ± (\S+) *$", told.out, re.MULTILINE)[0]
+        assert float(bias) == pytest.approx(100 * verlet["bias"], abs=0.1 * float(off))
+        assert float(off) == pytest.approx(100 * verlet["bias_error"], rel=0.05)
     if name in PATIENT:
         late = command(*line, "--max-seconds", "0")
         assert late.code == 3

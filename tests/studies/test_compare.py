@@ -28,6 +28,7 @@ from exactcreep import (
     load_scene,
 )
 from exactcreep import Path as ThetaPath
+from exactcreep.scene import Scene
 from exactcreep.studies import compare as studied
 from exactcreep.studies.compare import Track, agreement, drive_with_rests, label, ladder, track
 from exactcreep.studies.comparison import sentence, table, unresolved
@@ -185,7 +186,7 @@ def test_the_seconds_of_a_method_are_those_of_its_run_and_not_of_its_start(
     found = compare(GIVEN, [GIVEN, certified], seeds=1, events=20)
     assert set(found.seconds.values[0]) == {3.0 / 24}  # of 24 half-cycles
     events = creep(CHAIN, GIVEN.drive, record=()).event_count / 24
-    assert found.seconds.values[1] == pytest.approx([3.0 / int(found.events) * events] * 5)
+    assert found.seconds.values[1] == pytest.approx([3.0 / found.events.item() * events] * 5)
 
 
 def known_rows(**changed: Any) -> xr.Dataset:
@@ -274,11 +275,12 @@ def test_a_law_that_is_the_answer_is_what_the_run_gives(over: Fraction) -> None:
 
 
 def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia() -> None:
-    roof = load_scene("bristol-roof").with_settings({
-        "physical.mu_d": "0.5", "physical.mu_s": "0.577", "physical.sigma_mu": "0.01",
-    })  # fmt: skip
-    (member,) = roof.members()
-    given = replace(member.experiment, drive=Cycles(member.experiment.widest, 2))
+    roof = dict(load_scene("bristol-roof").tables["physical"])
+    roof |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
+    daily = {"kind": "cycles", "temperature_amplitude": "3.5", "cycles": 2}
+    about = {"physical": roof, "drive": daily, "run": {"record": ["x_G"]}}
+    (member,) = Scene.from_mapping(about).members()
+    given = member.experiment
     assert "many slips" in needs(given)["inertia"]
     few = replace(given, chain=replace(given.chain, n=20))
     assert needs(few)["inertia"].startswith("needed")
