@@ -8,7 +8,7 @@ The system is a `Chain`, a `State` and a `Drive` (`Cycles`, `GaussianSteps`, `Pa
   of `Event`; motion: `Solution`), `sweep` runs a grid.
 - `fate` and `survival` (`Fate`, `Survival`) find out how creep ends, for one or many starts.
 - `threshold` (`Threshold`) finds the amplitude above which a chain creeps.
-- `compare` compares solvers (`Method`), `plan` chooses one (`Plan`).
+- `compare` says what a scene needs, and measures what accuracy costs.
 - `physical` and `Solid.creep` (`Solid`, `Descent`) work with a solid in SI units, `pipeline` and
   `Pipeline.walk` (`Pipeline`, `Walk`) with a pipeline on the seabed.
 - `laws` are the formulas of the paper, `disorder` the random numbers.

@@ -32,8 +32,6 @@ from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
 from .studies.fates.fate_result import Fate as Fate
 from .studies.fates.survival import Survival as Survival, survival as survival
-from .studies.trajectory import Method as Method
-from .studies.plan import Plan as Plan, plan as plan
 from .studies.sweep import sweep as sweep
 from .studies.thresholds.threshold import threshold as threshold
 from .studies.thresholds.threshold_result import Threshold as Threshold

@@ -40,12 +40,12 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "explore": files.explore,
     "record": record,
     "roof": roof,
-    "plan": studies.plan,
     **dict.fromkeys(studies.QUESTIONS),
     "compare": studies.compare,
 }
 """The commands by name; None: made from a public function, which is imported when called."""
 _GONE = {
+    "plan": "what a scene needs, with the law, is said by exactcreep compare SCENE",
     "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
     "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
     "intercept": "exactcreep threshold --kind intercept finds where v(A) begins",

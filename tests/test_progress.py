@@ -18,7 +18,7 @@ from tests.paper import captions
 
 CHAIN = captions(2)
 DRIVE = Cycles("0.01", 40)
-GIVEN, METHODS = ec.Experiment(CHAIN, DRIVE), [ec.Method("exact")]
+GIVEN = ec.Experiment(CHAIN, DRIVE)
 SCENE = ec.load_scene("two-sliders-cycles")
 SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
 
@@ -29,7 +29,7 @@ SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
         (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
         (lambda hear: ec.sweep(SMALL, progress=hear), "cells"),
         (lambda hear: ec.threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
-        (lambda hear: ec.compare(GIVEN, METHODS, seeds=1, events=20, progress=hear), "runs"),
+        (lambda hear: ec.compare(GIVEN, [GIVEN], seeds=1, events=20, progress=hear), "runs"),
     ],
 )
 def test_every_long_computation_hands_on_the_same_kind_of_progress(

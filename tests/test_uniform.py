@@ -41,7 +41,6 @@ Call = Callable[[ec.Chain, Any, ec.State | None], Any]
 OF_DRIVES: dict[str, Call] = {
     **{f"creep {name}": lambda chain, drive, start, name=name: ec.creep(
         chain, drive, start=start, solver=name) for name in SOLVERS},
-    "plan": lambda chain, drive, start: ec.plan(chain, drive, start=start),
     "sweep": lambda chain, drive, start: ec.sweep([ec.Experiment(chain, drive)]),
     "compare": lambda chain, drive, start: ec.compare(ec.Experiment(chain, drive), events=5),
     "prediction": lambda chain, drive, start: ec.laws.prediction(chain, drive),
@@ -79,7 +78,7 @@ TAKEN: dict[str, set[str]] = {
 CASES = [
     *((call, kind) for call in CALLS for kind in UNLIKE),
     *((call, VECTOR) for call in OF_DRIVES),
-    *((call, START) for call in (*OF_STATES, "creep exact", "plan")),
+    *((call, START) for call in (*OF_STATES, "creep exact")),
 ]
 
 

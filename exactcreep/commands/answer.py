@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import decimal
-import itertools
 import json
 import math
 import os
@@ -73,16 +72,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Literal) and _JSON_NUMBER.fullmatch(value):
         return f"\0{value}"
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def of_members(
-    scene: str, settings: Sequence[Mapping[str, Any]], summaries: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:
-    """Return the output of ``--json`` for a scene: its summary, or all members and settings."""
-    if len(settings) == 1 and not settings[0] and summaries:
-        return {"scene": scene, **summaries[0]}
-    pairs = zip(settings, summaries, strict=False)
-    return {"scene": scene, "members": [{"set": dict(each), **known} for each, known in pairs]}
 
 
 # --- words ----------------------------------------------------------------------------------------
@@ -233,11 +222,6 @@ def say_table(
     say(table, soft_wrap=False)
 
 
-def settings_text(settings: Mapping[str, Any]) -> str:
-    """Return the settings of a member, as a line of a summary."""
-    return ", ".join(f"{key} = {value}" for key, value in settings.items())
-
-
 def counted(words: Iterable[str] | Mapping[str, int]) -> str:
     """Return how often each word occurs, the most frequent first."""
     return ", ".join(f"{count} {word}" for word, count in Counter(words).most_common())
@@ -249,37 +233,6 @@ def duration(seconds: float) -> str:
         return "-"
     unit, size = ("s", 1.0) if seconds >= 1 else ("ms", 1e-3) if seconds >= 1e-3 else ("us", 1e-6)
     return f"{seconds / size:.3g} {unit}"
-
-
-def grouped(
-    settings: Sequence[Mapping[str, Any]], results: Sequence[Any]
-) -> list[tuple[list[str], list[int]]]:
-    """Return groups of members with equal results (by ``==``) and neighbouring settings.
-
-    A group consists of the values of every key, a range as ``first … last``, and its members.
-    """
-    rows = [
-        ([[value] for value in setting.values()], [number])
-        for number, (setting, _) in enumerate(zip(settings, results, strict=False))
-    ]
-
-    def alike(row: tuple[list[list[Any]], list[int]]) -> tuple[list[Any], Any]:
-        values, members = row
-        return values[:column] + values[column + 1 :], results[members[0]]
-
-    for column in reversed(range(len(settings[0]) if settings else 0)):
-        groups, rows = [list(group) for _, group in itertools.groupby(rows, alike)], []
-        for (values, members), *others in groups:
-            for more, further in others:
-                values[column] += more[column]
-                members += further
-            rows.append((values, members))
-    return [([_range(values) for values in row], members) for row, members in rows]
-
-
-def _range(values: Sequence[Any]) -> str:
-    first = value_text(values[0])
-    return first if len(values) == 1 else f"{first} … {value_text(values[-1])}"
 
 
 def value_text(value: Any) -> str:

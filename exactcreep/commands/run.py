@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +20,7 @@ from exactcreep.commands.answer import (
     Output,
     counted,
     distinct,
+    duration,
     put,
     say,
     say_heading,
@@ -51,9 +52,12 @@ if TYPE_CHECKING:
     from exactcreep import Creep, Descent, Scene, Walk
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
+    from exactcreep.watch.display import Display
     from exactcreep.watch.limits import Limits
+    from exactcreep.watch.progress import Progress
 
 
+_FORETOLD_AFTER, _WORTH_TELLING = 0.3, 1.0  # seconds of a run, and seconds that it still takes
 _MOST_ROWS = 50  # most points of a grid that are printed
 
 
@@ -105,8 +109,9 @@ class Session(Output):
         with shown(quiet=self.json) as display:
             try:
                 result = run_alone(
-                    member.experiment, progress=display.show, limits=limits, checkpoint=kept
-                )
+                    member.experiment, progress=_foretelling(display), limits=limits,
+                    checkpoint=kept,
+                )  # fmt: skip
             except exactcreep.Interrupted as interrupted:
                 result, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if kept else ""
@@ -192,6 +197,23 @@ class Session(Output):
 
 
 DEFAULT = Session()
+
+
+def _foretelling(display: Display) -> Callable[[Progress], None]:
+    """Show the progress of a run, and say once in its first second what all of it will take."""
+    untold = not display.quiet
+
+    def show(progress: Progress) -> None:
+        nonlocal untold
+        if untold and progress.phase == "running" and progress.seconds >= _FORETOLD_AFTER:
+            share, left = progress.share, progress.seconds_left
+            if left >= _WORTH_TELLING:  # false if it is not known yet
+                events, seconds = progress.events / share, progress.seconds + left
+                display.write(f"expected: about {events:.2g} events in {duration(seconds)}")
+            untold = math.isnan(left)
+        display.show(progress)
+
+    return show
 
 
 def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:

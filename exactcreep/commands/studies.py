@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -20,18 +20,15 @@ from exactcreep.commands.answer import (
     Output,
     Printed,
     duration,
-    grouped,
-    of_members,
     say,
     say_heading,
+    say_rows,
     say_summary,
     say_table,
-    settings_text,
     shown,
 )
 from exactcreep.commands.values import (
     ChainOptions,
-    Patience,
     SceneName,
     Settings,
     Whole,
@@ -45,13 +42,10 @@ from exactcreep.watch import interrupts
 if TYPE_CHECKING:
     import xarray as xr
 
-    from exactcreep import Plan
-
 _FOR_EVER = "1e9"  # seconds: with a limit of time a study also checks for Ctrl-C
 _UNSEEN = ("Hearer", "Executor")
 """Annotations of parameters that a command line cannot give."""
 _KEYWORD = inspect.Parameter.KEYWORD_ONLY
-_MOST_IN_FULL = 8  # most planned members that are printed in full; others have one line each
 _FLAGS = {"low": "--from", "high": "--to"}
 _START = "Tension of every spring at the start; default the relaxed chain."
 
@@ -95,7 +89,7 @@ QUESTIONS = {
         ),
     ),
 }
-_PRINTED, _WRITTEN = Printed(), Output()
+_WRITTEN = Output()
 
 
 def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
@@ -201,28 +195,28 @@ def compare(
     /,
     *,
     settings: Settings = None,
-    dts: Annotated[str, taken("LIST")] = "0.1,0.03,0.01",
-    digits: Whole = "30",
+    dts: Annotated[str, taken("LIST")] = "0.1,0.03,0.01,0.003",
+    digits: Annotated[str, taken("LIST")] = "20,100",
     events: Whole | None = None,
     seeds: Annotated[str | None, taken("SEEDS")] = None,
     output: Output = _WRITTEN,
 ) -> None:
-    """Compare each solver with the certified one, with the same disorder.
+    """Say what a scene needs, and measure what accuracy costs.
 
-    Solvers are exact, Verlet with and without located events, and the sliding limit. The table has
-    the number of events that agree, the position error before the first wrong event, its order in
-    dt, the bias of the mean velocity with an interval of 95 % over the seeds, and the time per
-    half-cycle. If a scene has several members, only the first is compared; choose another with
-    --set.
+    The table has for exact, certified, Verlet and the sliding limit, with the same disorder: the
+    number of events until the first wrong one, the position error before it, the processor time per
+    half-cycle (median of alternating repetitions, with their range), and the bias of the mean
+    velocity with an interval of 95 %. If a scene has several members, only the first is compared;
+    choose another with --set.
 
     Parameters
     ----------
     dts : LIST
         Time steps of verlet, unit tau_dyn.
-    digits : int
-        Decimal digits of the certified solver.
+    digits : LIST
+        Decimal digits of certified. The true events are those with the most digits.
     events : int
-        Certified events to compare for each seed. Default: by the number of sliders.
+        True events to compare for each seed. Default: by the number of sliders.
     seeds : SEEDS
         Compare over K seeds, or over a list: 1,2,3. Default: by the number of sliders.
 
@@ -234,20 +228,24 @@ def compare(
     """
     from exactcreep.studies import comparison
     from exactcreep.studies.compare import ladder
+    from exactcreep.studies.needs import needs
 
     compared = scene_of(scene, settings)
     first = compared.settings()[0]
     experiment = compared.experiment(first)
-    best = exactcreep.Method("certified", digits=whole(digits, "digits"))
-    methods = ladder(experiment.chain, [part.strip() for part in dts.split(",")], best)
+    balls = [whole(part.strip(), "digits") for part in digits.split(",")]
+    methods = ladder(experiment, [part.strip() for part in dts.split(",")], balls)
     wanted: Any = whole(seeds, "seeds") if seeds is None or "," not in seeds else [
         whole(part.strip(), "seeds", 0) for part in seeds.split(",")
     ]  # fmt: skip
-    count, truth = whole(events, "events"), None if experiment.chain.slides else best
+    many = whole(events, "events")
     output.check()
+    if not output.json:
+        say_heading(compared.name, compared.title)
+        say_rows(needs(experiment).items())
     with shown(quiet=output.json) as display:
         data = exactcreep.compare(
-            experiment, methods, truth=truth, events=count, seeds=wanted, progress=display.show
+            experiment, methods, events=many, seeds=wanted, progress=display.show
         )
     about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
@@ -256,126 +254,35 @@ def compare(
 
         return draw_compared(data, title)
 
-    def tell() -> None:
-        say_heading(compared.name, compared.title)
-        _print_compared(data)
-
-    save = partial(write_dataset, data)
+    save, tell = partial(write_dataset, data), partial(_print_compared, data)
     output.deliver(Answer({**about, **comparison.summary(data)}, tell, save, draw))
 
 
 def _print_compared(data: xr.Dataset) -> None:
-    from exactcreep.model.numbers import with_error
-    from exactcreep.studies.comparison import advice, order, table
+    from exactcreep.studies.comparison import bias_text, sentence, table, unresolved
 
     def formatted(value: float, form: str) -> str:
         return "-" if math.isnan(value) else format(value, form)
 
-    seeds = data.sizes["seed"]
-    solvers = dict(zip(data.method.values.tolist(), data.solver.values.tolist(), strict=True))
-    how = "proved" if solvers.get(data.truth) == "certified" else "-"
-    say(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
-    rows = []
-    for name, row in table(data).iterrows():
-        short = str(name).replace("dt = ", "").replace(",", "")
-        bias, error = 100 * row.bias, 100 * row.bias_error
-        off = how if name == data.truth else formatted(row.error, ".1e")
+    measured, rows = data.bias.notnull().values, []
+    for known, (name, row) in zip(measured, table(data).iterrows(), strict=True):
+        short = str(name).replace("dt = ", "")
         rows.append((
-            short.replace(" digits", "").replace("ated", "."), formatted(row.parted, ".0f"),
-            formatted(row.agreed, ".0f"), off,
-            "-" if math.isnan(bias) else with_error(bias, error, "+"),
-            duration(row.seconds), formatted(row.ratio, ".3g"),
+            short.replace(" digits", "").replace(",", ""), formatted(row.parted, ".0f"),
+            formatted(row.agreed, ".0f"), formatted(row.error, ".1e"), duration(row.seconds),
+            f"{duration(row.fastest)} to {duration(row.slowest)}",
+            (bias_text(row) or "not resolved") if known else "-",
         ))  # fmt: skip
-    names = ("parted", "after", "error", "bias %", "time", "/exact")
+    names = ("parted", "after", "error", "time", "range", "bias %")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
-    for label, locate in (("Verlet", False), ("with located events", True)):
-        value, lower, upper = order(data, locate=locate)
-        if not math.isnan(value):
-            between = "" if math.isnan(lower) else f" ({lower:.2f} to {upper:.2f})"
-            say(f"order of the position error, {label}: {value:.2f}{between}")
+    seeds = data.sizes["seed"]
     say(
-        "parted: seeds with a wrong event; after: so many events that agree, median (inf: none"
-        " differs); error: the largest of positions before the wrong event (g tau_dyn^2), median;"
-        " bias: of the mean velocity against exact with the same disorder, 95 %; time: per"
-        " half-cycle, median",
+        f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}; parted:"
+        " seeds with a wrong event; after: events before it, median (inf: none is wrong); error: of"
+        " positions before any method is wrong (g tau_dyn^2; certified: proved), median; time:"
+        " processor time per half-cycle, median and range of"
+        f" {data.sizes['repetition']} repetitions; bias: of the mean velocity against exact with"
+        f" the same disorder, 95 %; {unresolved(data)} where the interval is wider than 10 %",
         style="dim",
     )
-    say(f"[bold]{advice(data)}[/bold]")
-
-
-def plan(
-    scene: SceneName,
-    /,
-    *,
-    settings: Settings = None,
-    digits: Whole = "15",
-    max_seconds: Patience = None,
-    output: Printed = _PRINTED,
-) -> None:
-    """Say what a scene needs, which solver answers it and why, what it costs, how far to trust it.
-
-    A solver that the scene names is never overridden. More than 8 members are printed in one line
-    each; --json always holds every member in full.
-
-    Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
-
-    Parameters
-    ----------
-    digits : int
-        Significant digits required of the trajectory.
-
-    Examples
-    --------
-    exactcreep plan six-sliders-cycles
-    exactcreep plan two-sliders-cycles --digits 40 --json
-    """
-    from exactcreep.studies.plan import plan_scene
-
-    planned = scene_of(scene, settings)
-    with shown(quiet=output.json) as display:
-        plans = plan_scene(planned, digits=digits, max_seconds=max_seconds, progress=display.show)
-    members, left = planned.settings(), ""
-    if len(plans) < len(members):
-        left = f"max_seconds was reached: {len(plans)} of {len(members)} members are planned"
-
-    def tell() -> None:
-        say_heading(planned.name, planned.title)
-        _print_plans(plans, in_full=len(members) <= _MOST_IN_FULL)
-
-    summary = of_members(planned.name, members, [plan.summary() for _, plan in plans])
-    output.deliver(Answer(summary, tell, status=LIMIT if left else 0, remark=left))
-
-
-def _print_plans(plans: Sequence[tuple[Mapping[str, Any], Plan]], *, in_full: bool) -> None:
-    if in_full:
-        for setting, plan in plans:
-            if setting:
-                say(settings_text(setting))
-            _print_plan(plan)
-        return
-    words = [plan.sentence for _, plan in plans]
-    for texts, alike in grouped([setting for setting, _ in plans], words):
-        many = f" ({len(alike)} members)" if len(alike) > 1 else ""
-        which = settings_text(dict(zip(plans[0][0], texts, strict=True)))
-        say(f"{which}{many}: {words[alike[0]]}")
-
-
-def _print_plan(plan: Plan) -> None:
-    needs = [(one.name, "needed" if one.needed else "not needed", one.reason) for one in plan.needs]
-    say_table(("", "", ""), needs, folded=("",), padding=(0, 2), show_header=False)
-    say(f"[bold]{plan.finding}[/bold]: {plan.reason}")
-    if plan.law:
-        values = " or ".join(f"{value:.10g}" for value in plan.law)
-        off = f" ± {plan.law_deviation:.2g}" if plan.law_deviation > 0 else ""
-        which = "" if plan.solver == "law" else f" ({plan.law_name})"
-        say(f"velocity per {plan.experiment.drive.per}: {values}{off}{which}")
-    if plan.theorems:
-        say("amplitudes: " + ", ".join(f"{k} {v:.6g}" for k, v in plan.theorems.items()))
-    if not math.isnan(plan.events):
-        cost = "not known" if math.isnan(plan.seconds) else f"about {duration(plan.seconds)}"
-        say(f"cost: {cost} for {plan.events:.3g} events (by the first ten half-cycles)")
-    elif plan.solver != "law":
-        say("cost: not known")
-    if plan.known_until is not None:
-        targets = "half-cycles" if plan.experiment.drive.cyclic else "targets"
-        say(f"trajectory: known to 1e-9 for the first {plan.known_until} {targets}")
+    say(f"[bold]{sentence(data)}[/bold]")

@@ -1,55 +1,63 @@
-"""The picture of `compare`: each method's error at every rest, and its bias against its cost."""
+"""The picture of `compare`: the error of each method against its time."""
 
 from __future__ import annotations
 
 import math
-from itertools import product
+from itertools import cycle
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator
 
-from exactcreep.figures.style import DASHES, DOTTED, INKS, LENGTH, new_figure, styled
-from exactcreep.studies.comparison import spread, table
+from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
+from exactcreep.studies.comparison import table
 
-_INKS = (*INKS, "#6B3E00", "#762A83", "#B2A800", "#800026")
-"""More colours than other pictures need: by default nine methods are compared."""
-_STYLES = [(*dashed, ink) for dashed, ink in product(zip(DASHES, "osD^", strict=True), _INKS)]
-"""Line, mark and colour of each method."""
+_MARKS = {"exact": "*", "certified": "s", "verlet": "o", "sliding": "^"}
 
 
 @styled
 def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
-    """Draw the position errors of the first seed at every rest, and the biases over the time."""
-    biases, rows, first = spread(data).bias, table(data), data.isel(seed=0)
-    figure = new_figure(9.0, 4.6, title)
-    left, right = figure.subplots(1, 2)
-    for k, name in enumerate(data.method.values):
-        dash, mark, ink = _STYLES[k % len(_STYLES)]
-        if name == data.truth:  # the reference solution has no error to draw
-            how = "proved" if data.solver.values[k] == "certified" else "the others' reference"
-            left.plot([], [], color=ink, linestyle=dash, label=f"{name}: {how}")
-        else:
-            errors, agreed = first.errors.values[k].copy(), int(first.rests[k])
-            errors[errors == 0] = math.nan
-            label = name if np.nanmax(errors, initial=0.0) > 0 else f"{name}: no error"
-            left.plot(data.rest[:agreed], errors[:agreed], color=ink, linestyle=dash, label=label)
-            left.plot(data.rest[agreed:], errors[agreed:], color=ink, linestyle=dash, linewidth=0.5)
-        value, low, high = 100 * biases.values[k]
-        bars = [[value - low], [high - value]] if np.isfinite(high - low) else None
-        if np.isfinite(value):
-            right.errorbar(rows.seconds.iloc[k], value, bars, color=ink, marker=mark, capsize=2)
-    left.set(yscale="log", xlabel="rests, one after each rearrangement")
-    left.set_ylabel(rf"largest error of $\tilde{{x}}_n$ {LENGTH}")
-    left.set_title("thin: after the first wrong event; gaps: no error", fontsize=8)
-    right.axhline(0.0, color="0", linestyle=DOTTED, linewidth=0.8, zorder=0)
-    right.set(xscale="log", xlabel="time per half-cycle (ms)")
-    right.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # few enough that no labels overlap
-    for each in (right.xaxis.set_major_formatter, right.xaxis.set_minor_formatter):
-        each(lambda seconds, _: f"{1000 * seconds:g}")
-    right.tick_params(axis="x", which="minor", labelsize=7)
-    right.set_ylabel("bias of the mean velocity (%), 95 %")
-    right.margins(x=0.12)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    """Draw one mark for each method: its error over its time, with the ranges of both.
+
+    The legend says after how many events the first wrong one comes. Proved errors have a scale of
+    their own below the others. Without an error a mark stands at the lower edge.
+    """
+    figure, rows = new_figure(7.0, 5.4, title), table(data)
+    rows = rows[rows.error.notna() & rows.seconds.notna()]
+    proved = rows.solver == "certified"
+    parts = [part for part in (rows[~proved], rows[proved]) if len(part)]
+    ratios = [3, 1] if len(parts) == 2 else [1]
+    every = figure.subplots(len(parts), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    inks = dict(zip(rows.index, cycle(INKS), strict=False))
+    for axes, part in zip(every, parts, strict=True):
+        known = part.error_low[part.error_low > 0]
+        floor = known.min() / 10 if known.size else 1e-18
+        for name, row in part.iterrows():
+            errors = row.error_low, row.error, row.error_high
+            low, value, high = (max(error, floor) for error in errors)
+            axes.errorbar(
+                row.seconds, value, [[value - low], [high - value]],
+                [[row.seconds - row.fastest], [row.slowest - row.seconds]],
+                fmt=_MARKS.get(row.solver, "D"), color=inks[name], capsize=2,
+                label=f"{name}: {_wrong(row)}",
+            )  # fmt: skip
+        axes.set(xscale="log", yscale="log")
+        axes.margins(0.1, 0.2)
+    every[0].set_title(f"{data.sizes['seed']} seeds of {int(np.median(data.events))} events",
+                       fontsize=8)  # fmt: skip
+    every[0].set_ylabel(f"largest error of a position {LENGTH}\nbefore any method is wrong")
+    if proved.any():
+        every[-1].set_ylabel("proved")
+    every[-1].set_xlabel("processor time per half-cycle (s)")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def _wrong(row: pd.Series) -> str:
+    """Return when the first wrong event of a method comes."""
+    if math.isnan(row.agreed):
+        return "no events"
+    if row.agreed < math.inf:
+        return f"wrong after {row.agreed:.0f} events"
+    return f"wrong in {row.parted} seeds" if row.parted else "no wrong event"

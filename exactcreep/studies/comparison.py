@@ -1,180 +1,94 @@
-"""Evaluate the dataset of `compare`: orders in the time step, intervals, a table, and advice."""
+"""Evaluate the dataset of `compare`: a table of the methods, and the sentence that sums it up."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
-from scipy import stats
 
 from exactcreep.model.numbers import plain_data, with_error
 
-_LEVEL = 0.95
-
-
-class Interval(NamedTuple):
-    """A number and its interval; nan where unknown."""
-
-    value: float
-    lower: float = math.nan
-    upper: float = math.nan
-
-
-UNKNOWN = Interval(math.nan)
-
-
-def interval_of_mean(values: Sequence[float] | NDArray[np.float64]) -> Interval:
-    """Return the mean of independent numbers, with Student's interval of 95 %."""
-    known = np.asarray(values, dtype=float)
-    if known.size < 2 or not np.isfinite(known).all():
-        return UNKNOWN
-    mean = float(known.mean())
-    half = float(stats.t.ppf((1 + _LEVEL) / 2, known.size - 1) * stats.sem(known))
-    return Interval(mean, mean - half, mean + half)
-
-
-def rate_of(count: int, among: float) -> Interval:
-    """Return a rate with the interval of 95 % of a Poisson count."""
-    if not among > 0:
-        return UNKNOWN
-    low = stats.chi2.ppf((1 - _LEVEL) / 2, 2 * count) / 2 if count else 0.0
-    high = stats.chi2.ppf((1 + _LEVEL) / 2, 2 * count + 2) / 2
-    return Interval(count / among, float(low) / among, float(high) / among)
-
-
-def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
-    """Return the order in dt of Verlet's position errors, with or without located events.
-
-    ``log(error ratio) / log(dt ratio)`` of neighbouring steps, at rests before a wrong event,
-    averaged over pairs with the weight ``log(dt ratio)**2``, then over seeds, with an interval.
-    """
-    family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
-    family = family.isel(method=np.argsort(-family.dt.values))
-    steps, found = np.log(family.dt.values), []
-    for s in range(data.sizes["seed"]):
-        above = below = 0.0
-        for i, j in pairwise(range(steps.size)):
-            shared = family.rests.values[[i, j], s].min()
-            if not shared:
-                continue
-            medians = np.median(family.errors.values[[i, j], s, :shared], axis=1)
-            if medians.min() > 0:
-                step = steps[i] - steps[j]
-                above += math.log(medians[0] / medians[1]) * step
-                below += step * step
-        if below:
-            found.append(above / below)
-    return Interval(float(found[0])) if len(found) == 1 else interval_of_mean(found)
-
-
-def spread(data: xr.Dataset) -> xr.Dataset:
-    """Return statistics over the seeds for each method, over ``method`` and ``interval``.
-
-    ``agreed``: events before the first wrong event (median and quartiles; inf where that many seeds
-    had none); ``rate``: wrong events per event (Poisson's 95 %); ``error``: the largest position
-    error (median and quartiles); ``bias``: of the velocity, relative to `exact` (Student's 95 %).
-    """
-    # velocity - bias is the velocity of exact
-    scale = abs(float((data.velocity - data.bias).mean()))
-    methods = [_spread(data.isel(method=k), scale) for k in range(data.sizes["method"])]
-    dims = ("method", "interval")
-    variables = {name: (dims, [own[name] for own in methods]) for name in methods[0]}
-    coords = data.drop_vars("rest").coords
-    return xr.Dataset(variables, coords).assign_coords(interval=list(Interval._fields))
-
-
-def _spread(own: xr.Dataset, scale: float) -> dict[str, Interval]:
-    agreed, differs, error = own.agreed.values, own.differs.values, own.error.values
-    lives = np.sort(np.where(differs, agreed, math.inf))
-    places = [max(math.ceil(share * lives.size) - 1, 0) for share in (0.5, 0.25, 0.75)]
-    known = error[~np.isnan(error)]
-    biases = own.bias.values / (scale or math.nan)
-    events = not np.isnan(agreed).any()
-    several = biases.size > 1 and np.isfinite(biases).all()
-    return {
-        "agreed": Interval(*lives[places]) if events else UNKNOWN,
-        "rate": rate_of(int(differs.sum()), agreed.sum()) if events else UNKNOWN,
-        "error": Interval(*np.quantile(known, (0.5, 0.25, 0.75))) if known.size else UNKNOWN,
-        "bias": interval_of_mean(biases) if several else Interval(biases[0]),
-    }
+_WITHIN = 0.01
+"""Relative bias within which a mean velocity counts as right."""
+_RESOLVED = 0.1
+"""Width of an interval of 95 % from which on a relative bias is not known."""
 
 
 def table(data: xr.Dataset) -> pd.DataFrame:
-    """Return one row for each method, with statistics over the seeds.
+    """Return one row for each method: medians and ranges over seeds and repetitions.
 
-    Columns: ``parted`` (seeds with a wrong event), ``agreed``, ``error`` and ``bias`` as in
-    `spread`, ``bias_error`` (half the width of its interval), ``velocity``, and the medians of
-    ``seconds`` per half-cycle and its ``ratio`` to `exact`.
+    Columns: ``parted`` (seeds with a wrong event), ``agreed`` (median number of events before the
+    first wrong one; inf if most seeds have none), ``error`` (at the rests before a wrong event of
+    any method) with ``error_low`` and ``error_high``, ``seconds`` with ``fastest`` and ``slowest``,
+    ``bias`` and ``bias_error`` (nan unless resolved).
     """
-    known, middle = spread(data), data[["seconds", "velocity"]].median("seed")
-    value, low, high = (known.sel(interval=part) for part in Interval._fields)
-    exact = data.seconds.where(data.solver == "exact", drop=True)
+    lives = data.agreed.where(data.differs | data.agreed.isnull(), math.inf).values
+    middle = math.ceil(data.sizes["seed"] / 2) - 1
+    error, seconds = data.shared_error.values, data.seconds.values
+    resolved = (2 * data.bias_error <= _RESOLVED).values
     columns = {
-        "parted": data.differs.sum("seed"),
-        "agreed": value.agreed,
-        "error": value.error,
-        "velocity": middle.velocity,
-        "bias": value.bias,
-        "bias_error": (high.bias - low.bias) / 2,
-        "seconds": middle.seconds,
-        "ratio": middle.seconds / (float(exact.median()) if exact.size else math.nan),
+        "solver": data.solver.values,
+        "parted": data.differs.sum("seed").values,
+        "agreed": np.sort(lives, axis=1)[:, middle],
+        "error": np.median(error, axis=1),
+        "error_low": error.min(axis=1),
+        "error_high": error.max(axis=1),
+        "seconds": np.median(seconds, axis=1),
+        "fastest": seconds.min(axis=1),
+        "slowest": seconds.max(axis=1),
+        "bias": np.where(resolved, data.bias, math.nan),
+        "bias_error": np.where(resolved, data.bias_error, math.nan),
     }
-    return pd.DataFrame({name: column.values for name, column in columns.items()},
-                        index=pd.Index(data.method.values, name="method"))  # fmt: skip
+    return pd.DataFrame(columns, index=pd.Index(data.method.values, name="method"))
 
 
-def advice(data: xr.Dataset) -> str:
-    """Recommend a method and step for trajectories, and one for the mean velocity.
-
-    A bias counts as zero if its interval over the seeds contains zero; the sentence then states the
-    largest bias in the interval. The recommendation does not depend on times.
-    """
-    if list(data.solver.values) == ["sliding"]:
+def sentence(data: xr.Dataset) -> str:
+    """Return which method to take for trajectories, and which for mean velocities within 1 %."""
+    rows = table(data)
+    if (rows.solver == "sliding").all():
         return "Take sliding: this chain has no slips, and the sliding limit is exact."
-    rows, seeds = table(data).assign(dt=data.dt, solver=data.solver), data.sizes["seed"]
-    verlet, said = rows[rows.dt > 0], []
-    safe = rows[(rows.parted == 0) & rows.agreed.notna() & (rows.index != data.truth)]
-    # steps fall from method to method
-    safe = pd.concat([safe[safe.dt.isna()], safe[safe.dt > 0][:1]])
-    if safe.size:
-        said.append(
-            f"for trajectories take {' or '.join(safe.index)}: all {int(data.events.sum())} events"
-            f" of {data.truth} agree, positions to {safe.error.max():.2g} g tau_dyn^2"
+    safe = rows[(rows.parted == 0) & rows.agreed.notna()]
+    fair = rows[abs(rows.bias) + rows.bias_error <= _WITHIN]
+    trajectories = "no method of these is right"
+    if len(safe):
+        best = safe.loc[safe.seconds.idxmin()]
+        trajectories = (
+            f"take {best.name}: all {int(data.events.sum())} events of {data.truth} agree,"
+            f" positions to {float(data.error.sel({'method': best.name}).max()):.2g} g tau_dyn^2"
         )
-    if len(wrong := verlet[verlet.parted > 0]):
-        finest = wrong.dt.idxmin()
-        said.append(f"{finest} turns wrong in {wrong.parted[finest]} of {seeds} seeds")
-    fair = verlet[abs(verlet.bias) <= verlet.bias_error]
+    velocities = f"none is known within 1 % by {_half_cycles(data)}"
     if len(fair):
-        widest = fair.loc[fair.dt.idxmax()]
-        off = with_error(100 * widest.bias, 100 * widest.bias_error, "+")
-        hidden = 100 * (abs(widest.bias) + widest.bias_error)
-        said.append(f"the mean velocity of {widest.name} is off by {off} % (95 %), none that is"
-                    f" seen: {seeds} seeds could hide {hidden:.2g} %")  # fmt: skip
-    doubted = rows[((rows.dt > 0) & (len(fair) == 0)) | (rows.solver == "sliding")]
-    for name, row in doubted[doubted.bias.notna()].iterrows():
-        has_interval = not math.isnan(row.bias_error)
-        off = with_error(100 * row.bias, 100 * row.bias_error, "+") + " %"
-        where = "" if has_interval else " in this run"
-        said.append(f"the mean velocity of {name} is off by {off}{where}")
-    text = "; ".join(said or ["no method is known to be right here"])
-    return text[0].upper() + text[1:] + "."
+        best = fair.loc[fair.seconds.idxmin()]
+        off = "the bias is measured against it"
+        if best.solver != "exact":
+            off = f"its bias is {bias_text(best)} %"
+        velocities = f"take {best.name}: {off}"
+    return f"For trajectories {trajectories}; for mean velocities within 1 % {velocities}."
+
+
+def bias_text(row: Any) -> str:
+    """Return the bias of a row of the table in percent, or "" unless it is resolved."""
+    if math.isnan(row.bias):
+        return ""
+    return with_error(100 * row.bias, 100 * row.bias_error, "+")
+
+
+def unresolved(data: xr.Dataset) -> str:
+    """Return why a bias is not printed."""
+    return f"not resolved by {_half_cycles(data)}"
+
+
+def _half_cycles(data: xr.Dataset) -> str:
+    return f"{int(data.half_cycles.sum())} half-cycles"
 
 
 def summary(data: xr.Dataset) -> dict[str, Any]:
-    """Return the dataset and the statistics above by name, ready for JSON."""
-    known = spread(data)
-    methods = {
-        name: {part: known[part].sel({"method": name}).values.tolist() for part in known.data_vars}
-        for name in data.method.values.tolist()
-    }
-    rows = data.drop_dims("rest").to_dataframe(dim_order=["method", "seed"]).reset_index()
-    orders = {"verlet": order(data), "verlet, located": order(data, locate=True)}
-    whole = {"advice": advice(data), "orders": orders, "intervals": methods}
-    return plain_data(dict(data.attrs) | whole | {"rows": rows.to_dict("records")})
+    """Return the dataset, its table and its sentence by name, ready for JSON."""
+    rows = data.drop_dims("repetition").drop_vars(["bias", "bias_error"]).to_dataframe()
+    needs = dict(line.split(": ", 1) for line in data.needs.splitlines())
+    methods = table(data).assign(repetitions=data.seconds.values.tolist()).reset_index()
+    about = {"needs": needs, "sentence": sentence(data), "methods": methods.to_dict("records")}
+    return plain_data(dict(data.attrs) | about | {"rows": rows.reset_index().to_dict("records")})

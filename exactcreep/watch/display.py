@@ -79,10 +79,10 @@ class Display(AbstractContextManager["Display"]):
             self._start()
         if progress.phase == "compiling" and not self.compiling:
             self.compiling = True
-            self._write(COMPILING)
+            self.write(COMPILING)
         if progress.answer != self.answer:
             self.answer = progress.answer
-            self._write(terminal.printable(self.answer[0].upper() + self.answer[1:]))
+            self.write(terminal.printable(self.answer[0].upper() + self.answer[1:]))
         if time.monotonic() < self.next:
             return
         self.next = time.monotonic() + self.pause
@@ -90,7 +90,7 @@ class Display(AbstractContextManager["Display"]):
         if not math.isnan(left := progress.seconds_left):
             far += f", about {timedelta(seconds=round(left))} left"
         if self.bar is None:
-            self._write(f"{what}: {far}")
+            self.write(f"{what}: {far}")
             return
         about = {"total": 1, "completed": progress.share} if progress.total else {}
         self.bar.update(self.task, description=what, far=far, **about)
@@ -110,7 +110,8 @@ class Display(AbstractContextManager["Display"]):
             self.pause = _BETWEEN_LINES
             self.next = math.inf if self.quiet else self.begin + _BETWEEN_LINES
 
-    def _write(self, line: str) -> None:
+    def write(self, line: str) -> None:
+        """Print a line above the bar."""
         if self.bar is not None:
             self.bar.console.print(line, markup=False)
         else:

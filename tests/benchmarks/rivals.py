@@ -4,7 +4,7 @@ Between two events the sliders that move obey Eqs. 5-7; the contact rules
 switch from one set of movers to the next. Both rivals integrate the movers with their own event
 detection (a velocity reaches zero, a neighbour reaches its threshold), stop at the event, and go on
 with the new set. Nothing of `exactcreep.motion` is used. `registered` makes them methods of
-`compare`: ``Method("scipy", rtol=1e-9)``, ``Method("heyoka", tol=1e-9)``.
+`compare`: ``solver="scipy"`` with the option ``rtol``, ``solver="heyoka"`` with ``tol``.
 """
 
 from __future__ import annotations

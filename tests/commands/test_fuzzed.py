@@ -21,7 +21,7 @@ LINES = (
     "fate --n 3 --amplitude 0.0004 --solver exact",
     "threshold --n 2 --digits 4 --solver exact",
     "survival --n 3 --amplitude 0.0004 --starts 2 --cycles 20",
-    "plan two-sliders-cycles",
+    "compare two-sliders-cycles --events 20 --dts 0.1",
     "scenes",
     "show r.nc",
     "record weather.csv",
@@ -67,7 +67,7 @@ def test_a_mistyped_line_ends_with_an_answer_or_a_sentence(
 ENDLESS = {
     "survival --n 6 --amplitude 0.000969 --starts 4000": "cycles followed",
     "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact": "last advance",
-    "plan chain-jumps": "interrupted",
+    "compare thirty-sliders-cycles": "interrupted",
     "run two-sliders-cycles --set drive.cycles=1e9 --checkpoint a.ckpt --force": "same command",
 }
 """Lines that are never done in time, with a word of what is known when they are stopped."""

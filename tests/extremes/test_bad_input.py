@@ -30,7 +30,6 @@ from exactcreep import (
     disorder,
     fate,
     load_scene,
-    plan,
     rearrange,
     sweep,
     threshold,
@@ -117,7 +116,6 @@ def refusal(call: Callable[[], Any]) -> InputError | None:
 
 REST = State.relaxed(CHAIN)
 EXPERIMENT = Scene.from_text(SCENE).experiment()
-SLIDING = Chain(3, 1, 1, 1, tan_alpha=0)
 CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
     "chain": [lambda a, b, name=name: Chain(**GOOD | {name: a}) for name in GOOD],
     "drive": [
@@ -142,10 +140,8 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [
-        lambda a, b: plan(a, RUN), lambda a, b: plan(CHAIN, a), lambda a, b: compare(a),
-        lambda a, b: plan(SLIDING, RUN, digits=a, seed=b),
+        lambda a, b: compare(a), lambda a, b: compare(EXPERIMENT, seeds=a, events=b),
         lambda a, b: compare(EXPERIMENT, a, events=1),
-        lambda a, b: compare(EXPERIMENT, truth=a, events=1),
         lambda a, b: sweep(None if isinstance(a, (bool, int)) else a),
         lambda a, b: TemperatureRecord(a, b, 20), lambda a, b: TemperatureRecord("none.csv", a, b),
         lambda a, b: TemperatureRecord("none.csv", 1, 20, unit=a, delimiter=b),

@@ -13,13 +13,32 @@ import pytest
 import xarray as xr
 
 import exactcreep as ec
-from exactcreep import Creep, Cycles, Evidence, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep import (
+    Creep,
+    Cycles,
+    Drive,
+    Evidence,
+    GaussianSteps,
+    InputError,
+    Outcome,
+    State,
+    creep,
+)
 from exactcreep.quasistatic.creep import PhysicsWarning, run_alone
-from exactcreep.studies.compare import shortened
 from tests.paper import paper_chain
 from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE, VECTORS
 
 SHORT = Cycles("0.01", 5)
+
+
+def shortened(drive: Drive, targets: int) -> Drive:
+    """Return a drive of the first targets, at least one (for cycles: one whole cycle)."""
+    targets = min(max(targets, 1), drive.half_cycles)
+    if isinstance(drive, Cycles):
+        return Cycles(drive.amplitude, max(targets // 2, 1))
+    if isinstance(drive, GaussianSteps):
+        return GaussianSteps(drive.sigma_theta, targets)
+    return ec.Path([drive.exact_target(q) for q in range(1, targets + 1)])
 
 
 @pytest.mark.parametrize(

@@ -1,163 +1,225 @@
-"""Solvers held against the certified one: what is not the same is found, what is silent is not."""
+"""What accuracy costs: wrong events are found where they are, and times are times."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep import Cycles, Event, Evidence, Experiment, Method, compare, creep
+from exactcreep import (
+    Chain,
+    Cycles,
+    Drive,
+    Event,
+    Evidence,
+    Experiment,
+    GaussianSteps,
+    InputError,
+    compare,
+    creep,
+    load_scene,
+)
 from exactcreep import Path as ThetaPath
-from exactcreep.studies.compare import ladder
-from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
-from exactcreep.studies.trajectory import Trajectory, agree, drive_with_rests, trajectory
-from exactcreep.watch.limits import Limits
+from exactcreep.scene import Scene
+from exactcreep.studies import compare as studied
+from exactcreep.studies.compare import Track, agreement, drive_with_rests, label, ladder, track
+from exactcreep.studies.comparison import sentence, table, unresolved
+from exactcreep.studies.needs import needs
 from tests.conftest import Command
 from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(3)
 EXPERIMENT = Experiment(CHAIN, ThetaPath(["0.001", "-0.001", "0.001"]), seed=5)
-PLACE = 9
-"""A rearrangement on the way to the second target."""
+ENDS = (1, 2, 3)
 
 
 @cache
-def own() -> Trajectory:
-    return trajectory(Method("exact"), EXPERIMENT, 3)
+def own() -> Track:
+    return track(EXPERIMENT, 3)[0]
 
 
 @cache
-def known() -> Trajectory:
-    return trajectory(Method("certified"), EXPERIMENT, 3)
+def known() -> Track:
+    return track(replace(EXPERIMENT, solver="certified"), 3)[0]
 
 
-def with_events(place: int, events: Sequence[Event]) -> Trajectory:
-    """Return the trajectory of `exact` with other events in one rearrangement."""
-    log = list(own().log)
-    log[place] = log[place]._replace(events=tuple(events))
-    return replace(own(), log=log)
+def with_event(place: int, event: Event) -> Track:
+    """Return the track of `exact` with another event in one place."""
+    events = list(own().events)
+    events[place] = events[place]._replace(event=event)
+    return own()._replace(events=events)
 
 
-def before(place: int) -> int:
-    return sum(len(one.events) for one in own().log[:place])
-
-
-def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest() -> None:
-    found = agree(own(), known())
-    assert not found.differs
-    assert found.agreed == len(known().events) == before(len(own().log)) > 50
-    assert found.compared == found.errors.size == known().reached == 3
-    assert 0 < found.errors.max() < 1e-13
+def test_good_trajectories_agree_in_all_events_and_rests() -> None:
+    found = agreement(own(), known(), ENDS)
+    assert (found["differs"], found["wrong"], found["rests"]) == (False, "", 3)
+    assert found["agreed"] == len(known().events) > 50
     assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
-    x = own().x.copy()
-    x[1, 2] += 1e-9
-    wrong = agree(replace(own(), x=x), known()).errors
-    assert wrong[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
-    assert np.delete(wrong, 1).max() < 1e-13
 
 
-@pytest.mark.parametrize("place", [0, PLACE, -1])
+@pytest.mark.parametrize("place", [0, 60, -1])
 def test_an_event_that_differs_is_found_where_it_is_unless_its_time_alone_does(place: int) -> None:
-    place %= len(own().log)
-    events = own().log[place].events
-    for k, event in enumerate(events):
-        late = replace(event, time=2 * event.time)
-        turned = replace(event, signs=tuple(-sign for sign in event.signs))
-        other = with_events(place, [*events[:k], turned, *events[k + 1 :]])
-        shared = before(place) + k
-        for one in (agree(other, known()), agree(known(), other)):
-            assert (one.differs, one.agreed, one.errors.size) == (True, shared, 3)
-            assert one.compared == own().log[place].half_cycle - 1
-            assert {one.own, one.known} == {other.events[shared], known().events[shared]}
-        assert not agree(with_events(place, [*events[:k], late, *events[k + 1 :]]), known()).differs
+    place %= len(own().events)
+    there = own().events[place]
+    late = replace(there.event, time=2 * there.event.time)
+    turned = replace(there.event, signs=tuple(-sign for sign in there.event.signs))
+    other = with_event(place, turned)
+    for pair in ((other, known()), (known(), other)):
+        found = agreement(*pair, ENDS)
+        assert (found["differs"], found["agreed"]) == (True, place)
+        assert found["rests"] == there.half_cycle - 1
+        assert f"in half-cycle {there.half_cycle} instead of" in found["wrong"]
+    assert not agreement(with_event(place, late), known(), ENDS)["differs"]
 
 
 def test_what_a_trajectory_that_was_cut_short_does_not_tell_is_no_difference() -> None:
-    log = [*own().log[:PLACE], own().log[PLACE]._replace(events=own().log[PLACE].events[:1])]
-    short = replace(own(), log=log, x=own().x[:1], ended=False)
-    for silent in (agree(short, known()), agree(known(), short)):
-        assert not silent.differs
-        assert silent.agreed == before(PLACE) + 1
-        assert silent.compared == silent.errors.size == 1
-    gave_up = agree(replace(short, ended=True), known())  # although it could have gone on
-    assert (gave_up.agreed, gave_up.own) == (before(PLACE) + 1, None)
+    begun = [event for event in own().events if event.half_cycle == 2][:1]
+    events = [event for event in own().events if event.half_cycle == 1] + begun
+    short = own()._replace(events=events, x=own().x[:1], ended=False)
+    for pair in ((short, known()), (known(), short)):
+        found = agreement(*pair, ENDS)
+        assert (found["differs"], found["agreed"], found["rests"]) == (False, len(events), 1)
+    gave_up = agreement(short._replace(ended=True), known(), ENDS)  # though it could have gone on
+    assert (gave_up["differs"], gave_up["agreed"]) == (True, len(events))
+    assert gave_up["wrong"].startswith("no further event")
 
 
-SEEDS = (4, 5, 6, 7, 8, 9)
+SEEDS = (4, 5, 6, 7)
 GIVEN = Experiment(CHAIN, Cycles("0.01", 12))
-TRUTH = Method("certified", digits=20)
 
 
 @cache
 def data() -> xr.Dataset:
-    return compare(GIVEN, truth=TRUTH, seeds=SEEDS, events=120)
+    return compare(GIVEN, ladder(GIVEN, ["0.1", "0.01"], [20]), seeds=SEEDS, events=120)
 
 
 def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its_run() -> None:
     member = replace(GIVEN, seed=6)
-    path, _ = drive_with_rests(member, 120)
-    broken = replace(member, drive=path)
-    truth = trajectory(TRUTH, broken, path.half_cycles, enough=120)
-    exact = creep(CHAIN, GIVEN.drive, seed=6, record=())
-    most = Limits(2 * len(truth.events) + 100)
-    for method in ladder(CHAIN)[2:-1]:
-        found = agree(trajectory(method, broken, truth.reached, limits=most), truth)
-        there = data().loc[{"method": method.label, "seed": 6}]
-        errors = there.errors.values[~np.isnan(there.errors.values)]
-        assert (there.agreed, there.differs, there.rests) == (
-            found.agreed, found.differs, found.compared,
-        )  # fmt: skip
-        assert errors.tolist() == found.errors.tolist()
-        assert there.error == found.errors[: found.compared].max()
-        run = creep(CHAIN, GIVEN.drive, seed=6, solver=method.solver, record=(), **method.options)
-        assert (there.velocity, there.bias) == (run.velocity, run.velocity - exact.velocity)
+    path, ends = drive_with_rests(member, 120)
+    truth = track(replace(member, drive=path, solver="certified", options={"digits": 20}), 999,
+                  enough=120)[0]  # fmt: skip
+    exact = creep(CHAIN, GIVEN.drive, seed=6)
+    for method in ladder(GIVEN, ["0.1", "0.01"], [20])[2:-1]:
+        mine = track(replace(method, seed=6, drive=path), len(truth.x), 1000)[0]
+        there = data().loc[{"method": label(method), "seed": 6}]
+        for name, value in agreement(mine, truth, ends).items():
+            assert there[name] == value
+        errors = abs(mine.x - truth.x.astype(float))[: int(there.rests)]
+        assert there.error == pytest.approx(errors.max(initial=0), rel=1e-9, nan_ok=True)
+        run = creep(CHAIN, GIVEN.drive, seed=6, solver="verlet", **method.options)
+        assert there.velocity == pytest.approx(run.velocity, rel=1e-12)
+    assert data().velocity.loc["exact", 6] == pytest.approx(exact.velocity, rel=1e-12)
+    velocities = data().velocity.values
+    biases = velocities.mean(axis=1) / velocities[0].mean() - 1
+    assert np.allclose(biases, data().bias, rtol=1e-9, atol=1e-15, equal_nan=True)
+
+
+def test_the_certified_events_are_as_many_as_asked_and_proved() -> None:
+    assert data().truth == "certified, 20 digits"
     assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
-    radii = data().truth_radius.values
-    assert 0 < radii.min() <= radii.max() < 1e-15
+    for seed, events in zip(SEEDS, data().events.values, strict=True):
+        path, _ = drive_with_rests(replace(GIVEN, seed=seed), 120)
+        run = creep(CHAIN, path, seed=seed, solver="certified", digits=20)
+        counted = run.event_count  # a drive with rests ends after the event that makes enough
+        assert 120 <= events <= counted
+        assert data().agreed.loc["certified, 20 digits", seed] == events
+    assert 0 < data().error.loc["certified, 20 digits"].values.max() < 1e-20
 
 
-def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() -> None:
+def test_exact_never_parts_and_small_steps_part_later() -> None:
     rows = table(data())
     assert rows.parted["exact"] == rows.bias["exact"] == 0
     assert rows.agreed["exact"] == math.inf
-    assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01, located"]
-    parted = rows.parted[data().dt.values > 0]
-    located = parted.index.str.endswith("located")
-    assert parted[~located].sum() > parted[located].sum()
+    assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01"] < 0.1
+    assert rows.agreed["verlet, dt = 0.1"] < rows.agreed["verlet, dt = 0.01"]
     assert math.isnan(rows.agreed["sliding"])
-    assert rows.error["sliding"] > 0.01
-    fitted, second = (order(data(), locate=locate) for locate in (False, True))
-    assert second.lower < 2 < second.upper < second.lower + 0.6
-    assert fitted.upper < second.lower
-    assert "exact" in advice(data())
-    assert "trajectories" not in advice(data().assign(differs=data().differs | True))
+    assert rows.error["sliding"] > 0.001
+    assert sentence(data()).startswith("For trajectories take exact: all")
+    assert "no method" in sentence(data().assign(differs=data().differs | True))
 
 
-def test_rates_quartiles_and_biases_of_known_numbers() -> None:
-    values = {
-        "agreed": [10.0, 20, 30, 40],
-        "differs": [True, True, False, True],
-        "error": [3.0, 2, 5, math.nan],
-        "velocity": [1.0, 2, 3, 4],
-        "bias": [0.0, 1, 2, 3],
+def test_times_are_medians_of_turns_in_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, turns, calls = [0.0], list[str](), iter(range(1000))
+
+    def driven(method: Experiment, targets: int, copies: int) -> Any:
+        before = now[0]
+        turns.append(label(method))
+        now[0] += 2.0 ** next(calls)  # of five turns of two methods: 1 2, 4 8, ... 256 512
+        return np.linspace(0, 1, targets), now[0] - before
+
+    monkeypatch.setattr(studied, "_timed", driven)
+    methods = [GIVEN, replace(GIVEN, solver="verlet", options={"dt": "0.1"})]
+    rows = table(compare(GIVEN, methods, seeds=1, events=20))
+    assert turns == ["exact", "verlet, dt = 0.1"] * 5
+    for k, name in enumerate(turns[:2]):
+        assert (24 * rows.loc[name, ["fastest", "seconds", "slowest"]]).tolist() == [
+            2.0**k, 2.0 ** (k + 4), 2.0 ** (k + 8),
+        ]  # fmt: skip
+
+
+def test_the_seconds_of_a_method_are_those_of_its_run_and_not_of_its_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    simulate, simulation = studied.simulate, Experiment.simulation
+
+    def driven(*given: Any, **about: Any) -> Any:
+        now[0] += 3.0
+        return simulate(*given, **about)
+
+    def begun(*given: Any, **about: Any) -> Any:
+        now[0] += 100.0
+        return simulation(*given, **about)
+
+    monkeypatch.setattr(studied, "process_time", lambda: now[0])
+    monkeypatch.setattr(studied, "simulate", driven)
+    monkeypatch.setattr(Experiment, "simulation", begun)
+    certified = replace(GIVEN, solver="certified", options={"digits": 20})
+    found = compare(GIVEN, [GIVEN, certified], seeds=1, events=20)
+    assert set(found.seconds.values[0]) == {3.0 / 24}  # of 24 half-cycles
+    events = creep(CHAIN, GIVEN.drive, record=()).event_count / 24
+    assert found.seconds.values[1] == pytest.approx([3.0 / found.events.item() * events] * 5)
+
+
+def known_rows(**changed: Any) -> xr.Dataset:
+    """Return a dataset of four seeds with known numbers."""
+    both = ("method", "seed")
+    values: dict[str, Any] = {
+        "agreed": (both, [[10.0, 20, 30, 40]]),
+        "differs": (both, [[True, True, False, True]]),
+        "error": (both, [[3.0, 2, 5, 4]]),
+        "shared_error": (both, [[3.0, 2, 5, 4]]),
+        "seconds": (("method", "repetition"), [[1.0, 9, 2]]),
+        "bias": ("method", [0.05]),
+        "bias_error": ("method", [0.049]),
+        "events": ("seed", [40] * 4),
+        "half_cycles": ("seed", [7] * 4),
     }
-    known = xr.Dataset({name: (("method", "seed"), [row]) for name, row in values.items()})
-    known = known.assign_coords(method=["one"], rest=[0])
-    found = {name: part.values[0].tolist() for name, part in spread(known).items()}
-    assert found["agreed"] == [20, 10, 40]  # the third, of 30 events, never parted
-    # a Poisson count of 3 lies between .6187 and 8.7673 (F. Garwood, Biometrika 28, 437 (1936))
-    assert np.multiply(100, found["rate"]) == pytest.approx((3, 0.6187, 8.7673), abs=1e-4)
-    assert found["error"][0] == 3
-    assert found["bias"][0] == pytest.approx(1.5, rel=1e-15)
-    assert interval_of_mean([1, 2, 3]) == pytest.approx((2, 2 - 2.48414, 2 + 2.48414), rel=1e-5)
-    assert all(math.isnan(part) for part in interval_of_mean([1]))
-    assert 30 * rate_of(0, 30).upper == pytest.approx(3.6889, abs=1e-4)
+    coords = {"method": ["one"], "solver": ("method", ["verlet"])}
+    return xr.Dataset(values | changed, coords)
+
+
+def test_medians_and_ranges_of_known_numbers() -> None:
+    (row,) = table(known_rows()).itertuples()
+    assert (row.parted, row.agreed) == (3, 20)
+    assert (row.error_low, row.error, row.error_high) == (2, 3.5, 5)
+    assert (row.fastest, row.seconds, row.slowest) == (1, 2, 9)
+    assert (row.bias, row.bias_error) == (0.05, 0.049)
+
+
+def test_a_bias_is_told_only_where_its_interval_is_below_ten_percent() -> None:
+    wide = known_rows(bias_error=("method", [0.051]))
+    assert math.isnan(table(wide).bias["one"])
+    assert unresolved(wide) == "not resolved by 28 half-cycles"
+    assert "mean velocities within 1 % none is known within 1 % by 28" in sentence(wide)
 
 
 def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
@@ -165,16 +227,81 @@ def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
     found = compare(slides, events=5)
     assert found.method.values.tolist() == ["sliding"]
     assert (found.error.item(), found.rests.item()) == (0.0, 5)
+    assert sentence(found).startswith("Take sliding")
 
 
-def test_the_command_draws_the_errors_that_it_writes(command: Command, drawn: list[Figure]) -> None:
+def test_methods_of_another_chain_are_refused() -> None:
+    with pytest.raises(InputError, match="another chain or drive"):
+        compare(GIVEN, [replace(GIVEN, chain=paper_chain(4))])
+
+
+# --- what a scene needs ---------------------------------------------------------------------------
+
+SIX, CYCLES, PAIR = paper_chain(6, tan_alpha="0.23"), Cycles("0.01", 100), captions(2)
+ONSET = Fraction(float(PAIR.mu_s - PAIR.tan_alpha) * PAIR.cos_alpha) / PAIR.l0
+
+
+def needed(experiment: Experiment) -> Sequence[str]:
+    return [name for name, why in needs(experiment).items() if why.startswith("needed: ")]
+
+
+@pytest.mark.parametrize(
+    ("chain", "drive", "features", "law"),
+    [
+        (captions(1), CYCLES, [], "is the answer: 0 "),
+        (PAIR, CYCLES, [], "is the answer: "),
+        (PAIR, Cycles(ONSET * Fraction(99, 100), 60), [], "is the answer: 0 "),
+        (captions(6, mu_s="0.5"), CYCLES, [], "is the answer: "),
+        (SIX, CYCLES, ["disorder", "inertia"], "to compare with: "),
+        (captions(2, tan_alpha="0.55"), CYCLES, ["inertia"], ""),
+        (PAIR, GaussianSteps("0.01", 9), ["inertia", "random dilations"], "to compare with: "),
+    ],
+)
+def test_a_scene_needs_what_no_law_answers(
+    chain: Chain, drive: Drive, features: Sequence[str], law: str
+) -> None:
+    given = Experiment(chain, drive)
+    assert needed(given) == features
+    assert needs(given).get("law", "").startswith(law)
+    recorded = replace(given, record=("x",), solver="certified", options={"digits": 16})
+    assert {"digits", "trajectories"} <= {*needed(recorded)}
+
+
+@pytest.mark.parametrize("over", [Fraction(99, 100), Fraction(7)])
+def test_a_law_that_is_the_answer_is_what_the_run_gives(over: Fraction) -> None:
+    given = Experiment(PAIR, Cycles(ONSET * over, 60))
+    law = float(needs(given)["law"].removeprefix("is the answer: ").split()[0])
+    assert law == pytest.approx(creep(PAIR, given.drive).velocity, rel=1e-9, abs=0)
+
+
+def test_the_descent_of_a_solid_over_many_slips_needs_no_inertia() -> None:
+    roof = dict(load_scene("bristol-roof").tables["physical"])
+    roof |= {"mu_d": "0.5", "mu_s": "0.577", "sigma_mu": "0.01"}
+    daily = {"kind": "cycles", "temperature_amplitude": "3.5", "cycles": 2}
+    about = {"physical": roof, "drive": daily, "run": {"record": ["x_G"]}}
+    (member,) = Scene.from_mapping(about).members()
+    given = member.experiment
+    assert "many slips" in needs(given)["inertia"]
+    few = replace(given, chain=replace(given.chain, n=20))
+    assert needs(few)["inertia"].startswith("needed")
+
+
+def test_the_command_draws_what_it_writes(command: Command, drawn: list[Figure]) -> None:
     words = ("compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20")
-    printed = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
+    more = ("--set", "chain.sigma_mu=0.01", "--seeds", "3,1", "--dts", "0.1", "--digits", "20")
+    printed = command(*words, *more, "--json", "--plot", "a.png", "--out", "a.nc").json
     assert [row["seed"] for row in printed["rows"][:2]] == [3, 1]
-    kept = xr.load_dataset("a.nc", engine="h5netcdf")
-    lines = {line.get_label().removesuffix(": no error"): line for line in drawn[0].axes[0].lines}
-    for name in set(kept.method.values.tolist()) - {kept.truth}:
-        first = kept.loc[{"method": name}].isel(seed=0)
-        shown = first.errors.values[: int(first.rests)]
-        shown = np.where(shown == 0, np.nan, shown)
-        assert np.array_equal(lines[name].get_ydata(), shown, equal_nan=True)
+    assert printed["needs"]["disorder"].startswith("needed")
+    rows = table(xr.load_dataset("a.nc", engine="h5netcdf"))
+    marks = {
+        bars.get_label().partition(":")[0]: bars.lines[0].get_xydata()[0].tolist()
+        for axes in drawn[0].axes for bars in axes.containers
+    }  # fmt: skip
+    for name in ("certified, 20 digits", "verlet, dt = 0.1"):
+        assert marks[name] == [rows.seconds[name], rows.error[name]]
+
+
+def test_the_command_says_first_what_the_scene_needs(command: Command) -> None:
+    out = command("compare", "two-sliders-cycles", "--events", "20", "--dts", "0.1").out
+    assert out.index("disorder") < out.index("law") < out.index("parted")
+    assert out.rstrip().splitlines()[-1].startswith("For trajectories take")
