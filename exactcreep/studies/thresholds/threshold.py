@@ -16,6 +16,7 @@ from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits
 from exactcreep.watch.progress import Hearer, reporter
 
+_LONG = 100  # sliders of a chain of which one run may take seconds
 _KINDS = EDGE, INTERCEPT
 
 
@@ -149,7 +150,7 @@ def threshold(
     given = {name: value for name, value in own[chosen].items() if value is not None}
     given |= {} if points is None else {"points": points}
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    if least := edges(chain).get("no_lasting_creep"):
+    if chain.n >= _LONG and (least := edges(chain).get("no_lasting_creep")):
         theorem = f"no start creeps for ever below A = {least:.6g} (proved)"
         say("scan", 0, 1, "amplitudes", answer=theorem)
     if chosen == INTERCEPT:
