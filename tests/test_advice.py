@@ -18,7 +18,6 @@ from exactcreep import (
     compare,
     creep,
     fate,
-    intercept,
     rearrange,
     survival,
     threshold,
@@ -91,7 +90,7 @@ def test_other_recommendations_can_be_followed() -> None:
     assert survival(disorder, "0.001", starts=2, cycles=20).evidence in Evidence
     with pytest.raises(InputError, match="`intercept` says where"):
         threshold(disorder)
-    assert intercept(disorder, cycles=300).slope > 0
+    assert threshold(disorder, cycles=300).slope > 0
     with pytest.raises(InputError, match="ask `survival`, or `threshold` with `after`"):
         threshold(six)
     assert float(threshold(six, digits=3, after=4).upper) > 0

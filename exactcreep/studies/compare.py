@@ -146,7 +146,7 @@ def compare(
     >>> given = Experiment(pair, Cycles("0.001", 5))
     >>> verlet = replace(given, solver="verlet", options={"dt": "0.1"})
     >>> compare(given, [given, verlet], events=20).agreed.values.tolist()
-    [[20.0], [20.0]]
+    [[20], [20]]
     """
     if not isinstance(experiment, Experiment):
         raise InputError("experiment", experiment, "must be an Experiment, e.g. Experiment(...)")
