@@ -269,7 +269,8 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         drive.require_one_dilation(f"the solver {solver.name}")
     if solver.needs_slips:
         require_slips(chain, range(chain.n))
-    drive.leg(1, theta)  # a start that is not known exactly is refused
+    if start is None or start.unrounded is None:
+        drive.leg(1, theta)  # a start that is not known exactly is refused
 
 
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:

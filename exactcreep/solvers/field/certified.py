@@ -18,7 +18,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Balls, Undecided, balls_of
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Balls, Undecided, balls_of, objects
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
@@ -163,6 +163,8 @@ class CertifiedSimulation(FieldSimulation):
             with self.mechanics.arithmetic.active():
                 self.mechanics.go_on_from(kept["rest"].copy())
             self.theta_target, self.tally = kept["theta_target"], self.mechanics.tally
+            if (leg := kept["rest"].leg) is not None:
+                self.begin = objects(leg.end)
         self._drop_anchor(None)
 
     def _drop_anchor(self, target: int | None) -> None:

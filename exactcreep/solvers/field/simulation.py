@@ -89,6 +89,7 @@ class FieldSimulation(Simulation):
 
     def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Balls) -> None:
         self.start = start
+        self.begin: Any = start.state.theta  # exactly, where springs have their own dilations
         self.record = record
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
@@ -176,7 +177,7 @@ class FieldSimulation(Simulation):
 
     def _target(self, drive: Drive, q: int) -> Fraction:
         """Return theta at target q; on a leg it goes from 0 to 1."""
-        leg = drive.leg(q, self.start.state.theta)
+        leg = drive.leg(q, self.begin)
         if leg is None:
             return drive.exact_target(q, self.start.seed)
         if self.theta_target is not None:  # the leg begins here

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
+from fractions import Fraction
 
 import flint
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 
 from exactcreep import Chain, Creep, Cycles, Evidence, Path, State, creep
 from exactcreep.motion.arithmetic import Undecided, balls_of
@@ -126,3 +129,16 @@ def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(b
     assert beside.evidence is after.evidence is Evidence.PROVED
     assert float(beside.x_G) == float(after.x_G)
     assert beside.report["restarts"] == after.report["restarts"] == 0
+
+
+def test_tensions_in_mpmath_are_taken_with_all_their_digits():
+    chain, relaxed = paper_chain(4), State.relaxed(paper_chain(4))
+    with mp.workdps(40):
+        tensions = np.array([mpf(1) / 7, mpf(-1) / 9, mpf(2) / 11], dtype=object)
+    exactly = [Fraction(int(mp.ldexp(x, 200)), 2**200) for x in tensions]
+    pair = [replace(relaxed, tensions=np.array(x, dtype=object)) for x in (tensions, exactly)]
+    runs = [creep(chain, Cycles("0.002", 1), start=x, solver="certified") for x in pair]
+    assert runs[0].evidence is runs[1].evidence is Evidence.PROVED
+    assert runs[0].state == runs[1].state
+    floats = replace(relaxed, tensions=tensions.astype(float))
+    assert creep(chain, Cycles("0.002", 1), start=floats, solver="certified").state != runs[0].state
