@@ -88,11 +88,12 @@ def test_other_recommendations_can_be_followed() -> None:
     with pytest.raises(InputError, match="survival tells how long"):
         fate(disorder, "0.001")
     assert survival(disorder, "0.001", starts=2, cycles=20).evidence in Evidence
-    with pytest.raises(InputError, match="`intercept` says where"):
-        threshold(disorder)
-    assert threshold(disorder, cycles=300).slope > 0
-    with pytest.raises(InputError, match="ask `survival`, or `threshold` with `after`"):
+    with pytest.raises(InputError, match=r'kind="intercept" .* says where'):
+        threshold(disorder, kind="edge")
+    assert threshold(disorder, kind="intercept", cycles=300).slope > 0
+    with pytest.raises(InputError, match=r"`survival` .*`after` .*intercept"):
         threshold(six)
+    assert threshold(six, kind="intercept", cycles=100).evidence in Evidence
     assert float(threshold(six, digits=3, after=4).upper) > 0
     with pytest.warns(AccuracyWarning, match="run more cycles"):
         short = creep(disorder, Cycles("0.01", 70), accuracy=1e-3)
