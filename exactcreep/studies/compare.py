@@ -55,6 +55,7 @@ MOST_EVENTS = 100_000
 _MOST_SLIDERS = 30  # up to which several seeds and many events take seconds
 _VELOCITY_EVENTS = 600_000  # over the sliders: events of `exact` over which a velocity is measured
 _TIMED_EVENTS = 20_000  # least events of a repetition
+_WARM = 50  # events of a run that is not timed
 _COMPILED = ("exact", "sliding", "verlet")  # fast enough to measure a velocity
 _ERROR = "largest error of a position at the rests before the first"
 _NOTHING = np.empty(0)
@@ -247,7 +248,9 @@ def _measured(
     if not first.chain.slides:
         (drive, ends), enough = drive_with_rests(usual, events), events
     step(f"{label(truth)}: the truth")
-    known, spent = track(replace(truth, drive=drive), len(ends), beyond(MOST_EVENTS), enough)
+    once = replace(truth, drive=drive)
+    track(once, len(ends), _WARM, _WARM)  # compiles what only few events need
+    known, spent = track(once, len(ends), beyond(MOST_EVENTS), enough)
     if not len(known.x):
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     # exact says how many half-cycles and events the velocity is of
