@@ -69,7 +69,7 @@ def test_two_sliders_creep_above_their_first_slip_alone(
     [
         (2, "1/4", 12),
         (3, "1/4", 12),
-        (4, "0.35", 12),
+        pytest.param(4, "0.35", 12, marks=pytest.mark.slow),  # 20 seconds
         pytest.param(4, "0.3", 24, marks=pytest.mark.slow),  # it comes to rest after 12 cycles
     ],
 )
