@@ -173,4 +173,4 @@ def test_without_columns_the_memory_of_a_run_does_not_grow_with_its_length() -> 
         return most
 
     peak(10)  # loads what is loaded once
-    assert peak(400_000) < 1.1 * peak(200_000)
+    assert peak(500_000) < 1.4 * peak(200_000)  # a column more would make it 2.5

@@ -131,7 +131,8 @@ After all strips follow rows with the first key of each strip.
 
 CHAIN = np.dtype(
     [
-        ("friction", np.float64),  # the least mu_d cos(alpha)
+        ("friction", np.float64),  # the largest mu_d cos(alpha), but for sliders held like nails
+        ("least_friction", np.float64),
         ("mean_friction", np.float64),
         ("mean_weight", np.float64),  # sin(alpha), plus the end forces over n
         ("cosine", np.float64),

@@ -141,7 +141,7 @@ def _keep(cell, clock, strip, begin, bent, mask):
 def _begin_epoch(cell, clock, now):
     """Expand the whole window; return whether it is calm enough, and no slider is forceless."""
     zero = spread(0.0)
-    friction = now.chain.friction
+    friction = now.chain.least_friction
     first = (now.first - 1) // 8
     strips = (now.last + 9) // 8 - first
     now.counts.work += _STRIP_WORK * strips
@@ -264,8 +264,8 @@ def _renew(cell, clock, series, now):
     now.epoch.wild = max(now.epoch.wild, wild)
     now.epoch.spent += remaining * _LEFT_OUT
     if (
-        wild > _CALM * now.chain.friction
-        or now.epoch.spent * now.epoch.wild > _BUDGET * now.chain.friction
+        wild > _CALM * now.chain.least_friction
+        or now.epoch.spent * now.epoch.wild > _BUDGET * now.chain.least_friction
     ):
         return False
     for k in range(0, KNOWN, 2):
@@ -358,7 +358,7 @@ def _look(cell, clock, now, i):
             factor = b * b * element(margins.STEP_FACTORS, 0, k - 2)
             bend_odd = fused(bend_odd, factor, abs(element(clock, row + k + 1, lane)))
         bend = fused(b, bend_odd, bend)
-        bound = margins.rounding(cell, i, at_a, slope_a, at_b, slope_b, b)
+        bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
         if located:
             outward = margins.outwards(side, slope_b)
             off = at_b - outward * limit
@@ -419,7 +419,8 @@ def advance(cell, whole, clock, series, now):
     """
     now.counts.steps += 1
     now.counts.work += _EVENT_WORK
-    if now.epoch.on == 1 and now.epoch.spent * now.epoch.wild > 0.5 * _BUDGET * now.chain.friction:
+    left = 0.5 * _BUDGET * now.chain.least_friction
+    if now.epoch.on == 1 and now.epoch.spent * now.epoch.wild > left:
         at_once(cell, clock, now)
     if now.epoch.on == 0:
         if not _begin_epoch(cell, clock, now):

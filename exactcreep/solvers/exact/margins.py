@@ -306,12 +306,13 @@ def soon_after(cell, table, row, inherited, i, late, t):
 
 
 @inlined
-def rounding(cell, i, at_0, slope_0, at_1, slope_1, t):
+def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
+    friction = max(now.chain.friction, cell[layout.FRICTION, i])
     if cell[layout.SIDE, i] != 0.0:
-        return 16.0 * ULP * (scale + t * cell[layout.FRICTION, i])
-    return 16.0 * ULP * (scale + 2.0 * cell[layout.FRICTION, i] + cell[layout.EXCESS, i])
+        return 16.0 * ULP * (scale + t * friction)
+    return 16.0 * ULP * (scale + 2.0 * friction + cell[layout.EXCESS, i])
 
 
 @inlined

@@ -31,7 +31,8 @@ _ROWS = 4099
 """Least rows of the tables between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
-
+_NAIL = 16.0
+"""A slider with more friction than this many times the median sets no scale for the others."""
 
 _SUMS = "theta", "theta_low", "total", "total_low"
 
@@ -182,7 +183,9 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     made = np.zeros(1, dtype=layout.NOW)
     made["stage"], made["counts"]["target"] = layout.UNSTABLE, 1
     constants = made["chain"][0]
-    constants["friction"] = _of_chain(chain)[0][0].min()
+    friction = _of_chain(chain)[0][0]
+    constants["friction"] = friction[friction <= _NAIL * np.median(friction)].max()
+    constants["least_friction"] = friction.min()
     constants["mean_friction"] = chain.times_cosine(chain.mean_mu_d)
     pull = sum(chain.end_forces, Fraction(0)) / chain.n
     constants["mean_weight"] = chain.sin_alpha + nearest_float(pull)

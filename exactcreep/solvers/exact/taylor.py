@@ -213,7 +213,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + layout.BENT, lane]
     curve = margins.curved(series, row, lane, bend, t)
-    bound = margins.rounding(cell, i, at_a, slope_a, at_b, slope_b, t)
+    bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -421,7 +421,7 @@ def _together(cell, whole, series, now, first, contenders, t):
             if cell[layout.SIDE, i] == 0.0:
                 outward = slope_1 if at_1 > 0.0 else -slope_1
             crosses = series[row + layout.CROSSING, lane] == t
-            bound = margins.rounding(cell, i, at_0, slope_0, at_1, slope_1, t)
+            bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             if turn == 0:
                 if crosses:
                     missed = max(missed, off)
@@ -453,7 +453,7 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     limit = margins.end_of_range(cell, i)
     for polished in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
-        bound = margins.rounding(cell, i, at_0, slope_0, at_1, slope_1, t)
+        bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
         outward = margins.outwards(cell[layout.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would be missed
