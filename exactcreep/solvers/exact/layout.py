@@ -234,10 +234,10 @@ class Tables(NamedTuple):
 
 
 class Log(NamedTuple):
-    """What the loop records; without tables the code that writes them is not compiled."""
+    """What the loop records; a table without room is not written."""
 
     events: NDArray[Any]  # of LOGGED_EVENT: one for each slider of an event
-    tables: Tables | None
+    tables: Tables
 
 
 LOGS_EVENTS, LOGS_AVALANCHES = 1, 2

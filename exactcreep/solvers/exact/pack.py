@@ -239,9 +239,7 @@ def _room(n: int, logging: int) -> Workspace:
 def _log(n: int, m: int, logging: int) -> Log:
     most = 4 * n + _ROWS if logging & layout.LOGS_EVENTS else 0
     events = np.empty(most, dtype=layout.LOGGED_EVENT)
-    if not logging & layout.LOGS_AVALANCHES:
-        return Log(events, None)
-    most = 2 * n + _ROWS
+    most = 2 * n + _ROWS if logging & layout.LOGS_AVALANCHES else 0
     tables = Tables(
         rests=np.empty(most, dtype=layout.LOGGED_REST),
         slips=np.empty(most, dtype=SLIP_TABLE.dtype),

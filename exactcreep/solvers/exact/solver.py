@@ -230,7 +230,7 @@ class ExactSimulation(Simulation):
             events["theta"] = (events["theta"] + events["theta_low"]) / l0
             columns |= tables.EVENT_TABLE.arrays(events)
         logs = self.work.log.tables
-        if logs is not None:
+        if logs.rests.size:
             rests, slips = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
             logs.used[:] = 0
             if "rearrangements" in self.record:
@@ -312,7 +312,7 @@ class ExactSimulation(Simulation):
         """Return a snapshot at rest; see `Simulation.snapshot`."""
         counts = self.work.now["counts"].view(np.int64).copy()
         taken = {"unrounded": self._unrounded(), "counts": counts}
-        if (tables := self.work.log.tables) is not None:
+        if (tables := self.work.log.tables).rests.size:
             taken["energy"] = tables.sums.view(np.float64).copy()
         return taken
 
@@ -321,7 +321,7 @@ class ExactSimulation(Simulation):
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
         self.work.now["counts"].view(np.int64)[:] = snapshot["counts"]
-        if (tables := self.work.log.tables) is not None:
+        if (tables := self.work.log.tables).rests.size:
             tables.sums.view(np.float64)[:] = snapshot["energy"]
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
