@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 import exactcreep
+from exactcreep import moved
 
 OWN = ("exactcreep", "derivations")
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
-    ("watch.preparation",),
+    ("moved", "watch.preparation"),
     ("compiling",),
     ("model",),
     ("records",),
@@ -32,8 +33,12 @@ ROOMS = (
 )
 """From the foundations up; rooms of one entry share a floor, and a module may have its own."""
 FLOOR = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}
-FACES = {"commands", "cli", "__init__", "__main__"}
-PUBLIC = {"exactcreep", *(f"exactcreep.{name}" for name in exactcreep.__all__)}
+FACES = {"commands", "cli", "__init__", "__main__", "results"}
+STUBS = {"exactcreep": exactcreep, "exactcreep.results": exactcreep.results}
+PUBLIC = {
+    *STUBS,
+    *(f"{place}.{name}" for place, module in STUBS.items() for name in module.__all__),
+}
 """What a face may ask the package for, as everybody may."""
 MODULES = {
     path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
@@ -49,6 +54,7 @@ LAZY = {
     for path in sorted(PACKAGE.glob("*/**/__init__.pyi"))
 }
 """What packages of rooms import when it is first used: by package, name and module within it."""
+CHANGES = PACKAGE.parent.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
 UPWARDS = {("model/result.py", "exactcreep.figures.pictures")}
 """Imports against the stream: results, which draw themselves, wait for matplotlib only then."""
 
@@ -133,7 +139,7 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
     against = set()
     for module, tree in MODULES.items():
         room = room_of(module)
-        if room == "__init__":
+        if room in ("__init__", "results"):
             continue
         assert room in FLOOR, f"{room} is a room that the house does not know"
         named = {name for name, _ in imports(tree)}
@@ -157,16 +163,38 @@ def test_no_module_waits_for_itself() -> None:
     tuple(TopologicalSorter(needs).static_order())  # raises CycleError
 
 
-def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
-    stub = ast.parse(PACKAGE.joinpath("__init__.pyi").read_text(encoding="utf-8"))
+@pytest.mark.parametrize("place", STUBS)
+def test_every_public_name_is_there_and_promised_to_type_checkers(place: str) -> None:
+    module = STUBS[place]
+    file = Path(module.__file__ or "").with_suffix(".pyi")
+    stub = ast.parse(file.read_text(encoding="utf-8"))
     imported = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
-    public = set(exactcreep.__all__)
+    public = set(module.__all__)
     promised = {alias.asname for node in imported for alias in node.names}
     assert promised == public - {"__version__"}
-    assert public <= set(dir(exactcreep))
-    assert all(getattr(exactcreep, name) is not None for name in public)
+    assert public <= set(dir(module))
+    assert all(getattr(module, name) is not None for name in public)
     with pytest.raises(AttributeError, match="velocity"):
-        exactcreep.velocity  # noqa: B018
+        module.velocity  # noqa: B018
+
+
+@pytest.mark.parametrize("name", [*moved.NAMES, *exactcreep.results.__all__])
+def test_a_name_that_stood_at_the_top_says_where_it_went(name: str) -> None:
+    said = f"exactcreep.{name} is "
+    with pytest.raises(AttributeError, match=said):
+        getattr(exactcreep, name)
+    with pytest.raises(ImportError, match=said):
+        exec(f"from exactcreep import {name}")
+    assert f"`{name}`" in CHANGES
+
+
+@pytest.mark.parametrize("word", [*moved.COMMANDS, *moved.OPTIONS])
+def test_the_changelog_says_where_a_word_of_the_command_line_went(word: str) -> None:
+    assert re.search(rf"`[^`]*{word}\b[^`]*`", CHANGES)
+
+
+def test_the_public_names_are_few() -> None:
+    assert len(set(exactcreep.__all__) - {"__version__"}) <= 28
 
 
 def private_names(tree: ast.Module) -> Iterator[str]:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, InputError, Solid, TemperatureRecord, load_scene, physical
+from exactcreep import Cycles, InputError, TemperatureRecord, load_scene, physical
 from exactcreep.laws import prediction, threshold_amplitude
+from exactcreep.results import Solid
 from exactcreep.scene import Scene
 from exactcreep.solid import Descent
 from tests.conftest import Command

@@ -78,11 +78,11 @@ class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
     Targets are numbered from 1; before the first theta is 0 (or the theta of the given start). Your
-    own subclass needs `half_cycles` and `targets`; a run stores it as a `Path`.
+    own subclass needs `half_cycles` and `targets`; a run stores its `Targets`.
 
     Examples
     --------
-    >>> Path(["0.001", "-0.002"]).exact_target(2)
+    >>> Targets(["0.001", "-0.002"]).exact_target(2)
     Fraction(-1, 500)
     """
 

@@ -20,9 +20,9 @@ from exactcreep.model.numbers import (
     nearest_float,
     whole_number,
 )
-from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
 from exactcreep.model.state import State
+from exactcreep.model.targets import Listed, Targets
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solvers.interface import Simulation, Solver, require_slips
@@ -30,7 +30,7 @@ from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
 
 DRIVES: dict[str, type[Drive]] = {
-    kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
+    kind.kind: kind for kind in (Cycles, GaussianSteps, Targets, TemperatureRecord)
 }
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
 _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
@@ -60,7 +60,7 @@ class Experiment:
     chain : Chain
         The chain to drive.
     drive : Drive
-        Its dilations; a drive of your own class is stored as the `Path` of its targets.
+        Its dilations; a drive of your own class is stored as its `Targets`.
     seed, solver
         As for `exactcreep.creep`.
     options : mapping
@@ -102,7 +102,7 @@ class Experiment:
                 raise InputError(name, value, allowed)
         seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
-            drive = Path.of(drive, seed)
+            drive = Targets.of(drive, seed)
         algorithm = solver_named(self.solver, options)
         vars(self).update(
             drive=drive,

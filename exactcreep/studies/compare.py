@@ -31,8 +31,8 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Evidence
-from exactcreep.model.path import Path
 from exactcreep.model.remarks import PhysicsWarning
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import Interrupted
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.statistics import standard_error
@@ -339,7 +339,7 @@ def beyond(events: int) -> int:
     return 2 * events + 100
 
 
-def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
+def drive_with_rests(experiment: Experiment, events: int) -> tuple[Targets, list[int]]:
     """Return the drive with a target between any two rearrangements, as far as is needed.
 
     Also returns the half-cycle of each target. Raises `InputError` if no slider ever slips.
@@ -368,7 +368,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
             break
     if simulation.tally.events == 0:
         raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
-    return Path(theta), ends
+    return Targets(theta), ends
 
 
 def agreement(own: Track, known: Track, ends: Sequence[int]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exactcreep import Chain, Outcome, Path, State, creep
+from exactcreep import Chain, Outcome, State, Targets, creep
 from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(30)
@@ -31,7 +31,7 @@ def test_decimal_strings_are_kept_as_rationals_and_a_chain_cannot_be_changed():
 
 @given(tangent=st.fractions(min_value=-50, max_value=50, max_denominator=10**6))
 @settings(max_examples=100, deadline=None)
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 def test_sine_and_cosine_are_the_nearest_floats(tangent):
     chain = Chain(2, 1, "0.3", "0.7", tan_alpha=tangent)
     context = mpmath.mp.clone()
@@ -127,7 +127,7 @@ def test_a_chain_runs_away_in_the_direction_of_its_heading():
         pull = n * chain.sin_alpha + float(sum(pulls))
         assert chain.heading == np.sign(pull)
         assert chain.may_run_away is (abs(pull) >= chain.cos_alpha * float(sum(friction)))
-        run = creep(chain, Path([0, "0.001"]), seed=seed, max_events=20_000)
+        run = creep(chain, Targets([0, "0.001"]), seed=seed, max_events=20_000)
         if run.outcome is Outcome.RUNAWAY:
             assert np.sign(run.velocity) == chain.heading == np.sign(run.x_G)
             seen[run.direction] += 1

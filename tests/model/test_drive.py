@@ -7,7 +7,7 @@ import pytest
 
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError
-from exactcreep.model.path import Path
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions
@@ -21,7 +21,7 @@ def test_cycles_alternate_and_begin_with_a_dilation():
 
 
 def test_a_path_is_what_it_was_given():
-    drive = Path(["0.1", 0.25, "-1/3"])
+    drive = Targets(["0.1", 0.25, "-1/3"])
     targets = drive.targets(1, 3)
     assert targets.tolist() == [0.1, 0.25, -1 / 3]
     assert drive.exact_target(3) == Fraction(-1, 3)
@@ -57,7 +57,7 @@ class Growing(Drive):
 def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
     chain = captions(2)
     runs = [creep(chain, Growing(step, 20)) for step in (1e-4, 2e-4)]
-    assert runs[0].drive == Path([1e-4 * q * (-1) ** q for q in range(1, 21)])
+    assert runs[0].drive == Targets([1e-4 * q * (-1) ** q for q in range(1, 21)])
     assert runs[0].x_G != runs[1].x_G
     runs[0].save(tmp_path / "own.nc")
     assert Creep.load(tmp_path / "own.nc").drive == runs[0].drive

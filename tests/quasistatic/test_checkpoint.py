@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep, load_scene
-from exactcreep import Path as Targets
+from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, Targets, creep, load_scene
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, begun, wait_until

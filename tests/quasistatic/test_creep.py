@@ -38,7 +38,7 @@ def shortened(drive: Drive, targets: int) -> Drive:
         return Cycles(drive.amplitude, max(targets // 2, 1))
     if isinstance(drive, GaussianSteps):
         return GaussianSteps(drive.sigma_theta, targets)
-    return ec.Path([drive.exact_target(q) for q in range(1, targets + 1)])
+    return ec.Targets([drive.exact_target(q) for q in range(1, targets + 1)])
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
 LARGEST = 2**64 - 1
 SAVED: dict[str, dict[str, Any]] = {
     "verlet": {
-        "chain": SIX, "drive": ec.Path(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
+        "chain": SIX, "drive": ec.Targets(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
         "start": State.prepared(SIX, [Fraction(1, 3), 0, "0.1", 0, 0], theta="0.001", seed=LARGEST),
         "record": RECORDS, "solver": "verlet", "dt": "1/20",
     },
@@ -124,7 +124,7 @@ SAVED: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("run", SAVED)
 def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
     run: str, tmp_path: Path

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, GaussianSteps, TemperatureRecord, creep
-from exactcreep import Path as ThetaPath
+from exactcreep import Chain, Cycles, GaussianSteps, Targets, TemperatureRecord, creep
 from exactcreep.laws import differing_intercept
 from exactcreep.model.drive import Drive
 from exactcreep.quasistatic.creep import AccuracyWarning
@@ -28,8 +27,8 @@ BRIEF = Cycles("0.01", 5)
         (Cycles("0.01", 5), None, 2),
         (Cycles("0.01", 55), None, 12),  # a tenth, at least two and even for cycles
         (Cycles("0.01", 50), 7, 8),
-        (ThetaPath(["0.01", "-0.01"] * 30), None, 0),
-        (ThetaPath(["0.01", "-0.01"] * 30), 4, 4),
+        (Targets(["0.01", "-0.01"] * 30), None, 0),
+        (Targets(["0.01", "-0.01"] * 30), 4, 4),
     ],
 )
 def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
@@ -90,7 +89,7 @@ def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
 ROUGHER = [f"{0.4 + 0.03 * k:.2f}" for k in (3, 0, 5, 1, 6, 2, 4, 3)]
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")  # a draw below mu_d
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")  # a draw below mu_d
 @pytest.mark.parametrize(
     "kind",
     [
@@ -134,7 +133,7 @@ def test_an_accuracy_stops_the_run_of_a_chain_that_differs() -> None:
     ("chain", "drive", "given", "reason"),
     [
         (TWO, BRIEF, {"burn_in": 10}, "no whole cycle"),
-        (TWO, ThetaPath(["0.01"]), {"burn_in": 1}, "no target"),
+        (TWO, Targets(["0.01"]), {"burn_in": 1}, "no target"),
         (paper_chain(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}, "the chain runs away"),
         (TWO, BRIEF, {}, "8 half-cycles"),
         (WEAK, GaussianSteps("0.01", 1000), {}, "900 targets"),

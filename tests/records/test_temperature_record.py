@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep import Chain, InputError, Path, TemperatureRecord, creep
+from exactcreep import Chain, InputError, Targets, TemperatureRecord, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import RecordWarning
 
@@ -228,7 +228,7 @@ def test_records_of_springs_are_one_drive_that_files_keep(tmp_path):
     assert (finer.temperatures == np.linspace(*each, 5, axis=1)).all()
     chain = Chain(3, 5000, "0.5", "0.6", "0.01", tan_alpha="0.1")
     run = creep(chain, drive)
-    assert run.x_G == creep(chain, Path(drive.theta)).x_G != 0
+    assert run.x_G == creep(chain, Targets(drive.theta)).x_G != 0
     run.save(tmp_path / "roof.nc")
     assert Creep.load(tmp_path / "roof.nc").drive == drive
     late = TemperatureRecord.of(each[0], KAPPA, 10, times=[0, 1, 2])

@@ -7,8 +7,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Outcome, State, Survival, creep, fate, survival
+from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
 from exactcreep.laws.stopping import stopping_time
+from exactcreep.results import Survival
 from exactcreep.studies.fates import survival as study
 from exactcreep.studies.fates.survival import StartRecord
 from tests.paper import captions
@@ -107,7 +108,7 @@ def test_with_disorder_rest_alone_is_death_and_dormancy_is_reported_apart() -> N
             assert record.dormant_after == [0, *inner][np.flatnonzero(pauses >= 500)[0]]
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 def test_starts_that_rest_run_away_or_are_not_begun_are_counted_as_that() -> None:
     assert survival(SIX, 0, starts=3, cycles=5).lifetimes.tolist() == [0, 0, 0]
     steep = survival(captions(1, tan_alpha="0.7"), "0.001", starts=3, cycles=5)

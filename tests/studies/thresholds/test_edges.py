@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Evidence, Fate, InputError, Outcome, State, Threshold, threshold
+from exactcreep import Chain, Evidence, InputError, Outcome, State, threshold
+from exactcreep.results import Fate, Threshold
 from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge

@@ -108,7 +108,7 @@ def test_an_answer_says_its_kind_and_an_intercept_is_never_given_as_an_edge() ->
         ec.threshold(eight, kind="intercept", cycles=200, points=8),
     ]
     assert [found.kind for found in kinds] == ["edge", "edge in cycle 3", "intercept", "intercept"]
-    assert all(isinstance(found, ec.Threshold) for found in kinds)
+    assert all(isinstance(found, ec.results.Threshold) for found in kinds)
     assert all(found.evidence is not ec.Evidence.PROVED for found in kinds[1:])
     with pytest.raises(ec.InputError, match=r"survival.*after.*kind=\"intercept\""):
         ec.threshold(eight)
