@@ -300,6 +300,6 @@ def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:
     assert run.direction == image.direction == ec.fate(SHALLOW, UPHILL).direction == "uphill"
     assert image.velocity == -run.velocity > 0
     lives = ec.survival(SHALLOW, UPHILL, starts=12, cycles=300)
-    ways = [record.direction for record in lives.records if record.outcome == "creeping"]
+    ways = [life.direction for life in lives.lives if life.outcome == "creeping"]
     assert len(ways) == lives.creeping.starts
     assert ways.count("uphill") == lives.directions["uphill"].starts > 0

@@ -262,7 +262,7 @@ def advanced(
         experiment, say = run.experiment, partial(watch, "compiling")
         compile_for(experiment.algorithm, experiment.chain, experiment.record, say)
         pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
-        run.advance(limits, watch, pause)
+        run.go_on(limits, watch, pause)
     return run.result()
 
 

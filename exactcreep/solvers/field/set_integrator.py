@@ -449,11 +449,11 @@ class SetIntegrator(ChainIntegrator):
             *acting, image,
         )  # fmt: skip
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
         rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
-        super().advance(flow, event)
+        super().move(flow, event)
         if moves and not event.alike:
             rest.since = 0 if self.exact else rest.since + 1
             if rest.set is not None:

@@ -44,7 +44,7 @@ class Fate(Result):
         and `advance_enclosure` holds the advance of every period. None: not settled.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
-    last_advance : int
+    advanced_until : int
         Last cycle (up to `settled_after` if known) in which x_G moved, down or up the incline, by
         more than 2**-40 (mu_s + |tan_alpha|) cos(alpha); 0: none.
     marginal : bool
@@ -76,7 +76,7 @@ class Fate(Result):
     settled_after: int | None = None
     period: int | None = None
     advance: float | None = None
-    last_advance: int = 0
+    advanced_until: int = 0
     marginal: bool = False
     itinerary: Period | None = None
     advance_enclosure: Enclosure | None = None
@@ -108,7 +108,7 @@ class Fate(Result):
 
     told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
-        "advance", "velocity", "last_advance", "marginal", "reason",
+        "advance", "velocity", "advanced_until", "marginal", "reason",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:

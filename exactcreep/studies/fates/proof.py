@@ -384,7 +384,8 @@ class _Proof:
         return Fate(
             self.chain, self.drive.amplitude, self.start, "certified", outcome,
             simulation.evidence if certain else Evidence.UNDECIDED,
-            cycles=len(self.halves) // 2, last_advance=last, reason=reason, report=report, **known,
+            cycles=len(self.halves) // 2, advanced_until=last, reason=reason, report=report,
+            **known,
         )  # fmt: skip
 
 

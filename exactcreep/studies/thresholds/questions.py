@@ -242,12 +242,12 @@ class Lasting(Question):
         """Return the fate in float64, and x_G minus the steady part of its advance."""
         self.limits.require()  # a chain that settles at once never checks the time itself
         drive = Cycles(amplitude, self.cycles)
-        course = solvers.SettlingChain(self.chain, drive, start)
-        fate, stop = numerical_fate(course, start, self.limits)
+        search = solvers.SettlingSearch(self.chain, drive, start)
+        fate, stop = numerical_fate(search, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(fate.reason)
         steady = fate.cycles * (fate.advance or 0.0) / (fate.period or 1)
-        return fate, float(course.simulation.state().displacements.mean()) - steady
+        return fate, float(search.simulation.state().displacements.mean()) - steady
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
         for amplitude in (low, high, (low + high) / 2):
