@@ -22,6 +22,7 @@ COMMANDS = {
     "reproduce": "the paper's figures are scenes: exactcreep run chain-amplitude --plot FILE",
 }
 OPTIONS = {
+    "--windows": "exactcreep threshold --edges lists every edge of the scan",
     "--mend": "mend the series in pandas, as the page Use my own temperature record shows",
     "--member": "name the file of one run, which exactcreep run SCENE --out DIR wrote",
     "--resume": "the same command goes on",

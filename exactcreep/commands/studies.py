@@ -68,7 +68,7 @@ QUESTIONS = {
         Output,
         (
             "--n 3 --digits 40",
-            "--n 5 --after 20 --windows --json",
+            "--n 5 --after 20 --edges --json",
             "--n 30 --sigma-mu 0.01 --fit 1.3 2",
         ),
     ),

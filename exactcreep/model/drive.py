@@ -78,7 +78,7 @@ class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
     Targets are numbered from 1; before the first theta is 0 (or the theta of the given start). Your
-    own subclass needs `half_cycles` and `targets`; a run stores its `Targets`.
+    own subclass needs `target_count` and `targets`; a run stores its `Targets`.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class Drive(Shown):
     """Unit of `clock`, and of time in a velocity."""
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         """Number of targets."""
         raise NotImplementedError
 
@@ -190,7 +190,7 @@ class Drive(Shown):
 
     @property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """Dates of the targets, shape (half_cycles,); None unless a record has dates."""
+        """Dates of the targets, shape (target_count,); None unless a record has dates."""
         return None
 
     def parameters(self) -> dict[str, Any]:
@@ -242,7 +242,7 @@ class Cycles(Drive):
         )
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return 2 * self.cycles
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
@@ -284,7 +284,7 @@ class GaussianSteps(Drive):
         )
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return self.steps
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:

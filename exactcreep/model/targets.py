@@ -28,7 +28,7 @@ class Listed(Drive):
     theta: tuple[Any, ...]
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return len(self.theta)
 
     @property
@@ -114,7 +114,7 @@ class Targets(Listed):
         name = type(drive).__name__
         if type(drive).clock is not Drive.clock or drive.dates is not None:
             raise InputError("drive", name, "must count its time in targets, as a path does")
-        count = whole_number(drive.half_cycles, "drive.half_cycles", least=1, most=10**6)
+        count = whole_number(drive.target_count, "drive.target_count", least=1, most=10**6)
         return cls(drive.exact_target(q, seed) for q in range(1, count + 1))
 
 

@@ -76,7 +76,7 @@ class Experiment:
     Examples
     --------
     >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
-    >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
+    >>> experiment.chain.n, experiment.drive.target_count, experiment.solver
     (2, 20, 'exact')
     """
 
@@ -133,7 +133,7 @@ class Experiment:
         step = chain.times_cosine(max(chain.mu_s - chain.mu_d, chain.sigma_mu))
         if min(held, step) <= 0:  # in float64
             return 0.0
-        return drive.half_cycles * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
+        return drive.target_count * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
 
     @property
     def theta(self) -> Any:
@@ -149,7 +149,7 @@ class Experiment:
             return most * nearest_float(drive.amplitude)
         if isinstance(drive, GaussianSteps):
             return most * LARGEST_DEVIATE * nearest_float(drive.sigma_theta)
-        return most * float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
+        return most * float(np.abs(drive.targets(1, drive.target_count, self.seed)).max())
 
     @cached_property
     def algorithm(self) -> Solver:
@@ -276,7 +276,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if burn_in is None:
         return None
-    return whole_number(burn_in, "burn_in", least=0, most=drive.half_cycles)
+    return whole_number(burn_in, "burn_in", least=0, most=drive.target_count)
 
 
 def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:

@@ -49,7 +49,7 @@ class ObservedRun:
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
-        self.total = experiment.drive.half_cycles
+        self.total = experiment.drive.target_count
         self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""

@@ -57,7 +57,7 @@ def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(drive
     chain = paper_chain(3)
     full = ec.creep(chain, drive, seed=2, record=("x_G", "x", "rearrangements", "slip_table"))
     _, ramps, _, inside, durations = drawn(ec.creep(chain, drive, seed=2))
-    until, rows = min(4, drive.half_cycles), full.to_pandas("rearrangements")
+    until, rows = min(4, drive.target_count), full.to_pandas("rearrangements")
     rows = rows[rows.half_cycle <= until]
     for n in range(4):
         time, moved = line(inside, n)

@@ -33,7 +33,7 @@ SHORT = Cycles("0.01", 5)
 
 def shortened(drive: Drive, targets: int) -> Drive:
     """Return a drive of the first targets, at least one (for cycles: one whole cycle)."""
-    targets = min(max(targets, 1), drive.half_cycles)
+    targets = min(max(targets, 1), drive.target_count)
     if isinstance(drive, Cycles):
         return Cycles(drive.amplitude, max(targets // 2, 1))
     if isinstance(drive, GaussianSteps):
@@ -68,7 +68,7 @@ def test_an_outcome_says_what_the_chain_does(
         told = result.summary()["velocity"]
         assert told == velocity if math.isfinite(velocity) else told is None
     assert result.dataset.sizes["spring"] == chain.n - 1
-    assert (result.half_cycles < drive.half_cycles) == (outcome is Outcome.RUNAWAY)
+    assert (result.half_cycles < drive.target_count) == (outcome is Outcome.RUNAWAY)
     if outcome in (Outcome.CREEPING, Outcome.CYCLING):
         known = result.known_until == result.half_cycles
         assert known == (outcome is Outcome.CREEPING) == (result.evidence is Evidence.COMPUTED)
@@ -142,8 +142,8 @@ def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
     assert run_alone(known) == result
     for targets in (0, 1, 2, result.half_cycles // 2, result.half_cycles):
         short = replace(known, drive=shortened(known.drive, targets), accuracy=None)
-        assert short.drive.half_cycles in (targets, targets + 1, 2)
-        assert result.state_at(short.drive.half_cycles) == run_alone(short).state
+        assert short.drive.target_count in (targets, targets + 1, 2)
+        assert result.state_at(short.drive.target_count) == run_alone(short).state
     if "start" in given:
         assert known.initial.tensions[0] == Fraction(1, 3)
 

@@ -37,12 +37,12 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
     result = creep(TWO, drive, seed=3, burn_in=asked)
     x = np.append(0, result.recorded["x_G"])
     assert result.burn_in == left_out
-    assert result.half_cycles == drive.half_cycles
-    mean = (x[-1] - x[left_out]) / (drive.half_cycles - left_out)
+    assert result.half_cycles == drive.target_count
+    mean = (x[-1] - x[left_out]) / (drive.target_count - left_out)
     assert result.velocity == pytest.approx(mean, rel=1e-13, abs=0)
     named = "half-cycle" if drive.cyclic else "target"
     assert result.velocity_units.endswith(named)
-    assert f"{named}s {left_out + 1} to {drive.half_cycles}" in result.finding
+    assert f"{named}s {left_out + 1} to {drive.target_count}" in result.finding
 
 
 def record_at(hours: list[float]) -> TemperatureRecord:
@@ -157,7 +157,7 @@ def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough
     run = creep(SIX, drive, seed=1, accuracy="0.02")
     while looks[-1] < run.half_cycles:
         looks.append(next_look(looks[-1]))
-    assert run.half_cycles == looks[-1] < drive.half_cycles
+    assert run.half_cycles == looks[-1] < drive.target_count
     assert run.report["accuracy_reached"]
     assert run.report["relative_error"] == 1.96 * run.velocity_error / run.velocity <= 0.02
     for look in looks[:-1]:

@@ -135,7 +135,7 @@ def test_a_run_follows_the_equations_of_motion(name: str) -> None:
 def require_followed(run: Creep, bound: float) -> None:
     """Require that the events of a run, their times, and the places at targets are true."""
     drive, chain, start = run.drive, run.chain, run.experiment.initial
-    targets = [drive.exact_target(q, run.seed) for q in range(1, drive.half_cycles + 1)]
+    targets = [drive.exact_target(q, run.seed) for q in range(1, drive.target_count + 1)]
     log, places = follow(chain, start, targets, run.seed)
     events = [event for each in rearrangements(run.recorded) for event in each.events]
     assert [event.signature for event in events] == [signature for _, signature in log]
@@ -157,9 +157,9 @@ def test_several_cycles_of_certified_enclose_the_equations_of_motion(seed: int) 
             State.relaxed(chain, seed),
         )
         simulation = solver_named("certified", {}).simulation(chain, start, seed, ("x", "events"))
-        recorded = simulation.follow(drive, 1, drive.half_cycles).recorded
+        recorded = simulation.follow(drive, 1, drive.target_count).recorded
         events = simulation.tally.events
-    targets = [drive.exact_target(q) for q in range(1, drive.half_cycles + 1)]
+    targets = [drive.exact_target(q) for q in range(1, drive.target_count + 1)]
     log, places = follow(chain, start, targets, seed)
     assert simulation.evidence is Evidence.PROVED
     events = [event for each in rearrangements(recorded) for event in each.events]

@@ -26,8 +26,8 @@ def chain_of(n: int, tan_alpha: Fraction, mu_d: Fraction = Fraction(1, 2)) -> Ch
 def simulate(chain: Chain, drive: Any, *, start: State | None = None, seed: int = 0) -> Any:
     start = State.relaxed(chain) if start is None else start
     simulation = Sliding().simulation(chain, start, seed, ("x_G", "x", "tension", "slips"))
-    stretch = simulation.follow(drive, 1, drive.half_cycles)
-    assert stretch.completed == drive.half_cycles
+    stretch = simulation.follow(drive, 1, drive.target_count)
+    assert stretch.completed == drive.target_count
     return simulation, stretch.recorded
 
 

@@ -228,7 +228,7 @@ class Lasting(Question):
     sensitive: dict[Fraction, bool] = field(default_factory=dict, init=False)
     locked: Log = field(default_factory=list, init=False)
     """The last run that provably does not creep."""
-    windows: list[Observation] = field(default_factory=list, init=False)
+    between: list[Observation] = field(default_factory=list, init=False)
     """Proofs that hold between two amplitudes."""
 
     @property
@@ -300,7 +300,7 @@ class Lasting(Question):
                 outcome_evidence=trial.evidence,
                 direction=in_floats.direction,
             )
-        for trial in self.windows:
+        for trial in self.between:
             if trial.fate and trial.between and trial.between[0] < amplitude < trial.between[1]:
                 return trial._replace(fate=replace(trial.fate, amplitude=amplitude))
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
@@ -323,7 +323,7 @@ class Lasting(Question):
         trial = Observation(creeps, fate.evidence, log, fate.outcome, fate.evidence,
                             fate.direction, fate, between)  # fmt: skip
         if between is not None:
-            self.windows.append(trial)
+            self.between.append(trial)
         return trial
 
 

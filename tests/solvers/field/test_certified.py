@@ -28,7 +28,7 @@ def relaxed(chain):
 def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
     solver = Certified(digits=digits)
     simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(max_events))
+    stretch = simulation.follow(drive, 1, drive.target_count, Limits(max_events))
     return simulation, stretch
 
 

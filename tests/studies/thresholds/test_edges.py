@@ -32,7 +32,7 @@ def bounds(found: Threshold | Edge) -> tuple[Fraction, Fraction]:
 
 @pytest.fixture(scope="module")
 def three() -> Threshold:
-    return after(captions(3), windows=True)
+    return after(captions(3), edges=True)
 
 
 # --- edges that are known beforehand ----------------------------------------------------------
@@ -124,7 +124,7 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
     three: Threshold,
 ) -> None:
     # between the second edge and the third two itineraries change within 5e-12 of each other
-    _, _, third = three.windows
+    _, _, third = three.edges
     found = threshold(captions(3), bracket=("0.0004771", "0.0004772"), digits=40, after=20)
     low, high = bounds(found)
     assert found.evidence is Evidence.PROVED
