@@ -20,6 +20,7 @@ import sys
 
 import lazy_loader
 
+from exactcreep import figures as _figures  # noqa: F401 - it registers how results are drawn
 from exactcreep.moved import NAMES
 
 __version__ = "0.4.0"

@@ -82,7 +82,7 @@ class Pipeline(Shown):
     cell: float
     positions: NDArray[np.float64]
     chain: Chain
-    units_in_line = True
+    _units_in_line = True
 
     def _facts(self) -> dict[str, Any]:
         return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}

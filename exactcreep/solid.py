@@ -96,7 +96,7 @@ class Solid(Shown):
     gravity: Fraction
     measured: Fraction = Fraction(0)
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
-    units_in_line = True
+    _units_in_line = True
 
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")

@@ -5,11 +5,14 @@ import re
 from collections.abc import Iterable, Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
 import exactcreep
 from exactcreep import moved
+from exactcreep.model.drawn import DRAWN
+from exactcreep.model.result import Result
 
 OWN = ("exactcreep", "derivations")
 PACKAGE = Path(exactcreep.__file__).parent
@@ -55,8 +58,6 @@ LAZY = {
 }
 """What packages of rooms import when it is first used: by package, name and module within it."""
 CHANGES = PACKAGE.parent.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
-UPWARDS = {("model/result.py", "exactcreep.figures.pictures")}
-"""Imports against the stream: results, which draw themselves, wait for matplotlib only then."""
 
 
 def room_of(module: str) -> str:
@@ -151,16 +152,25 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
             own = package == "exactcreep" and inside != "__version__"
             if own and FLOOR[room_of(inside)] > FLOOR[room]:
                 against.add((module, name))
-    assert against == UPWARDS
+    assert against == set()
 
 
 def test_no_module_waits_for_itself() -> None:
     """Within a room too, imports go one way, those that wait until they are needed too."""
     needs = {}
     for module, tree in MODULES.items():
-        late = {name for name in late_imports(tree) if (module, name) not in UPWARDS}
-        needs[module] = (imported(module) | modules_of({*late, *lazy_imports(tree)})) - {module}
+        late = {*late_imports(tree), *lazy_imports(tree)}
+        needs[module] = (imported(module) | modules_of(late)) - {module}
     tuple(TopologicalSorter(needs).static_order())  # raises CycleError
+
+
+def test_the_model_names_no_pictures_and_every_type_of_result_has_its_own() -> None:
+    for path in PACKAGE.joinpath("model").glob("*.py"):
+        assert "exactcreep.figures" not in path.read_text(encoding="utf-8")
+    offered = [getattr(exactcreep.results, name) for name in exactcreep.results.__all__]
+    results = [kind for kind in (exactcreep.Creep, *offered) if issubclass(kind, Result)]
+    assert {*DRAWN} == {kind.__name__ for kind in results}
+    assert all(callable(resolve_name(draw)) for draw in DRAWN.values())
 
 
 @pytest.mark.parametrize("place", STUBS)

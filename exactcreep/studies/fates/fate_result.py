@@ -94,7 +94,7 @@ class Fate(Result):
         """Advance of x_G per half-cycle once settled, ``g tau_dyn**2``; None: not settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
-    worded = ("outcome", "evidence", "direction", "settled_after", "reason")
+    _worded = ("outcome", "evidence", "direction", "settled_after", "reason")
 
     @property
     def finding(self) -> str:
@@ -106,7 +106,7 @@ class Fate(Result):
             when = f"settled after {cycles_text(self.settled_after)}"
         return found_text(self.outcome, self.direction, when, self.evidence)
 
-    told = (
+    _told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
         "advance", "velocity", "advanced_until", "marginal", "reason",
     )  # fmt: skip

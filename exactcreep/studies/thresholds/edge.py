@@ -90,7 +90,7 @@ class CreepEdge(Threshold):
         first = f", the first of {more + 1} edges" if more > 0 else ""
         return Edge(self.lower, self.upper, evidence=self.evidence).text(what, first)
 
-    told = (
+    _told = (
         "kind", "lower", "upper", "cycles", "digits", "solver",
         "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
     )  # fmt: skip
