@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.laws import pivots, solid_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Drive, require_one_dilation
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -285,7 +285,7 @@ class Solid(Shown):
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
-        temperatures.require_one_dilation("a solid in SI units")
+        require_one_dilation(temperatures, "a solid in SI units")
         kappa = getattr(temperatures, "kappa", self.kappa)
         if kappa != self.kappa:
             raise InputError("kappa", kappa, f"must be the solid's, {self.kappa}")

@@ -120,6 +120,31 @@ def test_what_a_user_calls_or_reads_has_the_sections_of_numpydoc(name: str) -> N
     assert {dotted: found for dotted, found in faults.items() if found} == {}
 
 
+def _completed(kind: type) -> set[str]:
+    """Return the names that complete on Tab behind a type or its objects."""
+    own = {each.name for each in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else ()
+    return {name for name in (*dir(kind), *own) if not name.startswith("_")}
+
+
+@pytest.mark.parametrize("name", [name for name in PUBLIC if isinstance(PUBLIC[name], type)])
+def test_what_completes_on_tab_is_described(name: str) -> None:
+    kind = PUBLIC[name]
+    described = {*dir(tuple), *dir(UserWarning), *getattr(kind, "__members__", ())}
+    spoken = property, functools.cached_property, classmethod, staticmethod
+    for one in kind.__mro__:
+        said = NumpyDocString(inspect.cleandoc(one.__doc__ or ""))
+        entries = said["Parameters"] + said["Attributes"]
+        described |= {word.strip() for entry in entries for word in entry.name.split(",")}
+        for each, value in vars(one).items():
+            if (isinstance(value, spoken) or callable(value)) and value.__doc__:
+                described.add(each)
+    assert _completed(kind) - described == set()
+
+
+def test_a_run_has_few_attributes() -> None:
+    assert len(_completed(exactcreep.Creep)) <= 45
+
+
 def test_a_public_module_is_imported_by_its_public_name() -> None:
     script = """
 import exactcreep.laws as laws, exactcreep.disorder as disorder, exactcreep

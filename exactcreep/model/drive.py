@@ -80,6 +80,15 @@ class Drive(Shown):
     Targets are numbered from 1; before the first theta is 0 (or the theta of the given start). Your
     own subclass needs `target_count` and `targets`; a run stores its `Targets`.
 
+    Attributes
+    ----------
+    kind : str
+        Its name in a scene.
+    cyclic, random : bool
+        Whether it repeats two targets, and whether its targets depend on the seed.
+    per : str
+        Unit of `clock`, and of time in a velocity.
+
     Examples
     --------
     >>> Targets(["0.001", "-0.002"]).exact_target(2)
@@ -89,9 +98,7 @@ class Drive(Shown):
     kind: ClassVar[str]
     cyclic: ClassVar[bool] = False
     random: ClassVar[bool] = False
-    """Whether the targets depend on the seed."""
     per: ClassVar[str] = "target"
-    """Unit of `clock`, and of time in a velocity."""
 
     @property
     def target_count(self) -> int:
@@ -102,23 +109,6 @@ class Drive(Shown):
     def springs(self) -> int:
         """Number of springs with their own dilation at each target; 0: all have the same."""
         return 0
-
-    def require_one_dilation(self, what: str) -> None:
-        """Raise `InputError`, about `what`, if each spring has its own dilation.
-
-        Parameters
-        ----------
-        what : str
-            What takes only drives with one dilation of all springs.
-
-        Raises
-        ------
-        InputError
-            If `springs` is not 0.
-        """
-        if self.springs:
-            allowed = f"must hold numbers, the dilation of all springs, for {what}"
-            raise InputError("drive.theta", f"lists of {self.springs}", allowed)
 
     def leg(self, q: int, start: Any) -> Leg | None:
         """Return the way to target q if each spring has its own dilation.
@@ -209,6 +199,13 @@ class Drive(Shown):
         facts = self.parameters()
         del facts["kind"]
         return facts
+
+
+def require_one_dilation(drive: Drive, what: str) -> None:
+    """Raise `InputError`, about `what`, if each spring has its own dilation."""
+    if drive.springs:
+        allowed = f"must hold numbers, the dilation of all springs, for {what}"
+        raise InputError("drive.theta", f"lists of {drive.springs}", allowed)
 
 
 @dataclass(frozen=True, repr=False)

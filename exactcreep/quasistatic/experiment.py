@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps
+from exactcreep.model.chain import Chain, require_dilation
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dilation
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
@@ -21,7 +21,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State
+from exactcreep.model.state import State, near_theta, require_finite
 from exactcreep.model.targets import Listed, Targets
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
@@ -115,13 +115,13 @@ class Experiment:
             accuracy=_valid_accuracy(self.accuracy, drive),
         )
         _check_springs(self.chain, drive, self.start, algorithm)
-        self.chain.require_dilation(self.widest, "drive", drive)
+        require_dilation(self.chain, self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
         remark("sliders", self.chain.n)
         remark("events", self._expected_events())
         widest = float(np.abs(self.theta).max(initial=0.0))
-        self.chain.require_dilation(widest, "start.theta", self.theta)
+        require_dilation(self.chain, widest, "start.theta", self.theta)
 
     def _expected_events(self) -> float:
         """Return about how many events cycles make on a chain of equal sliders; 0: not known."""
@@ -138,7 +138,7 @@ class Experiment:
     @property
     def theta(self) -> Any:
         """The dilation at which the chain starts: a float, or an array of one for each spring."""
-        return 0.0 if self.start is None else self.start.near_theta
+        return 0.0 if self.start is None else near_theta(self.start)
 
     @cached_property
     def widest(self) -> float:
@@ -248,7 +248,7 @@ def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:
         raise InputError("start", start, "must be a State, or None for the relaxed chain")
     if start.n != chain.n:
         raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
-    start.require_finite()
+    require_finite(start)
     if start.unrounded is not None and solver.unrounded(start, chain) is None:
         return replace(start)  # without the numbers of another solver or chain
     return start
@@ -266,7 +266,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
         raise InputError("drive.theta", drive.springs, allowed)
     if EXPANSION not in solver.takes:
-        drive.require_one_dilation(f"the solver {solver.name}")
+        require_one_dilation(drive, f"the solver {solver.name}")
     if solver.needs_slips:
         require_slips(chain, range(chain.n))
     if start is None or start.unrounded is None:

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import compiled, inlined
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, no_advance, rounding_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
@@ -300,8 +300,8 @@ class SettlingSearch:
         self._searches = np.zeros(1, dtype=SEARCH)
         search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
-        search["rounding"] = chain.n * nearest_float(chain.rounding)
-        search["still"] = chain.n * nearest_float(chain.no_advance)
+        search["rounding"] = chain.n * nearest_float(rounding_of(chain))
+        search["still"] = chain.n * nearest_float(no_advance(chain))
         search["close"] = nearness(chain)
         search["calm"] = dormant
         search["since"] = search["dormant_after"] = -1

@@ -21,6 +21,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import surplus
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
@@ -343,7 +344,7 @@ class SetIntegrator(ChainIntegrator):
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = bool(flow.signs.all())
-        return whole and self.chain.surplus(int(flow.signs[0])) >= 0
+        return whole and surplus(self.chain, int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return the event that float64 proves to be first, at the middle's time; or None."""

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from exactcreep import solvers
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, rounding_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, cycles_text
@@ -147,7 +147,7 @@ def numerical_fate(
     if (settled := search.settled) is not None:
         moved, itinerary = _one_period(search, settled.period)
         count = sum(len(events) for _, events in itinerary)
-        noise = nearest_float(simulation.chain.rounding) * count
+        noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
         details |= {"settled_after": settled.since, "period": settled.period}
         details |= {"advance": advance, "itinerary": itinerary}
