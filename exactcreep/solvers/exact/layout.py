@@ -200,7 +200,7 @@ NOW = np.dtype(
         ("logged", np.int64),  # rows of the log in use
     ]
 )
-"""The loop's scalars: three records of their own, and where the chain stands."""
+"""The loop's scalars: three structures of their own, and where the chain stands."""
 LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
 """A row for each rearrangement, with l0 theta for theta."""
 LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
