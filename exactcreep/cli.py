@@ -33,7 +33,6 @@ from exactcreep.watch import interrupts, terminal
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
-    "reproduce": files.reproduce,
     "show": files.show,
     "export": files.export,
     "animate": files.animate,
@@ -48,6 +47,7 @@ _GONE = {
     "plan": "what a scene needs, with the law, is said by exactcreep compare SCENE",
     "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
     "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
+    "reproduce": "the paper's figures are scenes: exactcreep run chain-amplitude --plot fig6.png",
     "intercept": "exactcreep threshold --kind intercept finds where v(A) begins",
 }
 """Commands of earlier versions, and what does their work."""
