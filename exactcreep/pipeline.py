@@ -30,9 +30,9 @@ from exactcreep.model.numbers import (
     positive_number,
     whole_number,
 )
-from exactcreep.model.path import Path
 from exactcreep.model.remarks import remark
 from exactcreep.model.result import Result
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 
@@ -82,7 +82,7 @@ class Pipeline(Shown):
     cell: float
     positions: NDArray[np.float64]
     chain: Chain
-    units_in_line = True
+    _units_in_line = True
 
     def _facts(self) -> dict[str, Any]:
         return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}
@@ -218,7 +218,7 @@ class Pipeline(Shown):
         rises = np.array(exact).reshape(len(given), -1, *given.shape[2:])
         targets = [self._dilations(step) for cycle in rises for step in (*cycle, 0 * cycle[0])]
         record = ("x", "tension")
-        run = creep(self.chain, Path(targets * count), solver=solver, record=record, **options)
+        run = creep(self.chain, Targets(targets * count), solver=solver, record=record, **options)
         return Walk(self, run, rises.shape[1])
 
     def _dilations(self, heating: Any) -> Any:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.laws import pivots, solid_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Drive, require_one_dilation
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -96,7 +96,7 @@ class Solid(Shown):
     gravity: Fraction
     measured: Fraction = Fraction(0)
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
-    units_in_line = True
+    _units_in_line = True
 
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")
@@ -285,7 +285,7 @@ class Solid(Shown):
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
-        temperatures.require_one_dilation("a solid in SI units")
+        require_one_dilation(temperatures, "a solid in SI units")
         kappa = getattr(temperatures, "kappa", self.kappa)
         if kappa != self.kappa:
             raise InputError("kappa", kappa, f"must be the solid's, {self.kappa}")

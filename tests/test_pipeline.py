@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import InputError, Pipeline, load_scene, pipeline
+from exactcreep import InputError, load_scene, pipeline
 from exactcreep.figures.pipeline import friction_bounds
+from exactcreep.results import Pipeline
 from tests.conftest import Command
 
 STEEL = {"axial_stiffness": "4e9", "submerged_weight": 500, "kappa": "1.17e-5"}

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, InputError, Solid, TemperatureRecord, load_scene, physical
+from exactcreep import Cycles, InputError, TemperatureRecord, load_scene, physical
 from exactcreep.laws import prediction, threshold_amplitude
+from exactcreep.results import Solid
 from exactcreep.scene import Scene
 from exactcreep.solid import Descent
 from tests.conftest import Command
@@ -121,7 +122,7 @@ def test_the_roof_of_bristol_is_three_lines_of_python() -> None:
     assert "220.1 mm/year; measured: 228.6 mm/year" in repr(descent)
     assert 10 < descent.summary()["weather"] < 16
     # 52,503 days, the first and the last, and the one whose minimum is above its maximum
-    assert (record.half_cycles, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
+    assert (record.target_count, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
     (strange,) = np.flatnonzero(record.temperatures[::2] > record.temperatures[1::2])
     assert str(record.dates[2 * strange])[:10] == "1884-12-23"
 

@@ -274,17 +274,31 @@ def distinct(**files: Path | None) -> None:
 class Answer:
     """The result of a command.
 
-    `summary` is printed by ``--json``, and `say` prints it for people. `save` writes the data to
-    the path of ``--out`` (over an existing file with ``force=True``), and `draw` returns the figure
-    for ``--plot``. `status` is the exit status, and `remark` a sentence for standard error.
+    `summary` is printed by ``--json``, and `say` prints it for people. A command with ``--out`` has
+    `save`, which writes the data to its path (over an existing file with ``force=True``), and one
+    with ``--plot`` has `draw`, which returns the figure. `status` is the exit status, and `remark`
+    a sentence for standard error.
     """
 
     summary: Mapping[str, Any]
     say: Callable[[], object]
-    save: Callable[..., object] = Path.touch
-    draw: Callable[[], Any] = object
+    save: Callable[..., object] | None = None
+    draw: Callable[[], Any] | None = None
     status: int = 0
     remark: str = ""
+
+
+def _drawing(draw: Callable[[], Any] | None) -> Callable[..., object] | None:
+    """Return what draws into a file and saves it, if there is something to draw."""
+    if draw is None:
+        return None
+
+    def save(path: Path, *, force: bool) -> None:
+        from exactcreep.figures.style import save_picture
+
+        save_picture(draw(), path, force=force)
+
+    return save
 
 
 @Parameter(name="*")
@@ -320,15 +334,9 @@ class Printed:
 
     def deliver(self, answer: Answer) -> None:
         """Save, draw and print an answer (even if the disk is full), and exit with its status."""
-
-        def draw(path: Path, *, force: bool) -> None:
-            from exactcreep.figures import style
-
-            style.save_picture(answer.draw(), path, force=force)
-
         written, failed = list[Path](), None
-        for path, write in ((self.out, answer.save), (self.plot, draw)):
-            if path is not None:
+        for path, write in (self.out, answer.save), (self.plot, _drawing(answer.draw)):
+            if path is not None and write is not None:
                 try:
                     write(path, force=self.force)
                     written.append(path)

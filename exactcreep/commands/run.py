@@ -49,8 +49,9 @@ from exactcreep.commands.values import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from exactcreep import Creep, Descent, Scene, Walk
+    from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
+    from exactcreep.results import Descent, Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
     from exactcreep.watch.limits import Limits
@@ -112,7 +113,7 @@ class Session(Output):
                     member.experiment, progress=_foretelling(display), limits=limits,
                     checkpoint=kept,
                 )  # fmt: skip
-            except exactcreep.Interrupted as interrupted:
+            except exactcreep.results.Interrupted as interrupted:
                 result, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if kept else ""
         if not status and result.outcome is exactcreep.Outcome.LIMIT:
@@ -128,7 +129,7 @@ class Session(Output):
             from exactcreep.figures.pipeline import draw_walk
             from exactcreep.figures.run import draw_descent, draw_run
 
-            if isinstance(moved, exactcreep.Walk):
+            if isinstance(moved, exactcreep.results.Walk):
                 return draw_walk(moved, wanted.title)
             if moved is not None:
                 return draw_descent(moved, wanted.title)
@@ -173,7 +174,7 @@ class Session(Output):
                     wanted, workers=whole(self.workers, "workers"), out=self.out, force=self.force,
                     progress=display.show, limits=limits, take=take,
                 )  # fmt: skip
-            except exactcreep.Interrupted as interrupted:
+            except exactcreep.results.Interrupted as interrupted:
                 data, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if self.out else ""
         if not status and not data["finished"].all():
@@ -220,10 +221,10 @@ def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
     """Return the descent or the walk of a single run, if its units are known."""
     solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
     if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
-        return exactcreep.Walk(member.pipe, result)
+        return exactcreep.results.Walk(member.pipe, result)
     if solid is None or seconds is None or not result.half_cycles:
         return None
-    return exactcreep.Descent.of(solid, result, seconds)
+    return exactcreep.results.Descent.of(solid, result, seconds)
 
 
 def run(

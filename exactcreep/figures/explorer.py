@@ -135,8 +135,8 @@ def view_of(experiment: Experiment) -> View:
     run = run_to_draw(experiment)
     avalanche, passed_over = _largest(run)
     cut = ""
-    if run.half_cycles < experiment.drive.half_cycles and run.reason:
-        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.half_cycles}"
+    if run.half_cycles < experiment.drive.target_count and run.reason:
+        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.target_count}"
         cut += f" targets: {run.reason}."
     if passed_over:
         cut += f" {passed_over} larger avalanches cannot be shown: roundings decide their order."
@@ -206,7 +206,7 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
     """
     chain, drive = experiment.chain, experiment.drive
     make, name = (Cycles, "amplitude") if drive.cyclic else (GaussianSteps, "sigma_theta")
-    length = drive.half_cycles // (2 if drive.cyclic else 1)
+    length = drive.target_count // (2 if drive.cyclic else 1)
     own, threshold = nearest_float(getattr(drive, name)), threshold_of(experiment)
     last = max(own, _SPAN * threshold) if threshold > 0 else 2 * own
     sizes = sorted({own, *(float(f"{last * k / _POINTS:.3g}") for k in range(1, _POINTS + 1))})

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, without_excess
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
@@ -46,7 +46,7 @@ _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
 def require_slips(chain: Chain, driven: Collection[int]) -> None:
     """Raise `InputError` if one of the sliders that theta drives slides with it, without slips."""
-    if sliding := [slider for slider in chain.without_excess if slider in driven]:
+    if sliding := [slider for slider in without_excess(chain) if slider in driven]:
         if chain.mu_s == chain.mu_d:
             raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
         raise InputError(f"mu_s[{sliding[0]}]", chain.each("mu_s")[sliding[0]], _SLIDES)

@@ -12,7 +12,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.names import did_you_mean, one_of
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.state import State
+from exactcreep.model.state import State, require_finite
 from exactcreep.solvers.interface import MOST_EVENTS, Solver
 from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.watch.limits import Limits
@@ -61,7 +61,7 @@ def _valid(chain: Any, state: Any, direction: Any, seed: Any) -> tuple[int, int]
             raise InputError(field, value, f"must be a {kind.__name__}")
     if state.n != chain.n:
         raise InputError("state", state.n, f"must have the chain's {chain.n} sliders")
-    state.require_finite()
+    require_finite(state)
     sign = _DIRECTIONS.get(direction, direction) if isinstance(direction, str) else direction
     return whole_number(sign, "direction", least=-1, most=1), valid_seed(seed)
 

@@ -35,7 +35,7 @@ def test_every_edge_of_a_slider_is_in_the_model_with_friction_that_allows_it() -
                 values = START | friction | {slider.name: edge, "drive": drive}
                 experiment = explorer.experiment_of(values)
                 described = {**experiment.chain.parameters(), "seed": experiment.seed}
-                described["length"] = experiment.drive.half_cycles / (1 + experiment.drive.cyclic)
+                described["length"] = experiment.drive.target_count / (1 + experiment.drive.cyclic)
                 assert float(described[slider.name]) == edge
 
 

@@ -52,12 +52,12 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
 
 
-@pytest.mark.parametrize("drive", [DRIVE, ec.Path([[0.01, 0], [0.01, 0.01], [0, 0]])])
+@pytest.mark.parametrize("drive", [DRIVE, ec.Targets([[0.01, 0], [0.01, 0.01], [0, 0]])])
 def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(drive: ec.Drive) -> None:
     chain = paper_chain(3)
     full = ec.creep(chain, drive, seed=2, record=("x_G", "x", "rearrangements", "slip_table"))
     _, ramps, _, inside, durations = drawn(ec.creep(chain, drive, seed=2))
-    until, rows = min(4, drive.half_cycles), full.to_pandas("rearrangements")
+    until, rows = min(4, drive.target_count), full.to_pandas("rearrangements")
     rows = rows[rows.half_cycle <= until]
     for n in range(4):
         time, moved = line(inside, n)

@@ -17,8 +17,8 @@ from exactcreep.laws import gaussian_integral, law_values, prediction, staircase
 from exactcreep.laws.number_types import floor_of_surd
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.path import Path as Dilations
 from exactcreep.model.state import State
+from exactcreep.model.targets import Targets
 from tests.paper import captions
 
 ROUGH = partial(captions, sigma_mu="0.01")
@@ -128,7 +128,7 @@ def test_two_relaxed_sliders_without_disorder_are_predicted_by_their_staircase()
 
 def test_theory_says_nothing_of_a_path_and_beyond_mu_d() -> None:
     steep = captions(3, tan_alpha="0.5")
-    assert prediction(captions(3), Dilations(["0.01", "0"])) is None
+    assert prediction(captions(3), Targets(["0.01", "0"])) is None
     assert prediction(steep, Cycles("0.01", 1)) is None
     assert not law_values(laws.sliding_velocity, steep.parameters() | {"amplitude": F(1)})
 

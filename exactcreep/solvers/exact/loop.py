@@ -30,7 +30,7 @@ from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips
 from exactcreep.solvers.exact.layout import PAD, ULP
-from exactcreep.solvers.exact.local_clocks import advance, at_once
+from exactcreep.solvers.exact.local_clocks import at_once, cluster_step
 from exactcreep.solvers.exact.ramps import next_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
@@ -363,7 +363,7 @@ def _to_first_event(cell, whole, clock, series, now):
         # whether the movers are far enough apart to have their own clocks
         long = now.last - now.first >= layout.LEAST_LONG and now.chain.downhill == 0
         if now.epoch.on == 1 or (long and now.epoch.retry == 0):
-            t, events, blur = advance(cell, whole, clock, series, now)
+            t, events, blur = cluster_step(cell, whole, clock, series, now)
             if events < 0:
                 now.time += t
                 now.epoch.retry = 1
