@@ -33,7 +33,6 @@ from exactcreep.watch import interrupts, terminal
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
-    "reproduce": files.reproduce,
     "show": files.show,
     "export": files.export,
     "animate": files.animate,

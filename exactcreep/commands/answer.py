@@ -39,14 +39,14 @@ _LABELS = {
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
     "rate": "arrests per cycle",
-    "exponential": "is the rate constant?",
+    "exponential": "a constant rate?",
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
     "report": "work",
 }
 """Printed names of keys of summaries that do not explain themselves."""
 _SENTENCES = {
-    "exponential": "if it is, lives differ from it as much as these with probability {}",
+    "exponential": "p = {} (Kolmogorov and Smirnov; below 0.01 the starts do not stop at one rate)",
     "dormant": "a start in which no inner slider has slipped for {} cycles; it may creep again",
 }
 """Sentences for values of keys that need more than a number."""

@@ -338,13 +338,7 @@ def _predicted(result: Creep) -> tuple[str, str]:
     found = prediction(result.chain, result.drive)
     if found is None:
         return "", ""
-    values = _holding(result.chain.tan_alpha, found.printed)
-    return found.label, " or ".join(f"{value:.6g}" for value in values)
-
-
-def _holding(slope: Any, values: Sequence[float]) -> Sequence[float]:
-    """Return the velocities of the paper's equation; below its threshold they would be uphill."""
-    return values if slope == 0 or any(value * slope > 0 for value in values) else ()
+    return found.label, " or ".join(f"{value:.6g}" for value in found.printed)
 
 
 def _held(result: Creep) -> str:
@@ -419,8 +413,23 @@ def _outside(warnings: Mapping[str, int]) -> list[str]:
 # --- printing a grid ------------------------------------------------------------------------------
 
 
+def _beside(
+    measured: float, error: float, law: Sequence[float], doubt: float = 0.0
+) -> tuple[str, str]:
+    """Return the values of a law, and by how many standard errors a measured value is off."""
+    from exactcreep.figures.sweep import deviation
+
+    if not law:
+        return "none", "-"
+    off = deviation(measured, error if math.isnan(doubt) else math.hypot(error, doubt), law)
+    said = "no error" if math.isnan(off) else f"{round(off, abs(off) < 100) + 0.0:+.4g}"
+    if off == 0 and len({*law}) > 1:
+        said = "between"
+    return " or ".join(f"{value:.4g}" for value in law), said.replace("inf", "no scatter")
+
+
 def _print_grid(grid: xr.Dataset) -> None:
-    from exactcreep.figures.sweep import points_of, predicted
+    from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
     from exactcreep.model.outcome import Outcome, with_direction
 
@@ -438,22 +447,25 @@ def _print_grid(grid: xr.Dataset) -> None:
         )
         outcomes += cells
         alone = decimals[0][0] if decimals and len(known) == 1 else ""
-        law = predicted(point.parameters)
-        printed = _holding(point.parameters["tan_alpha"], law.printed) if law else ()
-        rows.append((*map(value_text, point.varied.values()),
-                     alone or with_error(point.measured, point.error),
-                     " or ".join(f"{value:.4g}" for value in printed),
-                     counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
-    say_table((*names, "velocity", "paper", "outcome"), rows[:_MOST_ROWS],
-              right=("paper",), folded=(*names, "outcome"))  # fmt: skip
+        law, measured = point.prediction(), (point.measured, point.error)
+        beside = (
+            *_beside(*measured, law.printed if law else ()),
+            *_beside(*measured, law.values if law else (), law.deviation if law else 0.0),
+        )
+        rows.append((*map(value_text, point.varied.values()), alone or with_error(*measured),
+                     *beside, counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
+    say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows[:_MOST_ROWS],
+              right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
     if len(rows) > _MOST_ROWS:
         put(f"and {len(rows) - _MOST_ROWS} more")
     seeds = grid["velocity"].size // len(points)
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
     put(f"{len(points)} points{of_seeds}: {counted(outcomes)}")
     put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
-    for reason, count in _reasons_for_no_error(grid).items():
-        put(f"no standard error in {count} runs: {reason}")
+    put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
+    if any(math.isnan(point.error) for point in points):
+        for reason, count in _reasons_for_no_error(grid).items():
+            put(f"no standard error in {count} runs: {reason}")
 
 
 def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:

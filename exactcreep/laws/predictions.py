@@ -41,7 +41,8 @@ class Prediction:
     label : str
         Label of the paper's equation in the ledger; "" if friction or ends differ.
     printed : tuple of float
-        Result of that equation: two values where the plateau is not unique, none where none exists.
+        Result of that equation: two values where the plateau is not unique, none below the
+        threshold.
     sliding : tuple of float
         The exact law of the sliding limit, again with up to two values.
     staircase : float, optional
@@ -154,6 +155,8 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             tuple(sign * value + 0.0 for value in law_values(law, downhill)) for law in _LAWS[size]
         )
         sliding = _values(sliding)
+        if slope and not any(value * slope > 0 for value in printed):
+            printed = ()  # below its threshold the paper's line would lead uphill
     on, clean = forces(parameters), parameters["sigma_mu"] == 0
     held: tuple[float, ...]
     staircase = None

@@ -246,7 +246,7 @@ class Survival(Result):
     def finding(self) -> str:
         """How soon creep ends, with its interval, and the fates of the starts, in words."""
         rate = self.rate
-        ends = "it is not known how soon creep ends" + f" ({rate.reason})" * bool(rate.reason)
+        ends = rate.reason or "no rate yet: no start stopped"
         if self.lives and self._kinds["runaway"].all():
             ends = "friction holds no start"
         elif rate.rate > 0:
