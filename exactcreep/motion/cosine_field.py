@@ -212,11 +212,11 @@ def _comparable(difference: Any) -> Any:
 
 def fmpq(value: Any) -> Any:
     """Return a rational as python-flint's type, None if it is not rational."""
-    if isinstance(value, flint.fmpq):
+    if type(value) is flint.fmpq:
         return value
     if isinstance(value, int):
         return flint.fmpq(value)
-    if isinstance(value, Fraction):
+    if type(value) is Fraction:
         return flint.fmpq(value.numerator, value.denominator)
     return None
 
@@ -229,5 +229,5 @@ def sign_of(x: Any) -> int:
     """Return the sign of a rational, or of a number of the field."""
     if isinstance(x, Quadratic):
         return x.sign()
-    whole = x.numerator if isinstance(x, Fraction) else x  # compared without a common denominator
+    whole = x.numerator if type(x) is Fraction else x  # compared without a common denominator
     return int(whole > 0) - int(whole < 0)

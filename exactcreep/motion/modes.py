@@ -300,6 +300,12 @@ class Flow:
         self.signs = np.zeros(n, dtype=np.int64)
         self.touched: set[int] = set()
 
+    @property
+    def moving(self) -> list[int]:
+        """The sliders (from 0) that move."""
+        moving: list[int] = self.signs.nonzero()[0].tolist()
+        return moving
+
     def start(self, sliders: Iterable[int], signs: Iterable[int]) -> None:
         """Set sliders (from 0) in motion, from rest."""
         for n, sign in zip(sliders, signs, strict=True):
@@ -315,7 +321,7 @@ class Flow:
     def runs(self) -> list[Run]:
         """Return the motion of every run from this instant on."""
         out, n = [], len(self.forces)
-        moving = self.signs.nonzero()[0].tolist()
+        moving = self.moving
         for place, first in enumerate(moving):
             if place and moving[place - 1] == first - 1:
                 continue

@@ -53,7 +53,7 @@ class Crossing(NamedTuple):
         n, after = self.slider, self.slider + 1
         if self.side == 0:
             return float(self.accelerations[n])
-        return float(self.velocities[max(n - 1, 0) : after + 1].sum())  # the slider itself rests
+        return sum(self.velocities[max(n - 1, 0) : after + 1].tolist())  # the slider itself rests
 
     @property
     def steep(self) -> bool:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Self
 
+import flint
 import numpy as np
 from numpy.typing import NDArray
 
@@ -153,7 +154,7 @@ class ChainAtRest(ABC):
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return a sign, and whether it is in doubt; see `rules`."""
-        if isinstance(x, (Quadratic, Fraction)):
+        if type(x) is not flint.arb:
             return sign_of(x), False
         try:
             sign = certain_sign(x, slack)

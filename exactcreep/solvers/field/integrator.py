@@ -71,7 +71,7 @@ class ChainIntegrator(ChainAtRest):
         """
         if self.flow is not None and not self.announced:
             self.announced = True
-            sliders = np.flatnonzero(self.flow.signs).tolist()
+            sliders = self.flow.moving
             signs = self.flow.signs[sliders].tolist()
             yield self._event(EventKind.START, sliders, signs)
             yield None
@@ -82,7 +82,7 @@ class ChainIntegrator(ChainAtRest):
                 self.runaway = True
                 return
             yield from self.resolve(self.flow, event)
-            if not self.flow.signs.any():
+            if not self.flow.moving:
                 self.steadily(self._to_rest)
             yield None
 
@@ -123,13 +123,13 @@ class ChainIntegrator(ChainAtRest):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
-        moving, of = np.flatnonzero(flow.signs).tolist(), (self.thresholds, self.rules, self.ask)
+        moving, of = flow.moving, (self.thresholds, self.rules, self.ask)
         horizon = None
         if len(moving) > 1:
             slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
             if slips is not None:
                 return slips
-        if flow.signs.all():
+        if len(moving) == self.chain.n:
             cosine = self.field.times_cosine(Fraction(1))
             horizon = escape_time(flow, self.runs[0], self.chain, cosine)
             if horizon is not None and bool(horizon == 0):
@@ -224,14 +224,20 @@ class ChainIntegrator(ChainAtRest):
     # -- the present state ---------------------------------------------------------------------
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        tensions, displacements = (x.copy() for x in super()._shape())
-        if (flow := self.flow) is not None:
-            first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
-            change = np.diff(flow.moved[first : last + 1])
-            tensions[first:last] = tensions[first:last] + change
-            for n in flow.touched:
-                displacements[n] = displacements[n] + flow.moved[n]
-        return tensions, displacements
+        if (flow := self.flow) is None:
+            return super()._shape()
+        displacements = self.rest.displacements.copy()
+        for n in flow.touched:
+            displacements[n] = displacements[n] + flow.moved[n]
+        return self._strained(flow), displacements
+
+    def _strained(self, flow: Flow) -> NDArray[Any]:
+        """Return the present tensions."""
+        tensions = self.rest.tensions.copy()
+        first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
+        moved = flow.moved[first : last + 1]
+        tensions[first:last] = tensions[first:last] + (moved[1:] - moved[:-1])
+        return tensions
 
     def velocities(self) -> NDArray[Any]:
         """Return the present velocities."""

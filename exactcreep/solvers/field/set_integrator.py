@@ -166,8 +166,7 @@ class SetIntegrator(ChainIntegrator):
         """Return the velocities of the sliders that are not exactly at rest."""
         if self.flow is None:
             return {}
-        moving = np.flatnonzero(self.flow.signs).tolist()
-        speeds = {n: self.flow.velocities[n] for n in moving}
+        speeds = {n: self.flow.velocities[n] for n in self.flow.moving}
         return {n: speed for n, speed in speeds.items() if not bool(speed == 0)}
 
     def _renew(self) -> None:
@@ -203,12 +202,9 @@ class SetIntegrator(ChainIntegrator):
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
         return self.arithmetic.vector(accumulate((forces - self.loads).tolist()[:-1]))
 
-    def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        tensions, displacements = super()._shape()
-        if self.rest.set is not None and self.flow is not None:
-            # the middle is renewed from time to time, by its forces
-            tensions = self._tensions(self.flow.forces)
-        return tensions, displacements
+    def _strained(self, flow: Flow) -> NDArray[Any]:
+        # the middle of a set is renewed from time to time, by its forces
+        return super()._strained(flow) if self.rest.set is None else self._tensions(flow.forces)
 
     # -- the present state ---------------------------------------------------------------------
 
@@ -309,7 +305,7 @@ class SetIntegrator(ChainIntegrator):
 
         None for another motion, or if the neighbour may start before it ends.
         """
-        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        n, moving = self.chain.n, flow.moving
         end, force = moving[0], flow.forces[moving[0]]
         if self.rest.symmetric or n == 1 or len(moving) > 1 or end not in (0, n - 1):
             return None
@@ -329,8 +325,8 @@ class SetIntegrator(ChainIntegrator):
         flow = self.flow
         if flow is None:
             return self.rest.exact
-        known = all(type(x) is Quadratic for x in (self.rest.theta, *flow.forces))
-        return known and all(bool(v == 0) for v in flow.velocities.tolist())
+        known = (type(x) is Quadratic for x in (self.rest.theta, *flow.forces.tolist()))
+        return all(known) and all(bool(v == 0) for v in flow.velocities.tolist())
 
     def _touched(self, flow: Flow, event: FirstEvent) -> bool:
         """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
@@ -342,12 +338,12 @@ class SetIntegrator(ChainIntegrator):
         return any(abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items())
 
     def _may_run_away(self, flow: Flow) -> bool:
-        whole = bool(flow.signs.all())
+        whole = len(flow.moving) == self.chain.n
         return whole and self.chain.surplus(int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return the event that float64 proves to be first, at the middle's time; or None."""
-        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        n, moving = self.chain.n, flow.moving
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds = flow.velocities[window].tolist()
         pulls = list(map(self.arithmetic.number, flow.forces[window].tolist()))
