@@ -62,7 +62,10 @@ class Quadratic:
         return other - self.ball() if type(other) is flint.arb else -self + other
 
     def __neg__(self) -> Quadratic:
-        return Quadratic(self.field, -self.a, -self.b)
+        out, (precision, ball) = Quadratic(self.field, -self.a, -self.b), self.known
+        if ball is not None:
+            out.known = precision, -ball
+        return out
 
     def __abs__(self) -> Quadratic:
         return -self if self.sign() < 0 else self

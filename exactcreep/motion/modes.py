@@ -330,10 +330,10 @@ class Flow:
                 after += 1
             # a friction in Q(c) keeps its ball, its negative would make another
             run = slice(first, after)
-            ways = zip(self.signs[run], self.forces[run], self.friction[run], strict=True)
+            of = (values[run].tolist() for values in (self.signs, self.forces, self.friction))
+            ways = zip(*of, strict=True)
             pulls = [force - drag if sign > 0 else force + drag for sign, force, drag in ways]
-            accelerations = self.arithmetic.vector(pulls)
-            velocities = self.arithmetic.vector(self.velocities[first:after])
+            accelerations, velocities = self.arithmetic.vector(pulls), self.velocities[run].copy()
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
         return out

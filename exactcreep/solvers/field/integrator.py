@@ -16,13 +16,13 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+import flint
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
 from exactcreep.motion.arithmetic import Balls, objects
-from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import (
     FirstEvent,
     Search,
@@ -57,7 +57,7 @@ class ChainIntegrator(ChainAtRest):
     def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
         self.time = self.arithmetic.number(0)
         self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions)
-        self.flow.moved[:] = self.field.rational(Fraction(0))
+        self.flow.moved[:] = 0  # exactly
         self.ramped = ramped
         self.announced = False
         self.event_number = 0
@@ -118,7 +118,7 @@ class ChainIntegrator(ChainAtRest):
         numbers = [*rest.displacements, rest.theta, *rest.tensions]
         of = [rest.forces] if flow is None else [flow.forces, flow.velocities, flow.moved]
         numbers += [x for vector in of for x in vector.tolist()]
-        radii = [float(x.rad()) for x in numbers if type(x) is not Quadratic]
+        radii = [float(x.rad()) for x in numbers if type(x) is flint.arb]
         return max(radii, default=0.0), self.tally.undecided
 
     def first_event(self, flow: Flow) -> FirstEvent | None:

@@ -135,7 +135,7 @@ class SetIntegrator(ChainIntegrator):
         if states is None:
             return numbers.copy()
         wide = states.widened(numbers, of(states))
-        exact = [type(x) is Quadratic for x in numbers.tolist()]  # the same in all states
+        exact = [type(x) is not flint.arb for x in numbers.tolist()]  # the same in all states
         wide[exact] = numbers[exact]
         return wide
 
@@ -424,11 +424,12 @@ class SetIntegrator(ChainIntegrator):
         """Return the motion of the middle to its event, in floats; `bare`: initial pulls."""
         n, time, radii = self.chain.n, float(event.time), [0.0]
         ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one more at either end
+        number = self.arithmetic.number
         for first, shifts, speeds in event.shifts or ():
-            k = first - window.start
+            k, shifts = first - window.start, list(map(number, shifts))
             ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
             fast[k : k + len(speeds)] = [float(v) for v in speeds]
-            radii += [float(radius(x)) for x in (*shifts, *speeds)]
+            radii += [float(x.rad()) for x in (*shifts, *speeds)]
         numbers = zip(bare, self.springs[window].tolist(), flow.signs[window].tolist(), strict=True)
         pulls = [
             pull - springs * ways[k] + ways[k - 1] + ways[k + 1] if sign else 0.0
@@ -476,8 +477,8 @@ class SetIntegrator(ChainIntegrator):
 
 
 def radius(x: Any) -> Any:
-    return flint.arb(0) if type(x) is Quadratic else x.rad()
+    return x.rad() if type(x) is flint.arb else flint.arb(0)
 
 
 def middle(x: Any) -> Any:
-    return x if type(x) is Quadratic else x.mid()
+    return x.mid() if type(x) is flint.arb else x
