@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import flint
 from numpy.typing import NDArray
@@ -52,8 +52,7 @@ class SearchLimit(ArithmeticError):
 Shifts = tuple[tuple[int, list[Any], list[Any]], ...]
 
 
-@dataclass(frozen=True)
-class FirstEvent:
+class FirstEvent(NamedTuple):
     """The first event, and its time.
 
     ``time``: since the last event; it encloses the only root, and no event comes before.

@@ -139,6 +139,7 @@ class ChainAtRest(ABC):
         leg, chain, number = self.rest.leg, self.chain, nearest_float
         self.rates = chain.rates if leg is None else leg.rates(chain)
         self.speeds = {n: fmpq(rate) for n, rate in self.rates.items()}
+        self.near_rates = {n: number(rate) for n, rate in self.rates.items()}
         shares = chain.expansion if leg is None else leg.expansion(chain)
         self.expansion: Any = objects(map(fmpq, shares)) if shares else 1  # of each spring
         sizes = {n: abs(rate) for n, rate in self.rates.items()}

@@ -182,7 +182,8 @@ class ChainIntegrator(ChainAtRest):
         if stops:
             in_turn(lambda n: flow.stop([n]), self._draw, test)(stops)
             self.tally.slips += len(stops)
-            self.rest.slips[stops] += 1
+            for n in stops:
+                self.rest.slips[n] += 1
             yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
             for n, sign in event.starts:  # exactly at threshold

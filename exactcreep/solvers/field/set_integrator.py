@@ -13,7 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -45,7 +45,7 @@ MOST_ERROR = 2.0**-10
 _OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
 
 
-class Kind(Enum):
+class Kind(StrEnum):
     """The kind of zero of an event function, and how it is known."""
 
     TRANSVERSE = "transverse"
@@ -250,9 +250,9 @@ class SetIntegrator(ChainIntegrator):
         if self.rest.set is not None and self.chain.n > 1:
             for rows in filter(None, (self.rest.set, self.tangent)):
                 if self.ends:
-                    rows.at_start(self.ends, self.rates)
+                    rows.at_start(self.ends, self.near_rates)
                 elif not moves and target is not None:
-                    rows.at_target(self.rates)
+                    rows.at_target(self.near_rates)
             self._look_around()
         return moves
 
@@ -307,9 +307,9 @@ class SetIntegrator(ChainIntegrator):
         """
         n, moving = self.chain.n, flow.moving
         end, force = moving[0], flow.forces[moving[0]]
-        if self.rest.symmetric or n == 1 or len(moving) > 1 or end not in (0, n - 1):
+        if len(moving) > 1 or type(force) is not Quadratic or end not in (0, n - 1):
             return None
-        if type(force) is not Quadratic or not bool(flow.velocities[end] == 0):
+        if self.rest.symmetric or n == 1 or not bool(flow.velocities[end] == 0):
             return None
         beside, way = abs(end - 1), int(flow.signs[end])
         length = 2 * (way * force - self.frictions[end])
@@ -360,7 +360,7 @@ class SetIntegrator(ChainIntegrator):
             np.array([bool(x == 0) for x in speeds]),
             np.array([fast, bare, forces]),
             held,
-            unsure + self.far + 2.0**-50 * float(held.max()),
+            unsure + self.far + 2.0**-50 * max(held.tolist()),
             min(n // 2 if self.rest.symmetric else n, window.stop) - window.start,
         )
         if at < 0:
