@@ -211,11 +211,8 @@ class Run:
         own = [-2] * self.p
         own[0] += self.ends.left_free
         own[-1] += self.ends.right_free
-        out = [k * y for k, y in zip(own, x, strict=True)]
-        for i in range(self.p - 1):
-            out[i] += x[i + 1]
-            out[i + 1] += x[i]
-        return out
+        around = zip(own, [0, *x[:-1]], x, [*x[1:], 0], strict=True)
+        return [k * y + before + after for k, before, y, after in around]
 
     def bound(self, n: int, k: int) -> Any:
         """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
@@ -331,8 +328,10 @@ class Flow:
             # a friction in Q(c) keeps its ball, its negative would make another
             run = slice(first, after)
             of = (values[run].tolist() for values in (self.signs, self.forces, self.friction))
-            ways = zip(*of, strict=True)
-            pulls = [force - drag if sign > 0 else force + drag for sign, force, drag in ways]
+            pulls = []
+            for sign, force, drag in zip(*of, strict=True):
+                drag = self.arithmetic.number(drag) if type(force) is flint.arb else drag
+                pulls.append(force - drag if sign > 0 else force + drag)
             accelerations, velocities = self.arithmetic.vector(pulls), self.velocities[run].copy()
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))

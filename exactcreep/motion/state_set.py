@@ -51,7 +51,8 @@ class Crossing(NamedTuple):
         n, after = self.slider, self.slider + 1
         if self.side == 0:
             return float(self.accelerations[n])
-        return sum(self.velocities[max(n - 1, 0) : after + 1].tolist())  # the slider itself rests
+        beside: list[float] = self.velocities[max(n - 1, 0) : after + 1].tolist()
+        return sum(beside)  # the slider itself rests
 
     @property
     def steep(self) -> bool:

@@ -17,7 +17,6 @@ from functools import partial
 from typing import Any
 
 import flint
-import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
