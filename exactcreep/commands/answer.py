@@ -39,6 +39,7 @@ _LABELS = {
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
     "rate": "arrests per cycle",
+    "advanced_until": "last advance in cycle",
     "exponential": "a constant rate?",
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
