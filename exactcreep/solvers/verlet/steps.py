@@ -48,17 +48,16 @@ NOW = np.dtype(
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `begun`: the steps
 before this rearrangement; `number`: its events; `written`: the logged rows."""
-REALS = (
-    *("tension", "expansion", "pull", "load", "slack", "coefficient", "threshold", "friction"),
-    *("mu_d", "mu_s", "springs", "sign", "ceiling", "place", "x", "w", "b"),
-    *("last_x", "last_v", "last_b"),
+Sliders = namedtuple(
+    "Sliders",
+    "tension expansion pull load slack coefficient threshold friction mu_d mu_s springs sign"
+    " ceiling place x w b last_x last_v last_b draws slips",
 )
-Sliders = namedtuple("Sliders", (*REALS, "draws", "slips"))  # type: ignore[misc]
 """Arrays of sliders 1 .. n, with a ghost at either end. `tension` and `expansion` are those of the
 spring below; `tension`, `place` and `pull` (F) those of the last rest; `x` is the displacement
 since then, `sign` is S of a slider that moves, else 0, `springs` counts the springs, a force above
 `ceiling` is a start, `last_` means the end of a step, `slips` those since the last target."""
-ROW = (*EVENT_TABLE.fields, "moved", "coefficient", "way")
+Row = namedtuple("Row", (*EVENT_TABLE.fields, "moved", "coefficient", "way"))  # type: ignore[misc]
 """Logged columns of each slider of an event; `moved` since the last rest, `way` of the ramp."""
 
 
@@ -103,8 +102,9 @@ def _stop(s, now, log, i):
     """Bring slider i to rest and draw its next static coefficient."""
     s.coefficient[i] = s.mu_s[i]
     if now.sigma > 0.0:
-        words = philox(now.seed, STREAM_COEFFICIENT, i, s.draws[i] // 4)
-        s.coefficient[i] += now.sigma * normal_deviate(words[s.draws[i] % 4])
+        draw = int(s.draws[i])
+        words = philox(now.seed, STREAM_COEFFICIENT, i, draw // 4)
+        s.coefficient[i] += now.sigma * normal_deviate(words[draw % 4])
     now.draws_below_mu_d += s.coefficient[i] < s.mu_d[i]
     s.threshold[i] = max(s.coefficient[i], s.mu_d[i]) * now.cosine
     s.draws[i] += 1
