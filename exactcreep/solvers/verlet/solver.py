@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -42,35 +42,35 @@ _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 
 class VerletSimulation(Simulation):
     """A chain that follows a drive in time steps."""
 
+    evidence = Evidence.UNDECIDED  # nothing tells what a step misses
+
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
         n, cosine = chain.n, chain.cos_alpha
-        self.all = steps.Sliders(*np.zeros((len(steps.Sliders._fields), n + 2)))
-        self.inner = {name: array[1:-1] for name, array in self.all._asdict().items()}
-        self.now, mine = np.zeros(1, steps.NOW), self.inner
+        self.numbers = np.zeros((len(steps.Sliders._fields), n + 2))
+        self.all, mine = steps.Sliders(*self.numbers), steps.Sliders(*self.numbers[:, 1:-1])
+        self.inner, self.now = mine, np.zeros(1, steps.NOW)
         rows = 2 * n + 4096 if any(name in record for name in LOGS) else 0
         self.log = np.zeros((rows, len(steps.Row._fields)))
         self.leg: Leg | None = None  # if each spring has its own dilation
         self._given = state.theta
         self.avalanches = AvalancheLog(chain, FLOAT64, record)
-        constants = {
+        for name, value in {
             "n": n, "l0": nearest_float(chain.l0), "cosine": cosine, "seed": start.seed,
             "sigma": nearest_float(chain.sigma_mu), "dt": dt, "locate": locate,
             "one_by_one": any(name != "x_G" for name in record),
             "theta": 0.0 if state.springs else float(state.theta),
-        }  # fmt: skip
-        for name, value in constants.items():
+        }.items():  # fmt: skip
             self.now[name] = value
-        mine["springs"][:], mine["load"][:] = 2.0, State.relaxed(chain).forces(chain)
+        mine.springs[:], mine.load[:] = 2.0, State.relaxed(chain).forces(chain)
         for end in (0, -1):
-            mine["springs"][end] -= 1.0
-        for name in ("mu_d", "mu_s", "expansion"):
-            mine[name][: n - (name == "expansion")] = chain.floats(name)
-        mine["tension"][:-1], mine["place"][:] = state.tensions, state.displacements
-        mine["coefficient"][:], mine["draws"][:] = state.coefficients, state.draws
-        mine["friction"][:] = mine["mu_d"] * cosine
-        mine["threshold"][:] = np.maximum(mine["coefficient"], mine["mu_d"]) * cosine
+            mine.springs[end] -= 1.0
+        mine.mu_d[:], mine.mu_s[:] = chain.floats("mu_d"), chain.floats("mu_s")
+        mine.expansion[:-1], mine.tension[:-1] = chain.floats("expansion"), state.tensions
+        mine.place[:], mine.draws[:] = state.displacements, state.draws
+        mine.coefficient[:], mine.friction[:] = state.coefficients, mine.mu_d * cosine
+        mine.threshold[:] = np.maximum(mine.coefficient, mine.mu_d) * cosine
         steps.rest(self.all, self.now[0], 0.0)
 
     @property
@@ -78,10 +78,6 @@ class VerletSimulation(Simulation):
         counts = {name: int(self.now[name][0]) for name in steps.COUNTS}
         counts["rearrangements"] += int(self.now["phase"][0] == steps.MOVING)
         return Tally(**counts)
-
-    @property
-    def evidence(self) -> Evidence:
-        return Evidence.UNDECIDED  # what a step misses is not known
 
     def follow(
         self, drive: Drive | None, first: int, count: int, limits: Limits = NO_LIMITS
@@ -102,8 +98,8 @@ class VerletSimulation(Simulation):
             if reached and self.now["one_by_one"][0]:
                 for name, of in (("x", "place"), ("tension", "tension"), ("slips", "slips")):
                     row = getattr(rows, name)[done : done + 1]
-                    row[:] = self.inner[of][: row.shape[1]]
-                self.inner["slips"][:] = 0
+                    row[:] = getattr(self.inner, of)[: row.shape[1]]
+                self.inner.slips[:] = 0
             done += reached
             ended = self._ending(limits, self.tally.events - before)
             if done == count and self.at_rest:
@@ -133,7 +129,7 @@ class VerletSimulation(Simulation):
             return
         begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
         self.leg, self.now["theta"] = replace(leg, begin=begin), 0.0
-        self.inner["expansion"][:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
+        self.inner.expansion[:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
         return {} if self.at_rest else self.follow(None, 1, 0, limits).recorded
@@ -143,23 +139,20 @@ class VerletSimulation(Simulation):
         rows = [steps.Row._make(row) for row in self.log[: self.now["written"][0]].tolist()]
         self.now["written"] = 0
         for row in rows:
-            self.avalanches.take(row, row.moved, row.coefficient, row.way, self._tensions)
+            at_theta_c = self.inner.tension[:-1].copy
+            self.avalanches.take(row, row.moved, row.coefficient, row.way, at_theta_c)
         if not self.now["movers"][0]:
             self.avalanches.rest(0)
         made = {"events": [row[:8] for row in rows]} | self.avalanches.tables()
         self.avalanches.forget()
         return record_arrays({name: made[name] for name in LOGS if name in self.record}, 1)
 
-    def _tensions(self) -> NDArray[np.float64]:
-        """Return the tensions at the last rest."""
-        return self.inner["tension"][:-1].copy()
-
     def _motion(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """Return tensions, displacements and velocities; not finite if dt was too large."""
         s = self.inner
         with np.errstate(invalid="ignore", over="ignore"):
-            velocities = (s["w"] + 0.5 * s["b"]) / self.now["dt"][0]
-            return s["tension"][:-1] + np.diff(s["x"]), s["place"] + s["x"], velocities
+            velocities = (s.w + 0.5 * s.b) / self.now["dt"][0]
+            return s.tension[:-1] + np.diff(s.x), s.place + s.x, velocities
 
     def state(self) -> State:
         tensions, places, _ = self._motion()
@@ -168,7 +161,7 @@ class VerletSimulation(Simulation):
             theta = np.array(self.leg.at(theta, nearest_float))
         elif isinstance(self._given, np.ndarray):
             theta = self._given
-        return State(tensions, places, self.inner["coefficient"], self.inner["draws"], theta)
+        return State(tensions, places, self.inner.coefficient, self.inner.draws, theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -179,14 +172,13 @@ class VerletSimulation(Simulation):
         return bool(self.now["phase"][0] == steps.AT_REST)
 
     def snapshot(self) -> dict[str, Any]:
-        numbers = {name: array.copy() for name, array in self.all._asdict().items()}
-        return {"now": self.now.view(np.int64).copy(), "leg": Leg.kept(self.leg)} | numbers
+        now, sliders = self.now.view(np.int64).copy(), self.numbers.copy()
+        return {"now": now, "sliders": sliders, "leg": Leg.kept(self.leg)}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
         self.leg = Leg.restored(snapshot["leg"], self.chain)
-        for name, array in self.all._asdict().items():
-            array[:] = snapshot[name]
+        self.numbers[:] = snapshot["sliders"]
         self.now.view(np.int64)[:] = snapshot["now"]
 
     def report(self) -> dict[str, Any]:
@@ -219,7 +211,7 @@ class Verlet(Solver):
     chains amplify errors, a displacement of a few units may be off by one. `compare` measures it.
     """
 
-    dt: Any = field(default=0.01)
+    dt: Any = 0.01
     locate: bool = False
     takes: ClassVar[frozenset[str]] = EVERYTHING
     name: ClassVar[str] = "verlet"
@@ -249,12 +241,7 @@ class Verlet(Solver):
         present = simulation.state()
         initial = replace(start.state, tensions=present.tensions, theta=present.theta)
         moved = simulation.follow(None, 1, 0, limits.after(simulation.tally.events))
-        return Rearrangement.of(
-            simulation,
-            self.name,
-            Ending(moved.stop, moved.reason),
-            initial=initial,
-            events=tuple(event for _, event in logged_events(moved.recorded)),
-            report=simulation.report(),
-            decided=simulation.evidence,
-        )
+        events = tuple(event for _, event in logged_events(moved.recorded))
+        about = {"initial": initial, "events": events, "report": simulation.report()}
+        ended, decided = Ending(moved.stop, moved.reason), simulation.evidence
+        return Rearrangement.of(simulation, self.name, ended, decided=decided, **about)
