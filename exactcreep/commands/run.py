@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
     from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
-    from exactcreep.results import Descent, Walk
+    from exactcreep.results import Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
     from exactcreep.watch.limits import Limits
@@ -123,17 +123,13 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {type(moved).__name__.lower(): moved.summary()}
+            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
 
         def draw() -> Any:
             from exactcreep.figures.pipeline import draw_walk
-            from exactcreep.figures.run import draw_descent, draw_run
+            from exactcreep.figures.run import draw_run
 
-            if isinstance(moved, exactcreep.results.Walk):
-                return draw_walk(moved, wanted.title)
-            if moved is not None:
-                return draw_descent(moved, wanted.title)
-            return draw_run(result, wanted.title)
+            return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
 
         def tell() -> None:
             say_heading(wanted.name, wanted.title)
@@ -217,14 +213,14 @@ def _foretelling(display: Display) -> Callable[[Progress], None]:
     return show
 
 
-def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
-    """Return the descent or the walk of a single run, if its units are known."""
+def _in_millimetres(result: Creep, member: Member) -> Walk | None:
+    """Return the walk of a single run of a solid or a pipeline, if its units are known."""
     solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
     if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
         return exactcreep.results.Walk(member.pipe, result)
     if solid is None or seconds is None or not result.half_cycles:
         return None
-    return exactcreep.results.Descent.of(solid, result, seconds)
+    return exactcreep.results.Walk.of(solid, result, seconds)
 
 
 def run(
@@ -354,7 +350,7 @@ def _held(result: Creep) -> str:
     return f"{values}{off} ({found.law})"
 
 
-def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
+def _print_run(result: Creep, moved: Walk | None) -> None:
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())

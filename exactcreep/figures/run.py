@@ -46,11 +46,12 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import TemperatureRecord
-from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
+from exactcreep.solid import Solid
 from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
 from exactcreep.watch.limits import Limits
 
 Floats = NDArray[np.float64]
@@ -297,16 +298,16 @@ def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any],
 
 
 @styled
-def draw_descent(descent: Descent, title: str = "") -> Figure:
-    """Draw temperatures and descent over time, beside many contacts and the measured descent."""
-    drive, moved = descent.result.drive, descent.millimetres
-    dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
-    time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
+def draw_descent(walk: Walk, title: str = "") -> Figure:
+    """Draw temperatures and descent over time, beside many contacts and the measured walk."""
+    drive, moved = walk.run.drive, walk.millimetres
+    dates, yearly = drive.dates, walk.stretches(DAYS_PER_YEAR)
+    time: NDArray[Any] = walk.elapsed if dates is None else dates[: moved.size]
     called = "above\n" + r"$\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
         called = f"({_UNITS[drive.unit]})"
     several = yearly.size > 4
-    years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
+    years = 1.0 if several else walk.days / float(DAYS_PER_YEAR)
     figure = new_figure(7.2, 5.2, title)
     axes = figure.subplot_mosaic(
         [["top", "."], ["bottom", "side"]], height_ratios=(1, 1.7), width_ratios=(5.5, 1)
@@ -314,7 +315,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     top, bottom, side = (axes[name] for name in ("top", "bottom", "side"))
     top.sharex(bottom)
     side.sharey(bottom)
-    top.plot(time, descent.temperatures, color="0.25", linewidth=0.4)
+    top.plot(time, walk.temperatures, color="0.25", linewidth=0.4)
     top.set_ylabel(f"temperature {called}")
     top.tick_params(labelbottom=False)
     if several:
@@ -325,16 +326,16 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         bottom.plot(time, moved, color=INKS[6], linewidth=1.6)
         bottom.set_ylabel("descent of the centre of mass (mm)")
     bottom.set_xlabel("days" if dates is None else "date")
-    said = f"N = {descent.contacts[0]}, solver {descent.result.solver}"
-    if descent.solid.measured:
-        said += f"; dashed: {float(descent.solid.measured):.4g} mm a year, measured"
+    said = f"N = {walk.contacts[0]}, solver {walk.run.solver}"
+    if walk.body.measured:
+        said += f"; dashed: {float(walk.body.measured):.4g} mm a year, measured"
         for each in (bottom, side):
-            level = float(descent.solid.measured) * years
+            level = float(walk.body.measured) * years
             each.axhline(level, color=INKS[1], linestyle="--", linewidth=1)
     bottom.set_title(said, fontsize=8)
     bottom.margins(x=0.01)
-    for place, n in enumerate(descent.contacts):
-        less, same, more = (descent.rates[n, factor] * years for factor in descent.solid.friction)
+    for place, n in enumerate(walk.contacts):
+        less, same, more = (walk.rates[n, factor] * years for factor in walk.body.friction)
         ends = [rate for rate in (less, same, more) if np.isfinite(rate)]
         side.plot([place] * len(ends), ends, color=INKS[place], linewidth=3, alpha=0.5)
         if not np.isfinite(less):  # with less friction the solid runs away
@@ -345,11 +346,11 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         room = 0.3 * (high - low) if len(ends) < 3 else 0.0
         bottom.set_ylim(low, max(1.05 * max(ends, default=0.0) + room, high))
         side.plot(place, same, marker="o", color=INKS[place])
-    side.set_xticks((0, 1), [str(n) for n in descent.contacts], fontsize=8)
+    side.set_xticks((0, 1), [str(n) for n in walk.contacts], fontsize=8)
     side.set_xlabel("N", fontsize=8)
     side.set_xlim(-0.6, 1.6)
     when = "mean" if several else "at the end"
-    usual = descent.solid.friction == FRICTION
+    usual = walk.body.friction == FRICTION
     about = "\N{PLUS-MINUS SIGN}10 %" if usual else "low to high"
     side.set_title(f"{when},\nfriction\n{about}", fontsize=8)
     side.tick_params(labelleft=False)
