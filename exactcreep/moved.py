@@ -1,4 +1,4 @@
-"""Where the names, commands and options of earlier versions went, in the words of messages."""
+"""Where names, commands, options and solvers of earlier versions went, as messages say it."""
 
 NAMES = {
     "Path": "is exactcreep.Targets now",
@@ -20,12 +20,15 @@ COMMANDS = {
     "plan": "what a scene needs, with the law, is said by exactcreep compare SCENE",
     "intercept": "exactcreep threshold --kind intercept finds where v(A) begins",
     "quiescent": "the notebook From jumps to steady creep finds the rests of a run",
+    "half-life": "exactcreep survival at a few amplitudes tells how many starts still creep",
     "reproduce": "the paper's figures are scenes: exactcreep run chain-amplitude --plot FILE",
 }
 OPTIONS = {
+    "--criterion": "exactcreep threshold takes --kind, and --after for the edge of a cycle",
     "--windows": "exactcreep threshold --edges lists every edge of the scan",
     "--mend": "mend the series in pandas, as the page Use my own temperature record shows",
     "--member": "name the file of one run, which exactcreep run SCENE --out DIR wrote",
     "--resume": "the same command goes on",
     "--scheduler": "in Python, sweep(scene, executor=client.get_executor(pure=False))",
 }
+SOLVERS = dict.fromkeys(("reference", "mpmath"), "is no longer there, use certified with digits")

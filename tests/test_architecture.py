@@ -198,8 +198,8 @@ def test_a_name_that_stood_at_the_top_says_where_it_went(name: str) -> None:
     assert f"`{name}`" in CHANGES
 
 
-@pytest.mark.parametrize("word", [*moved.COMMANDS, *moved.OPTIONS])
-def test_the_changelog_says_where_a_word_of_the_command_line_went(word: str) -> None:
+@pytest.mark.parametrize("word", [*moved.COMMANDS, *moved.OPTIONS, *moved.SOLVERS])
+def test_the_changelog_says_where_a_word_went(word: str) -> None:
     assert re.search(rf"`[^`]*{word}\b[^`]*`", CHANGES)
 
 

@@ -43,6 +43,11 @@ _LABELS = {
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
     "report": "work",
+    "deciding_runs": "runs that decided the last digits:",
+    "theorems": "proved bounds",
+    "at_rest": "a state can stay at rest up to A =",
+    "no_lasting_creep": "no creep lasts below A =",
+    "locked_ends": "cycles with slips of the end sliders only exist up to A =",
 }
 """Printed names of keys of summaries that do not explain themselves."""
 _SENTENCES = {
@@ -176,7 +181,8 @@ def _worded(value: Any) -> str:
     if isinstance(value, Mapping):
         several = all(isinstance(part, Mapping) for part in value.values())
         between, colon = ("\n", ":") if several else (", ", "")
-        parts = [("" if key == "reason" else f"{key}{colon}".replace("_", " "), _worded(part))
+        named = {key: _LABELS.get(key, f"{key}{colon}".replace("_", " ")) for key in value}
+        parts = [("" if key == "reason" else named[key], _worded(part))
                  for key, part in value.items()
                  if "share" in value or not _is_nothing(part)]  # fmt: skip
         return between.join(f"{name} {text}".strip() for name, text in parts if text)

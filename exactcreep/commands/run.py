@@ -327,30 +327,9 @@ def _measured(result: Creep) -> str:
     return with_error(value, error)
 
 
-def _predicted(result: Creep) -> tuple[str, str]:
-    """Return the label of the paper's equation for a run, and its velocities where it holds."""
-    from exactcreep.laws import prediction
-
-    found = prediction(result.chain, result.drive)
-    if found is None:
-        return "", ""
-    return found.label, " or ".join(f"{value:.6g}" for value in found.printed)
-
-
-def _held(result: Creep) -> str:
-    """Return the velocity of the law that holds for a run, its deviation, and its name."""
-    from exactcreep.laws import prediction
-
-    experiment = result.experiment
-    found = prediction(result.chain, result.drive, experiment.start)
-    if found is None or result.solver == "sliding":
-        return ""
-    values = " or ".join(f"{value:.6g}" for value in found.values)
-    off = f" ± {found.deviation:.2g}" if found.deviation > 0 else ""
-    return f"{values}{off} ({found.law})"
-
-
 def _print_run(result: Creep, moved: Walk | None) -> None:
+    from exactcreep.laws import prediction
+
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
@@ -366,9 +345,12 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
         rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
-    label, law = _predicted(result)
-    rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
-    rows += [("  law that holds", held)] if (held := _held(result)) else []
+    law = prediction(result.chain, result.drive, result.experiment.start)
+    if law is not None and law.label:
+        printed = " or ".join(f"{value:.6g}" for value in law.printed)
+        rows.append((f"  paper, {law.label}", printed or "none: below its threshold"))
+    if law is not None and result.solver != "sliding":
+        rows.append(("  law that holds", str(law)))
     rows += [] if moved is None else moved.lines()
     if "accuracy" in result.report:
         from exactcreep.quasistatic.creep import accuracy_reached

@@ -35,9 +35,9 @@ from exactcreep.figures.style import (
     new_figure,
     setting_label,
     styled,
+    symbol_of,
 )
 from exactcreep.laws import prediction
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
@@ -46,7 +46,6 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import TemperatureRecord
-from exactcreep.solid import Solid
 from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding, tension_bounds
@@ -72,6 +71,7 @@ _FORMULAS = {
     tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
 }  # fmt: skip
 """Units in the table of rearrangements, as an axis label writes them."""
+_ALONG = ("mu_d", "mu_s", "expansion")
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 
 
@@ -213,10 +213,16 @@ def _theta_label(theta: float, _: object) -> str:
 
 
 def parameters_text(run: Creep) -> str:
-    """Return the parameters of a run in one line."""
+    """Return the parameters of a run in one line; a list as its least and largest value."""
     known = run.chain.parameters() | run.drive.parameters()
-    return ", ".join(setting_label(key, value) for key, value in known.items()
-                     if isinstance(value, (int, Fraction)))  # fmt: skip
+    ends = {key: [min(value), max(value)] for key, value in known.items()
+            if key in _ALONG and isinstance(value, list)}  # fmt: skip
+    return ", ".join(
+        [setting_label(key, value) for key, value in known.items()
+         if isinstance(value, (int, Fraction))]
+        + [f"{symbol_of(key)} = {float(low):g} to {float(high):g}"
+           for key, (low, high) in ends.items()]
+    )  # fmt: skip
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
@@ -438,13 +444,7 @@ def _check_repeats(result: Creep, done: int, again: Floats) -> None:
 def draw_portrait(seen: Portrait) -> Figure:
     """Draw x_G(t) and theta(t), the slips in space and time, and the forces at one moment."""
     chain, result = seen.result.chain, seen.result
-    title = (
-        rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
-        rf" $\mu_\mathrm{{d}}={_range_of(chain, 'mu_d')}$,"
-        rf" $\mu_\mathrm{{s}}={_range_of(chain, 'mu_s')}$,"
-        rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
-        f" solver {result.solver}, seed {result.seed}\n{result.finding}"
-    )
+    title = f"{parameters_text(result)}; {result.solver}, seed {result.seed}\n{result.finding}"
     figure = new_figure(7.4, 8.2)
     figure.suptitle(title, fontsize=9)
     rows = "top top, middle middle, space space, tensions forces"
@@ -514,13 +514,6 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     bar.set_label("slips per half-cycle", fontsize=8)
 
 
-def _range_of(chain: Chain, name: str) -> str:
-    """Return a coefficient, or its least and largest value along the chain."""
-    values = chain.floats(name)
-    low, high = f"{values.min():g}", f"{values.max():g}"
-    return low if low == high else rf"{low}\dots{high}"
-
-
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     chain = seen.result.chain
     springs = np.arange(1, chain.n)
@@ -570,39 +563,34 @@ class Plots:
         self._result = result
 
     @styled
-    def __call__(self, ax: Axes | None = None, *, solid: Solid | None = None) -> Axes:
+    def __call__(self, ax: Axes | None = None) -> Axes:
         """Draw x_G, and every slider of a short chain, over time; return the axes.
 
         Time is in half-cycles. For a record of temperatures the axis shows dates, with the
-        temperatures in degrees. Given the `solid` to which the chain belongs, displacements are in
-        millimetres.
+        temperatures in degrees.
 
         Raises
         ------
         InputError
-            If the run did not record x_G, or the solid has another chain.
+            If the run did not record x_G.
         """
         result, drive = self._result, self._result.drive
         if "x_G" not in result.recorded:
             raise InputError("plot", "x_G", 'was not recorded: the run needs record = ["x_G"]')
-        if solid is not None and solid.chain != result.chain:
-            raise InputError("solid", solid, "must be the solid of the run's chain")
         axes = ax or plt.subplots(layout="constrained")[1]
         if not isinstance(drive, TemperatureRecord):
             draw_one(axes, result)
             return axes
-        reached, moved, name = result.half_cycles, floats(result.recorded["x_G"]), DISPLACEMENT
+        reached, moved = result.half_cycles, floats(result.recorded["x_G"])
         time = drive.clock(np.arange(1, reached + 1))
         over = time if drive.dates is None else drive.dates[:reached]
-        if solid is not None:
-            moved, name = 1000 * solid.metres(moved), "descent (mm)"
         beside = axes.twinx()
         beside.plot(over, drive.temperatures[:reached], color="0.7", linewidth=0.6)
         beside.set_ylabel(f"temperature ({_UNITS[drive.unit]})", color="0.5")
         axes.plot(over, moved, color=INKS[6], linewidth=1.6)
         axes.set_zorder(beside.get_zorder() + 1)
         axes.patch.set_visible(False)
-        axes.set(xlabel="time" if drive.dates is None else "date", ylabel=name)
+        axes.set(xlabel="time" if drive.dates is None else "date", ylabel=DISPLACEMENT)
         return axes
 
     def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:

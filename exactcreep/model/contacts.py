@@ -179,4 +179,4 @@ def _least_from(mu_d: Fraction) -> float:
 
 
 def _rational(coefficient: Any) -> Fraction:
-    return coefficient if isinstance(coefficient, Fraction) else Fraction(float(coefficient))
+    return coefficient if type(coefficient) is Fraction else Fraction(float(coefficient))

@@ -17,7 +17,6 @@ import flint
 import numpy as np
 
 from exactcreep.compiling import njit
-from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.modes import Run
 from exactcreep.motion.taylor_flow import (
     ORDER,
@@ -243,8 +242,9 @@ def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
     most = bits - sure + 16
     while sure < most:
         sure *= 2
-        with balls_of(min(bits, math.ceil(sure) + 64)).active():
-            near = (near - poly(near) / rate(near)).mid()
+        flint.ctx.prec = min(bits, math.ceil(sure) + 64)
+        near = (near - poly(near) / rate(near)).mid()
+    flint.ctx.prec = bits
     return near
 
 

@@ -124,7 +124,9 @@ def creep(
     seed : int
         Seed of the static coefficients that are drawn, and of the targets of GaussianSteps.
     solver : str
-        A name in `exactcreep.solvers.registry.SOLVERS`.
+        ``exact``: compiled float64, from event to event in closed form; ``certified``: exact
+        numbers and balls, `digits` of them, proves; ``verlet``: the independent witness, steps of
+        `dt`; ``sliding``: a chain that never sticks (mu_s = mu_d, no disorder).
     start : State, optional
         Initial state. Default: the relaxed chain (theta = 0, no tensions). If the force on a slider
         exceeds its static friction, the sliders first move until all rest; theta stays the same.
