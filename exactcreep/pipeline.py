@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -76,7 +76,7 @@ class Pipeline(Shown):
     end_forces: tuple[Fraction, Fraction]
     kappa: Fraction
     cell: float
-    positions: NDArray[np.float64]
+    positions: NDArray[np.float64] = field(compare=False)  # by the other fields
     chain: Chain
     _units_in_line = True
 

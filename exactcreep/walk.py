@@ -122,6 +122,12 @@ class Walk(Result):
     def _has_clock(self) -> bool:
         return not math.isnan(self.time_unit)
 
+    @property
+    def _solid(self) -> Any:
+        if self._has_clock:
+            return self.body
+        raise InputError("body", self.body, "must be a solid, for a rate per year")
+
     def _in_millimetres(self, moved: Any) -> Any:
         return MILLIMETRES * scaled(moved, Fraction(self.body.length_unit))
 
@@ -224,7 +230,7 @@ class Walk(Result):
     @property
     def millimetres_per_year(self) -> float:
         """Mean velocity of the run, mm per year of 365.25 days."""
-        return float(self.body.per_year(self.run.velocity, self.time_unit))
+        return float(self._solid.per_year(self.run.velocity, self.time_unit))
 
     def stretches(self, days: Number) -> NDArray[np.float64]:
         """Return the descents in whole stretches of so many days, mm; none without x_G.
@@ -264,7 +270,7 @@ class Walk(Result):
     @property
     def contacts(self) -> tuple[int, int]:
         """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
-        n, many = self.body.chain.n, self.body.converged_contacts
+        n, many = self._solid.chain.n, self._solid.converged_contacts
         return n, many if n < many else 2 * n
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -220,3 +221,6 @@ def test_the_walks_of_a_roof_and_of_a_pipe_are_one_table_that_a_file_keeps(tmp_p
         table.to_netcdf(tmp_path / "walk.nc", engine="h5netcdf")
         assert xr.load_dataset(tmp_path / "walk.nc", engine="h5netcdf").equals(table)
         assert repr(walk).count("\n") == len(walk.lines()) - 1
+        assert walk == replace(walk)
+    with pytest.raises(InputError, match="must be a solid, for a rate per year"):
+        walk.rates  # noqa: B018
