@@ -9,6 +9,7 @@ NAMES = {
     "intercept": 'is gone: threshold(chain, kind="intercept") takes its place',
     "Intercept": 'is gone: threshold(chain, kind="intercept") returns a Threshold',
     "GivenUp": "is gone: the reason of a Threshold takes its place",
+    "Descent": "is exactcreep.results.Walk now, of a solid as of a pipeline",
     "quiescent": "is gone: a cell of the notebook From jumps to steady creep takes its place",
     "Quiescence": "is gone: a cell of the notebook From jumps to steady creep takes its place",
 }

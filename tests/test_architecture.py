@@ -26,7 +26,7 @@ ROOMS = (
     ("motion",),
     ("solvers",),
     ("quasistatic",),
-    ("solid", "pipeline"),
+    ("walk", "solid", "pipeline"),
     ("scene",),
     ("studies",),
     ("figures",),

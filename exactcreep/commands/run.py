@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
     from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
-    from exactcreep.results import Descent, Walk
+    from exactcreep.results import Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
     from exactcreep.watch.limits import Limits
@@ -123,17 +123,13 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {type(moved).__name__.lower(): moved.summary()}
+            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
 
         def draw() -> Any:
             from exactcreep.figures.pipeline import draw_walk
-            from exactcreep.figures.run import draw_descent, draw_run
+            from exactcreep.figures.run import draw_run
 
-            if isinstance(moved, exactcreep.results.Walk):
-                return draw_walk(moved, wanted.title)
-            if moved is not None:
-                return draw_descent(moved, wanted.title)
-            return draw_run(result, wanted.title)
+            return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
 
         def tell() -> None:
             say_heading(wanted.name, wanted.title)
@@ -217,14 +213,14 @@ def _foretelling(display: Display) -> Callable[[Progress], None]:
     return show
 
 
-def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
-    """Return the descent or the walk of a single run, if its units are known."""
+def _in_millimetres(result: Creep, member: Member) -> Walk | None:
+    """Return the walk of a single run of a solid or a pipeline, if its units are known."""
     solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
     if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
         return exactcreep.results.Walk(member.pipe, result)
     if solid is None or seconds is None or not result.half_cycles:
         return None
-    return exactcreep.results.Descent.of(solid, result, seconds)
+    return exactcreep.results.Walk.of(solid, result, seconds)
 
 
 def run(
@@ -331,30 +327,9 @@ def _measured(result: Creep) -> str:
     return with_error(value, error)
 
 
-def _predicted(result: Creep) -> tuple[str, str]:
-    """Return the label of the paper's equation for a run, and its velocities where it holds."""
+def _print_run(result: Creep, moved: Walk | None) -> None:
     from exactcreep.laws import prediction
 
-    found = prediction(result.chain, result.drive)
-    if found is None:
-        return "", ""
-    return found.label, " or ".join(f"{value:.6g}" for value in found.printed)
-
-
-def _held(result: Creep) -> str:
-    """Return the velocity of the law that holds for a run, its deviation, and its name."""
-    from exactcreep.laws import prediction
-
-    experiment = result.experiment
-    found = prediction(result.chain, result.drive, experiment.start)
-    if found is None or result.solver == "sliding":
-        return ""
-    values = " or ".join(f"{value:.6g}" for value in found.values)
-    off = f" ± {found.deviation:.2g}" if found.deviation > 0 else ""
-    return f"{values}{off} ({found.law})"
-
-
-def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
@@ -370,9 +345,12 @@ def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
         rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
-    label, law = _predicted(result)
-    rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
-    rows += [("  law that holds", held)] if (held := _held(result)) else []
+    law = prediction(result.chain, result.drive, result.experiment.start)
+    if law is not None and law.label:
+        printed = " or ".join(f"{value:.6g}" for value in law.printed)
+        rows.append((f"  paper, {law.label}", printed or "none: below its threshold"))
+    if law is not None and result.solver != "sliding":
+        rows.append(("  law that holds", str(law)))
     rows += [] if moved is None else moved.lines()
     if "accuracy" in result.report:
         from exactcreep.quasistatic.creep import accuracy_reached

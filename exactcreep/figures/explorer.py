@@ -164,20 +164,10 @@ def law_sentence(run: Creep) -> str:
     said = f"Mean velocity: {measured:.4g} {per} ({run.velocity_reason})."
     if run.velocity_error >= 0:
         said = f"Mean velocity: {with_error(measured, run.velocity_error)} {per}."
-    return f"{said} {_law_sentence(run)}"
-
-
-def _law_sentence(run: Creep) -> str:
-    known = prediction(run.chain, run.drive, run.experiment.start)
-    if known is None:
-        return "No law: friction does not hold the chain, which may run away."
-    values = " or ".join(f"{value:.4g}" for value in known.values)
-    off = f", off by {known.deviation:.2g} (root mean square)"
-    if math.isnan(known.deviation):
-        off = ""  # the name of the law says so
-    elif known.deviation == 0:
-        off = ", exactly"
-    return f"Law that holds ({known.law}): {values}{off}."
+    law = prediction(run.chain, run.drive, run.experiment.start)
+    if law is None:
+        return f"{said} No law: friction does not hold the chain, which may run away."
+    return f"{said} Law that holds: {law}."
 
 
 def fate_sentence(run: Creep) -> str:

@@ -74,6 +74,11 @@ class Prediction:
     values: tuple[float, ...] = ()
     deviation: float = math.nan
 
+    def __str__(self) -> str:
+        """Return the velocity, its deviation and the name of the law, in one line."""
+        values = " or ".join(f"{value:.6g}" for value in self.values)
+        return values + f" ± {self.deviation:.2g}" * (self.deviation > 0) + f" ({self.law})"
+
 
 def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Prediction | None:
     """Return the mean velocity that theory predicts in the long run, and which law holds.

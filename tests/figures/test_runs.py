@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep as ec
 from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
+from exactcreep.figures.style import DISPLACEMENT
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data, line
@@ -95,13 +96,13 @@ def recorded(days: int) -> ec.TemperatureRecord:
     return ec.TemperatureRecord.of(degrees, "29e-6", 10, times=dates, unit="C")
 
 
-def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
+def test_a_record_is_drawn_in_dates_and_degrees() -> None:
     roof, record = ec.physical(**ROOF), recorded(30)
     run = ec.creep(roof.chain, record)
-    axes = run.plot(solid=roof)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
+    axes = run.plot()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", DISPLACEMENT)
     assert_shows_data(axes.figure, framed=True)
-    assert_array_equal(line(axes, 0)[1], 1000 * roof.metres(run.recorded["x_G"]))
+    assert_array_equal(line(axes, 0)[1], run.recorded["x_G"])
     (beside,) = (each for each in axes.figure.axes if each is not axes)
     assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
     assert_allclose(beside.lines[0].get_ydata(), record.temperatures)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -148,6 +149,7 @@ def test_a_deviation_counts_standard_errors_outside_of_the_law(
 
 CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
 SLOPE = {"tan_alpha": "0.25"}
+PAGE = Path(__file__).parents[2] / "notebooks"
 
 
 @pytest.mark.parametrize(
@@ -172,6 +174,9 @@ def test_a_scene_of_the_paper_has_the_parameters_of_the_caption(
     given = {**loaded.tables["chain"], **loaded.tables["drive"]}
     for name, value in {**CAPTION, **caption}.items():
         assert float(exact_number(given[name], name)) == float(exact_number(value, name))
+    page, kept = (PAGE / "reference/figures.md", PAGE / f"pictures/paper/{scene}.txt")
+    assert f"$ exactcreep run {scene} " in page.read_text(encoding="utf-8")
+    assert "nan" not in kept.read_text(encoding="utf-8")
 
 
 def test_a_sweep_over_decades_has_logarithmic_axes_and_the_line_of_the_paper() -> None:
