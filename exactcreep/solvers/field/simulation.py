@@ -140,7 +140,7 @@ class FieldSimulation(Simulation):
     def _begin_rows(self) -> None:
         """Begin the rows on the way to the next target."""
         self.under_way = self._rows()
-        self.log = AvalancheLog(self.start.chain, self.mechanics.arithmetic, self.record)
+        self.log = AvalancheLog(self.start.chain, self.record, self.mechanics.arithmetic)
 
     def _made(self) -> dict[str, list[Any]]:
         """Return the rows on the way to the next target, with one ledger of all its avalanches."""
@@ -224,9 +224,8 @@ class FieldSimulation(Simulation):
         if self.log.wanted:
             moved, drawn = mechanics.known_moves(), mechanics.rest.coefficients
             way = mechanics.way if mechanics.ramped else 0
-            for row in logged:
-                k = row.slider - 1
-                self.log.take(row, moved[k], drawn[k], way, lambda: mechanics.state().tensions)
+            for row, k in ((row, row.slider - 1) for row in logged):
+                self.log.take(row, lambda: mechanics.state().tensions, moved[k], drawn[k], way)
 
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
