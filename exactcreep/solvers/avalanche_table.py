@@ -160,11 +160,10 @@ class AvalancheLog:
 
     def tables(self) -> dict[str, list[Any]]:
         """Return the rows of the recorded tables since the last call of `forget`."""
-        made: dict[str, Callable[[], list[Any]]] = {
-            "slip_table": lambda: self._slips,
-            "rearrangements": self._rearrangements,
-        }
-        return {name: made[name]() for name in self.wanted}
+        made: dict[str, list[Any]] = {"slip_table": self._slips}
+        if "rearrangements" in self.wanted:
+            made["rearrangements"] = self._rearrangements()
+        return {name: made[name] for name in self.wanted}
 
     def _rearrangements(self) -> list[tuple[Any, ...]]:
         if not self._rests:
