@@ -220,4 +220,4 @@ def main() -> None:
         if code == 0:  # the signal came after the last check
             complain("interrupted")
         code = heard
-    sys.exit(code)
+    interrupts.leave(code)

@@ -20,6 +20,9 @@ from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
 import exactcreep
+from exactcreep.solvers.exact.solver import Logged
+from exactcreep.studies.thresholds.edge import CreepEdge
+from exactcreep.studies.thresholds.intercept import Intercept
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
@@ -126,9 +129,12 @@ def _completed(kind: type) -> set[str]:
     return {name for name in (*dir(kind), *own) if not name.startswith("_")}
 
 
-@pytest.mark.parametrize("name", [name for name in PUBLIC if isinstance(PUBLIC[name], type)])
-def test_what_completes_on_tab_is_described(name: str) -> None:
-    kind = PUBLIC[name]
+TYPES = [kind for kind in PUBLIC.values() if isinstance(kind, type)]
+TYPES += [Logged, CreepEdge, Intercept]
+
+
+@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
+def test_what_completes_on_tab_is_described(kind: type) -> None:
     described = {*dir(tuple), *dir(UserWarning), *getattr(kind, "__members__", ())}
     spoken = property, functools.cached_property, classmethod, staticmethod
     for one in kind.__mro__:

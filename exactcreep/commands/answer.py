@@ -39,6 +39,7 @@ _LABELS = {
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
     "rate": "arrests per cycle",
+    "advanced_until": "last advance in cycle",
     "exponential": "a constant rate?",
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
@@ -276,6 +277,10 @@ def distinct(**files: Path | None) -> None:
             raise exactcreep.InputError(name, str(path), f"must not be the file of {first}")
 
 
+def _nothing(*_: object, **__: object) -> None:
+    """Stand for what a command without ``--out`` or ``--plot`` neither saves nor draws."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """The result of a command.
@@ -288,23 +293,10 @@ class Answer:
 
     summary: Mapping[str, Any]
     say: Callable[[], object]
-    save: Callable[..., object] | None = None
-    draw: Callable[[], Any] | None = None
+    save: Callable[..., object] = _nothing
+    draw: Callable[[], Any] = _nothing
     status: int = 0
     remark: str = ""
-
-
-def _drawing(draw: Callable[[], Any] | None) -> Callable[..., object] | None:
-    """Return what draws into a file and saves it, if there is something to draw."""
-    if draw is None:
-        return None
-
-    def save(path: Path, *, force: bool) -> None:
-        from exactcreep.figures.style import save_picture
-
-        save_picture(draw(), path, force=force)
-
-    return save
 
 
 @Parameter(name="*")
@@ -340,9 +332,15 @@ class Printed:
 
     def deliver(self, answer: Answer) -> None:
         """Save, draw and print an answer (even if the disk is full), and exit with its status."""
+
+        def draw(path: Path, *, force: bool) -> None:
+            from exactcreep.figures import style
+
+            style.save_picture(answer.draw(), path, force=force)
+
         written, failed = list[Path](), None
-        for path, write in (self.out, answer.save), (self.plot, _drawing(answer.draw)):
-            if path is not None and write is not None:
+        for path, write in ((self.out, answer.save), (self.plot, draw)):
+            if path is not None:
                 try:
                     write(path, force=self.force)
                     written.append(path)

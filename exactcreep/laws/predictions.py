@@ -192,6 +192,9 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             held = _values((0.0, *held))
     sticking = held[0] if on.smears and not beyond else None
     law += _UNKNOWN * math.isnan(deviation)
+    if relaxed and slope == 0 and not differs and sum(held) == 0:
+        law, held, deviation = "no mean drift, by symmetry", (0.0,), 0.0 if clean else math.nan
+        law += "; one run wanders" * (not clean)
     return Prediction(label, printed, sliding, staircase, sticking, law, held, deviation)
 
 

@@ -21,6 +21,7 @@ from exactcreep.model.uniform import require_uniform
 from exactcreep.solvers.rearrangement import Ending as Ending
 from exactcreep.solvers.rearrangement import Rearrangement as Rearrangement
 from exactcreep.solvers.tables import RECORDS, joined
+from exactcreep.watch import interrupts
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import preparing
 
@@ -285,21 +286,26 @@ def compile_for(
 ) -> None:
     """Compile or load the code with which a solver follows and records such a chain.
 
-    `say` is called if the compiler works. Rarely needed code is compiled later.
+    `say` is called if the compiler works. Rarely needed code is compiled later. A signal ends the
+    wait for the compiler.
     """
     kind = (solver.name, solver.compiles(chain.n), record)
     if kind in _COMPILED:
         return
-    with preparing(), import_module("exactcreep.compiling").told(say):
-        chain = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
+
+    def compile_once() -> None:
+        pair = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
         compared = ("tension", "slips") if solver.perturbs else ()
         names = tuple(dict.fromkeys((*record, *compared)))
-        simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, names)
+        simulation = type(solver)().simulation(pair, State.relaxed(pair), 0, names)
         drive = Cycles("1/10", 1)
         stretch = simulation.follow(drive, 1, 2)
         if (copies := simulation.copies()) is not None:
             copies.follow(drive, 1, stretch, math.inf, NO_LIMITS)
-        _COMPILED.add(kind)
+
+    with preparing(), import_module("exactcreep.compiling").told(say):
+        interrupts.prepare(compile_once)
+    _COMPILED.add(kind)
 
 
 def simulate(

@@ -66,7 +66,7 @@ def test_a_mistyped_line_ends_with_an_answer_or_a_sentence(
 
 ENDLESS = {
     "survival --n 6 --amplitude 0.000969 --starts 4000": "cycles followed",
-    "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact": "last advance",
+    "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact": "advanced until",
     "compare thirty-sliders-cycles": "interrupted",
     "run two-sliders-cycles --set drive.cycles=1e9 --checkpoint a.ckpt --force": "same command",
 }

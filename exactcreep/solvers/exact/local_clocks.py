@@ -413,7 +413,7 @@ def at_once(cell, clock, now):
 
 @compiled
 def cluster_step(cell, whole, clock, series, now):
-    """Advance a long cluster to its first event, or to the end of the epoch.
+    """Take a long cluster to its first event, or to the end of the epoch.
 
     Returns t, events and blur like `taylor.step`; `events` is -1 if that function has to do it.
     """

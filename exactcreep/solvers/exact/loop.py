@@ -1,7 +1,7 @@
 """The compiled event loop of the exact solver: from target to target, float64, event by event.
 
 **Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone
-mover's by energy, a cluster's from its series, see `taylor`); **advance** to it; **resolve** it by
+mover's by energy, a cluster's from its series, see `taylor`); **move** to it; **resolve** it by
 the rules of the model; repeat until rest. Around it: ramp to theta_c, rearrange, repeat to the
 target.
 
@@ -238,7 +238,7 @@ def _room_of(cell, i, side, length):
 
 @inlined
 def _lone(cell, whole, deviate, now, log):
-    """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
+    """Take a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
     side = cell[layout.SIDE, i]
     stiff = cell[layout.STIFFNESS, i]
@@ -355,7 +355,7 @@ def _never_stops(cell, now):
 
 @inlined
 def _to_first_event(cell, whole, clock, series, now):
-    """Advance several movers to their first event; return its number of sliders and time error."""
+    """Take several movers to their first event; return its number of sliders and time error."""
     now.counts.calm += 1
     now.counts.work += STEP_WORK
     events = np.int64(-1)
@@ -442,7 +442,7 @@ def _resolve(cell, whole, deviate, now, log, events, blur):
 
 @inlined
 def _cluster(cell, whole, deviate, clock, series, now, log):
-    """Advance several movers to their first event and resolve it; return True for a runaway."""
+    """Take several movers to their first event and resolve it; return True for a runaway."""
     if now.moving == now.chain.n and _never_stops(cell, now):
         return True
     events, blur = _to_first_event(cell, whole, clock, series, now)

@@ -42,6 +42,7 @@ from exactcreep.solvers.return_map import (
     repeats_since,
     returns,
 )
+from exactcreep.watch import interrupts
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TRIES = 64  # earlier cycles with the same slips that are compared
@@ -307,6 +308,13 @@ class SettlingSearch:
         search["since"] = search["dormant_after"] = -1
         search["total"], search["total_low"] = total, low
         search["lowest"] = search["highest"] = total
+
+    @classmethod
+    def compile(cls) -> None:
+        """Compile or load the search; a signal ends the wait for the compiler."""
+        if not settle.signatures:
+            pair = Chain(2, 1000, "1/2", "3/5", tan_alpha=0)
+            interrupts.prepare(lambda: cls(pair, Cycles("1/10", 1), State.relaxed(pair)).follow())
 
     @property
     def settled(self) -> LimitCycle | None:

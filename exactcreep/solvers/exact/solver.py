@@ -364,29 +364,29 @@ class ExactSimulation(Simulation):
 class Logged(Estimated):
     """A rearrangement by `Exact`: events and initial state are made on demand.
 
-    `origin`: the state from which theta was ramped; `load`: ``l0 theta_c``, as two floats; `log`
+    `_origin`: the state from which theta was ramped; `_load`: ``l0 theta_c``, as two floats; `_log`
     (ndarray of layout.LOGGED_EVENT): a row for each slider of each event.
     """
 
-    origin: Origin
-    load: tuple[float, float]
-    log: NDArray[Any]
+    _origin: Origin
+    _load: tuple[float, float]
+    _log: NDArray[Any]
 
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def events(self) -> tuple[Event, ...]:
         """The events, in order of time."""
-        return tuple(_events(self.log))
+        return tuple(_events(self._log))
 
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def initial(self) -> State:
         """The state at theta_c."""
-        before = self.origin.state
+        before = self._origin.state
         return owning(
-            self.origin.ramped(self.load),
+            self._origin.ramped(self._load),
             before.displacements,
             before.coefficients,
             before.draws,
-            dilation(self.chain, self.load) if len(self.log) else before.theta,
+            dilation(self.chain, self._load) if len(self._log) else before.theta,
         )
 
 
@@ -433,9 +433,9 @@ class Exact(Solver):
             simulation,
             self.name,
             ended,
-            origin=simulation.origin,
-            load=simulation.load(),
-            log=logs[0] if len(logs) == 1 else np.concatenate(logs),
+            _origin=simulation.origin,
+            _load=simulation.load(),
+            _log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
         if chain.n <= layout.LONGEST_SHORT:

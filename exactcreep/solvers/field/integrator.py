@@ -1,7 +1,7 @@
 """The readable event solver: a chain from rest to rest, in balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat* until
+their neighbours. *Move* to it by the closed form. *Resolve* it by the rules. *Repeat* until
 every slider is at rest.
 
 `solvers.field.at_rest` treats rest and ramps, and `motion.runaway` proves that an avalanche never

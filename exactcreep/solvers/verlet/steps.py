@@ -38,27 +38,25 @@ _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
 COUNTS = ("rearrangements", "events", "slips", "draws_below_mu_d")
+_WHOLE = "n locate one_by_one phase steps begun movers low high target way number written"
 NOW = np.dtype(
     [(name, np.float64) for name in ("l0", "cosine", "sigma", "dt", "theta", "time")]
-    + [(name, np.int64) for name in ("n", "locate", "one_by_one", "phase", *COUNTS)]
-    + [(name, np.int64) for name in ("steps", "begun", "movers", "low", "high")]
-    + [(name, np.int64) for name in ("target", "way", "number", "written")]
+    + [(name, np.int64) for name in (*COUNTS, *_WHOLE.split())]
     + [("seed", np.uint64)]
 )
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `begun`: the steps
 before this rearrangement; `number`: its events; `written`: the logged rows."""
-REALS = (
-    *("tension", "expansion", "pull", "load", "slack", "coefficient", "threshold", "friction"),
-    *("mu_d", "mu_s", "springs", "sign", "ceiling", "place", "x", "w", "b"),
-    *("last_x", "last_v", "last_b"),
+Sliders = namedtuple(
+    "Sliders",
+    "tension expansion pull load slack coefficient threshold friction mu_d mu_s springs sign"
+    " ceiling place x w b last_x last_v last_b draws slips",
 )
-Sliders = namedtuple("Sliders", (*REALS, "draws", "slips"))  # type: ignore[misc]
 """Arrays of sliders 1 .. n, with a ghost at either end. `tension` and `expansion` are those of the
 spring below; `tension`, `place` and `pull` (F) those of the last rest; `x` is the displacement
 since then, `sign` is S of a slider that moves, else 0, `springs` counts the springs, a force above
 `ceiling` is a start, `last_` means the end of a step, `slips` those since the last target."""
-ROW = (*EVENT_TABLE.fields, "moved", "coefficient", "way")
+Row = namedtuple("Row", (*EVENT_TABLE.fields, "moved", "coefficient", "way"))  # type: ignore[misc]
 """Logged columns of each slider of an event; `moved` since the last rest, `way` of the ramp."""
 
 
@@ -82,13 +80,6 @@ def _push(s, i, square):
 
 
 @_compiled
-def _hit(s, i, force, velocity):
-    """Return whether a slider stops or starts."""
-    late = (s.sign[i] != 0.0) & (s.sign[i] * velocity <= 0.0)
-    return late | (abs(force) > s.ceiling[i])
-
-
-@_compiled
 def _start(s, now, log, i, force):
     """Set slider i in motion from velocity zero."""
     s.sign[i], s.ceiling[i] = math.copysign(1.0, force), np.inf
@@ -103,8 +94,9 @@ def _stop(s, now, log, i):
     """Bring slider i to rest and draw its next static coefficient."""
     s.coefficient[i] = s.mu_s[i]
     if now.sigma > 0.0:
-        words = philox(now.seed, STREAM_COEFFICIENT, i, s.draws[i] // 4)
-        s.coefficient[i] += now.sigma * normal_deviate(words[s.draws[i] % 4])
+        draw = int(s.draws[i])
+        words = philox(now.seed, STREAM_COEFFICIENT, i, draw // 4)
+        s.coefficient[i] += now.sigma * normal_deviate(words[draw % 4])
     now.draws_below_mu_d += s.coefficient[i] < s.mu_d[i]
     s.threshold[i] = max(s.coefficient[i], s.mu_d[i]) * now.cosine
     s.draws[i] += 1
@@ -132,14 +124,14 @@ def _resolve(s, now, log):
     """Stop, draw and start the sliders of an event, in this order."""
     low, high, before = now.low, now.high, now.slips
     for i in range(low, high + 1):
-        if s.sign[i] != 0.0 and _hit(s, i, 0.0, s.w[i] + 0.5 * s.b[i]):
+        if s.sign[i] != 0.0 and s.sign[i] * (s.w[i] + 0.5 * s.b[i]) <= 0.0:
             _stop(s, now, log, i)
     if now.slips > before:
         _close(s, now)
     before = now.movers
     for i in range(low, high + 1):
         force = _push(s, i, now.dt * now.dt)
-        if s.sign[i] == 0.0 and _hit(s, i, force, 0.0):  # it may just have stopped
+        if s.sign[i] == 0.0 and abs(force) > s.ceiling[i]:  # it may just have stopped
             _start(s, now, log, i, force)
     if now.movers > before:
         _close(s, now)
@@ -213,7 +205,8 @@ def _back(s, now, way):
         force = _push(s, i, now.dt * now.dt)
         velocity = s.last_v[i] + 0.5 * way * (s.last_b[i] + s.b[i])
         s.w[i] = velocity - 0.5 * s.b[i]
-        hit |= _hit(s, i, force, velocity)
+        late = (s.sign[i] != 0.0) & (s.sign[i] * velocity <= 0.0)
+        hit |= late | (abs(force) > s.ceiling[i])
     return hit
 
 
@@ -232,15 +225,6 @@ def _locate(s, now):
     after += _BISECTED  # an event at the same instant is included
     _back(s, now, after)
     return after
-
-
-@_compiled
-def _centre(s, now):
-    """Return x_G; added in pairs, so that it is 0 in a mirror-symmetric chain."""
-    total = 0.0
-    for i in range(1, now.n + 1):
-        total += s.place[i] + s.place[now.n + 1 - i]
-    return 0.5 * total / now.n
 
 
 @_compiled
@@ -270,7 +254,10 @@ def follow(s, nows, log, targets, first, last_event, x_G):
             left = now.l0 * (targets[reached] - now.theta)
             if left == 0.0 or not ramp(s, now, log, math.copysign(1.0, left), abs(left)):
                 rest(s, now, left)
-                now.theta, x_G[reached] = targets[reached], _centre(s, now)
+                now.theta, total = targets[reached], 0.0
+                for i in range(1, now.n + 1):  # in pairs: 0 in a mirror-symmetric chain
+                    total += s.place[i] + s.place[now.n + 1 - i]
+                x_G[reached] = 0.5 * total / now.n
                 reached += 1
                 if now.one_by_one:
                     break

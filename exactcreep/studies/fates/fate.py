@@ -100,6 +100,7 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
+    solvers.SettlingSearch.compile()
     computed, stop = numerical_fate(solvers.SettlingSearch(chain, drive, begin), begin, limits, say)
     if solver == "exact":
         return computed

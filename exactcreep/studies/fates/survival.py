@@ -408,6 +408,8 @@ def survival(
         none = f"none of {count} starts has ended so far"
         return replace(asked, lives=tuple(lives)).finding if lives else none
 
+    if executor is None:
+        solvers.SettlingSearch.compile()
     say("starts", 0, count, "starts")
     with closing(in_parallel(lives_of, tasks(), executor, workers)) as computed:
         for ended in computed:
