@@ -196,7 +196,7 @@ class Walk(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The walk along ``target``, as far as the run recorded it; the summary is in `attrs`."""
+        """The walk along ``target``, as far as the run recorded it; the summary is in ``attrs``."""
         columns, known = dict[str, Any](), {*self.run.recorded, *["clock"] * self._has_clock, ""}
         for name, needed, across, unit in (
             ("temperatures", "", "spring", "K or as recorded"),
