@@ -62,7 +62,7 @@ class Event(Shown):
     ('stop', (2,), (1,), 3.141593)
     """
 
-    units_in_line = True
+    _units_in_line = True
     time: Scalar
     kind: EventKind
     sliders: tuple[int, ...]

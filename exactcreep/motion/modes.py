@@ -337,7 +337,7 @@ class Flow:
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
         return out
 
-    def advance(self, runs: Sequence[Run], t: Any) -> None:
+    def move(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
         for run in runs:
             displacements, velocities = run.moved(t)

@@ -23,7 +23,7 @@ from exactcreep.motion.taylor_flow import (
     OUTWARD,
     ROUNDING,
     STEP,
-    advance,
+    carry,
     expand,
     size_of,
 )
@@ -77,7 +77,7 @@ def first_event_of_set(
         if slider >= 0:
             half = (high - low) / 2 * (1 + OUTWARD) + 2.0**-50 * (1 + time)
             return slider, side, time + (low + high) / 2, half
-        x = advance(series, v, a, STEP)
+        x = carry(series, v, a, STEP)
         for i in range(n):
             if signs[i] == 0:
                 if i > 0:

@@ -23,7 +23,7 @@ from exactcreep.model.enclosure import (
 )
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
+from exactcreep.model.state import State, near_theta
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_of_parameters
 from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
@@ -90,7 +90,7 @@ def _labelled(
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
-    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": state.near_theta}
+    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": near_theta(state)}
     for name in ("tension", "displacement", "coefficient"):
         values, full = getattr(state, f"{name}s"), moment + name
         written |= as_written(full, values, digits)

@@ -1,7 +1,7 @@
 """The readable event solver: a chain from rest to rest, in balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat* until
+their neighbours. *Move* to it by the closed form. *Resolve* it by the rules. *Repeat* until
 every slider is at rest.
 
 `solvers.field.at_rest` treats rest and ramps, and `motion.runaway` proves that an avalanche never
@@ -89,7 +89,7 @@ class ChainIntegrator(ChainAtRest):
         assert self.flow is not None
         event = self.first_event(self.flow)
         if event is not None:
-            self.advance(self.flow, event)
+            self.move(self.flow, event)
         return event
 
     def _to_rest(self) -> None:
@@ -143,7 +143,7 @@ class ChainIntegrator(ChainAtRest):
         if not first:
             if horizon is None:
                 raise SearchLimit("nothing ever happens, and no bound proves it")
-            flow.advance(self.runs, horizon)
+            flow.move(self.runs, horizon)
             self.time = self.time + horizon
             return None
         time = root_time(search, first[0])
@@ -153,13 +153,13 @@ class ChainIntegrator(ChainAtRest):
         starts = [(root.slider, root.side) for root in first if root.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.rest.symmetric else None)
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
         if bool(event.time == 0):
             return
         later = self.time + event.time
         if event.shifts is None:
-            flow.advance(self.runs, event.time)
+            flow.move(self.runs, event.time)
         for first, displacements, velocities in event.shifts or ():
             flow.shift(first, objects(displacements))
             flow.velocities[first : first + len(velocities)] = velocities

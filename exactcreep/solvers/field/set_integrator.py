@@ -21,6 +21,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import surplus
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
@@ -339,7 +340,7 @@ class SetIntegrator(ChainIntegrator):
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = len(flow.moving) == self.chain.n
-        return whole and self.chain.surplus(int(flow.signs[0])) >= 0
+        return whole and surplus(self.chain, int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return the event that float64 proves to be first, at the middle's time; or None."""
@@ -446,11 +447,11 @@ class SetIntegrator(ChainIntegrator):
             *acting, image,
         )  # fmt: skip
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
         rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
-        super().advance(flow, event)
+        super().move(flow, event)
         if moves and not event.alike:
             rest.since = 0 if self.exact else rest.since + 1
             if rest.set is not None:
