@@ -6,6 +6,7 @@ import math
 import numbers
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
@@ -163,7 +164,8 @@ def in_words(value: Any) -> str:
     ('0.6', '0.6', 'relaxed')
     """
     if isinstance(value, str) and _RATIO.fullmatch(value):
-        value = Fraction(value)
+        with suppress(ValueError):  # a text such as "1/0"
+            value = ratio_of(value)
     text = value if isinstance(value, str) else shown(value)
     return text.strip("'") if isinstance(value, Fraction) else text
 

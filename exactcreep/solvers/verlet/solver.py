@@ -82,7 +82,12 @@ class VerletSimulation(Simulation):
         mine["tension"][:-1], mine["place"][:] = state.tensions, state.displacements
         mine["coefficient"][:], mine["draws"][:] = state.coefficients, state.draws
         mine["friction"][:] = mine["mu_d"] * cosine
-        mine["threshold"][:] = np.maximum(mine["coefficient"], mine["mu_d"]) * cosine
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin at rest, with the present coefficients and tensions."""
+        mine = self.inner
+        mine["threshold"][:] = np.maximum(mine["coefficient"], mine["mu_d"]) * self.chain.cos_alpha
         steps.rest(self.all, self.now[0], 0.0)
 
     @property
@@ -154,8 +159,13 @@ class VerletSimulation(Simulation):
         if self.leg is not None and self.now["theta"][0] != 1.0:
             return
         begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
-        self.leg, self.now["theta"] = replace(leg, begin=begin), 0.0
-        self.inner["expansion"][:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
+        self.now["theta"] = 0.0
+        self._set_out(replace(leg, begin=begin))
+
+    def _set_out(self, leg: Leg | None) -> None:
+        self.leg = leg
+        if leg is not None:
+            self.inner["expansion"][:-1] = [*map(nearest_float, leg.expansion(self.chain))]
 
     def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
         return {} if self.at_rest else self.step_on(limits)[1]
@@ -213,15 +223,20 @@ class VerletSimulation(Simulation):
         return bool(self.now["phase"][0] == steps.AT_REST)
 
     def snapshot(self) -> dict[str, Any]:
-        numbers = {name: array.copy() for name, array in self.all._asdict().items()}
-        return {"now": self.now.view(np.int64).copy(), "leg": Leg.kept(self.leg)} | numbers
+        numbers = {name: self.inner[name].copy() for name in steps.AT_REST_ROWS}
+        now = {name: self.now[name].item() for name in steps.AT_REST_NOW}
+        return {"now": now, "leg": Leg.kept(self.leg)} | numbers
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        self.leg = Leg.restored(snapshot["leg"], self.chain)
-        for name, array in self.all._asdict().items():
-            array[:] = snapshot[name]
-        self.now.view(np.int64)[:] = snapshot["now"]
+        self._set_out(Leg.restored(snapshot["leg"], self.chain))
+        for name in steps.AT_REST_ROWS:
+            self.inner[name][:] = snapshot[name]
+        self.inner["tension"][-1] = 0.0
+        for name, value in snapshot["now"].items():
+            self.now[name] = value
+        self.now["phase"] = steps.AT_REST
+        self._begin()
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""

@@ -48,6 +48,9 @@ NOW = np.dtype(
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `begun`: the steps
 before this rearrangement; `number`: its events; `written`: the logged rows."""
+AT_REST_NOW = (*COUNTS, "theta", "steps", "begun")
+AT_REST_ROWS = ("tension", "coefficient", "place", "draws", "slips")
+"""From these parts of `NOW` and `Sliders` a chain at rest goes on."""
 REALS = (
     *("tension", "expansion", "pull", "load", "slack", "coefficient", "threshold", "friction"),
     *("mu_d", "mu_s", "springs", "sign", "ceiling", "place", "x", "w", "b"),
