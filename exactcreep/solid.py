@@ -26,6 +26,7 @@ from exactcreep.model.numbers import (
     number_from_zero,
     plain_data,
     positive_number,
+    refusing,
     shown,
     whole_number,
 )
@@ -98,6 +99,7 @@ class Solid(Shown):
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
     units_in_line = True
 
+    @refusing
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")
 
@@ -369,6 +371,7 @@ class Descent:
     of_seeds: tuple[float, ...] = ()
 
     @classmethod
+    @refusing
     def of(
         cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
     ) -> Descent:
