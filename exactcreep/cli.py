@@ -24,7 +24,7 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from exactcreep import __version__
+from exactcreep import __version__, moved
 from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.record import record, roof
@@ -35,7 +35,6 @@ from exactcreep.watch import interrupts, terminal
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
-    "reproduce": files.reproduce,
     "show": files.show,
     "export": files.export,
     "animate": files.animate,
@@ -46,13 +45,6 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "compare": studies.compare,
 }
 """The commands by name; None: made from a public function, which is imported when called."""
-_GONE = {
-    "plan": "what a scene needs, with the law, is said by exactcreep compare SCENE",
-    "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
-    "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
-    "intercept": "exactcreep threshold --kind intercept finds where v(A) begins",
-}
-"""Commands of earlier versions, and what does their work."""
 _PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
 """Replacements for signs that a stream cannot encode."""
 _warned: set[str] = set()
@@ -108,7 +100,7 @@ def status(words: Sequence[str]) -> int:
 
         # not by exactcreep.scene, which loads numpy
         scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
-        near = f": {_GONE[arguments[0]]}" if arguments[0] in _GONE else ""
+        near = f": {moved.COMMANDS[arguments[0]]}" if arguments[0] in moved.COMMANDS else ""
         near = near or did_you_mean(arguments[0], [*COMMANDS, "--help"])
         near = near or did_you_mean(f"run {arguments[0]}", scenes)
         near = near or "; exactcreep --help lists the commands"
@@ -207,6 +199,8 @@ def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
     if key:
         setting = f"vary.{key}=[{value}]" if "," in value else f"{key}={value}"
         return f"{command} takes a scene; set its {key} with --set {setting}{why}"
+    if option in moved.OPTIONS:
+        return f"{command} has no option {option}: {moved.OPTIONS[option]}"
     near = f" (did you mean --tan-alpha?){why}" if why and "--tan-alpha" in options else ""
     return f"{command} has no option {option}{near or did_you_mean(option, options)}"
 
@@ -246,4 +240,4 @@ def main() -> None:
         if code == 0:  # the signal came after the last check
             complain("interrupted")
         code = heard
-    sys.exit(code)
+    interrupts.leave(code)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -24,21 +24,17 @@ from exactcreep.model.numbers import (
     Number,
     Shown,
     exact_number,
-    in_full,
     nearest_float,
     number_from_zero,
     positive_number,
     refusing,
     whole_number,
 )
-from exactcreep.model.path import Path
 from exactcreep.model.remarks import remark
-from exactcreep.model.result import Result
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.creep_result import Creep
+from exactcreep.walk import MILLIMETRES, Walk
 
-_MILLIMETRES = 1000
-_SHOWN = 6  # cycles whose walk is printed, the first of many
 _MOST = 20_000  # most cells; a pull that needs more, so small beside friction, hardly moves a pipe
 
 
@@ -81,9 +77,9 @@ class Pipeline(Shown):
     end_forces: tuple[Fraction, Fraction]
     kappa: Fraction
     cell: float
-    positions: NDArray[np.float64]
+    positions: NDArray[np.float64] = field(compare=False)  # by the other fields
     chain: Chain
-    units_in_line = True
+    _units_in_line = True
 
     def _facts(self) -> dict[str, Any]:
         return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}
@@ -176,7 +172,7 @@ class Pipeline(Shown):
         hot, cold = self.anchors
         rise = nearest_float(self.kappa * exact_number(heating, "heating"))
         beyond = rise - self.critical_heating * nearest_float(self.kappa)
-        return _MILLIMETRES * (cold - hot) * max(0.0, beyond)
+        return MILLIMETRES * (cold - hot) * max(0.0, beyond)
 
     def walk(
         self, heatings: Any, cycles: int = 1, *, solver: str = "sliding",
@@ -219,8 +215,8 @@ class Pipeline(Shown):
         rises = np.array(exact).reshape(len(given), -1, *given.shape[2:])
         targets = [self._dilations(step) for cycle in rises for step in (*cycle, 0 * cycle[0])]
         record = ("x", "tension")
-        run = creep(self.chain, Path(targets * count), solver=solver, record=record, **options)
-        return Walk(self, run, rises.shape[1])
+        run = creep(self.chain, Targets(targets * count), solver=solver, record=record, **options)
+        return Walk(self, run, steps=rises.shape[1])
 
     def _dilations(self, heating: Any) -> Any:
         """Return the dilation by a heating of the pipe; of each spring, by heatings along it."""
@@ -229,88 +225,6 @@ class Pipeline(Shown):
         places = np.linspace(0, nearest_float(self.length), len(heating))
         shares = np.interp(self.springs[1:-1], places, heating.astype(float))
         return [self.kappa * Fraction(share) for share in shares]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Walk(Result):
-    """How a pipeline walked, cycle by cycle.
-
-    Parameters
-    ----------
-    pipeline : Pipeline
-        The pipe.
-    run : Creep
-        The run of its chain. Its targets are the steps of each heating and the end of the cooling.
-    steps : int
-        Steps of a heating.
-
-    Examples
-    --------
-    >>> pipe = pipeline(length=1000, axial_stiffness="2e9", submerged_weight=400, friction="0.5",
-    ...                 end_tension="5e4", kappa="1.17e-5")
-    >>> pipe.walk([70, 50], cycles=2).finding
-    '127.5 mm in the last of 4 cycles, 634.9 mm in all'
-    """
-
-    pipeline: Pipeline
-    run: Creep
-    steps: int = 1
-
-    def lines(self) -> list[tuple[str, str]]:
-        """Return the walk as pairs of a name and a sentence.
-
-        Returns
-        -------
-        list of (str, str)
-            As the command line prints them.
-        """
-        each = ", ".join(f"{mm:.4g}" for mm in self.millimetres[:_SHOWN])
-        more = ", ..." if len(self.millimetres) > _SHOWN else ""
-        return [("walk", self.finding), ("  cycle by cycle", f"{each}{more} mm")]
-
-    def _units(self) -> dict[str, str]:
-        return {"millimetres": "mm", "total": "mm"}
-
-    def _numbers(self) -> dict[str, Any]:
-        return {
-            "cycles": len(self.millimetres),
-            "millimetres": self.millimetres,
-            "total": self.total,
-            "solver": self.run.solver,
-        }
-
-    @property
-    def displacement(self) -> NDArray[np.float64]:
-        """Displacement of each slider at each target, mm downhill, shape (targets, n)."""
-        moved = self.run.recorded["x"].astype(float)
-        return np.asarray(_MILLIMETRES * self.pipeline.length_unit * moved)
-
-    @property
-    def axial_force(self) -> NDArray[np.float64]:
-        """Effective axial force at `Pipeline.springs`, N, tension positive: (targets, n + 1)."""
-        tension = self.run.recorded["tension"].astype(float) * self.pipeline.force_unit
-        ends = np.ones((len(tension), 1))
-        upper, lower = map(nearest_float, self.pipeline.end_forces)
-        return np.hstack([-upper * ends, tension, lower * ends])
-
-    @property
-    def millimetres(self) -> NDArray[np.float64]:
-        """Advance of the middle of the pipe in each cycle, mm; the first starts when it is laid."""
-        cold = self.displacement[self.steps :: self.steps + 1].mean(axis=1)
-        return np.diff(cold, prepend=0.0)
-
-    @property
-    def total(self) -> float:
-        """Advance in all cycles, mm."""
-        return float(self.millimetres.sum())
-
-    @property
-    def finding(self) -> str:
-        """The walk in the last cycle, and in all."""
-        last = (
-            f"{in_full(self.millimetres[-1], 4)} mm in the last of {len(self.millimetres)} cycles"
-        )
-        return f"{last}, {in_full(self.total, 4)} mm in all"
 
 
 @dataclass(frozen=True)

@@ -3,47 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from itertools import product
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from exactcreep.laws import pivots, solid_velocity, threshold_amplitude
+from exactcreep.laws import solid_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Drive, require_one_dilation
 from exactcreep.model.numbers import (
     InputError,
     Number,
     Shown,
     exact_number,
-    in_full,
     nearest_float,
     number_from_zero,
-    plain_data,
     positive_number,
     refusing,
-    shown,
     whole_number,
 )
-from exactcreep.model.outcome import Outcome
 from exactcreep.model.remarks import remark
 from exactcreep.model.uniform import require_uniform
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.records.temperature_record import TemperatureRecord
+from exactcreep.walk import DAY, DAYS_PER_YEAR, FRICTION, MILLIMETRES, Walk, scaled
 
-DAYS_PER_YEAR = Fraction(1461, 4)
-FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
-"""Default factors on all friction for which the rate of a descent is computed."""
-_DAY, _MILLIMETRES = 86400, 1000  # seconds in a day, millimetres in a metre
 _CONTACTS = 100  # times mu_d/tan_alpha: then the next pivot changes the rate by 2 %
-_BLOCK = 10  # days: longer than weather lasts
-_FEWEST_YEARS = 5
 
 
 class Material(NamedTuple):
@@ -97,7 +81,7 @@ class Solid(Shown):
     gravity: Fraction
     measured: Fraction = Fraction(0)
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
-    units_in_line = True
+    _units_in_line = True
 
     @refusing
     def __post_init__(self) -> None:
@@ -123,6 +107,11 @@ class Solid(Shown):
     def tau_dyn(self) -> float:
         """Unit of time sqrt(m/k), s."""
         return math.sqrt(self.mass / self.stiffness)
+
+    @property
+    def force_unit(self) -> Fraction:
+        """Unit of force m g, N."""
+        return self.mass * self.gravity
 
     @property
     def length_unit(self) -> Fraction:
@@ -162,7 +151,7 @@ class Solid(Shown):
         number or ndarray
             In m.
         """
-        return _times(displacement, self.length_unit)
+        return scaled(displacement, self.length_unit)
 
     def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
         """Return a velocity per half-cycle in mm/day; a `period` (s) is two half-cycles.
@@ -179,8 +168,8 @@ class Solid(Shown):
         number or ndarray
             In mm/day.
         """
-        daily = self.length_unit * _MILLIMETRES * _DAY * 2 / positive_number(period, "period")
-        return _times(velocity, daily)
+        daily = self.length_unit * MILLIMETRES * DAY * 2 / positive_number(period, "period")
+        return scaled(velocity, daily)
 
     def per_year(self, velocity: float, time_unit: Number) -> float:
         """Return a velocity per unit of a drive's clock in mm per year.
@@ -287,7 +276,7 @@ class Solid(Shown):
         """
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
-        temperatures.require_one_dilation("a solid in SI units")
+        require_one_dilation(temperatures, "a solid in SI units")
         kappa = getattr(temperatures, "kappa", self.kappa)
         if kappa != self.kappa:
             raise InputError("kappa", kappa, f"must be the solid's, {self.kappa}")
@@ -308,7 +297,7 @@ class Solid(Shown):
         solver: str = "sliding",
         seeds: int = 0,
         **options: Any,
-    ) -> Descent:
+    ) -> Walk:
         """Return how far the solid creeps under these temperatures, and its uncertainty.
 
         Parameters
@@ -328,7 +317,7 @@ class Solid(Shown):
 
         Returns
         -------
-        Descent
+        Walk
             In millimetres.
 
         Raises
@@ -342,272 +331,7 @@ class Solid(Shown):
                 allowed = "has no effect in the sliding limit, which has no static friction"
                 raise InputError(name, given, allowed)
         result = creep(self.chain, temperatures, solver=solver, **options)
-        return Descent.of(self, result, time_unit, seeds=seeds)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Descent:
-    """How far a solid crept under temperatures in time, in millimetres.
-
-    Attributes
-    ----------
-    solid : Solid
-    result : Creep
-    time_unit : float
-        Seconds in one unit of the clock of its temperatures.
-    of_seeds : tuple of float
-        Millimetres per year of runs like `result` with further seeds.
-
-    Examples
-    --------
-    >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
-    >>> f"{descent.total:.2f} mm in {descent.days:g} days"
-    '5.76 mm in 5 days'
-    """
-
-    solid: Solid
-    result: Creep
-    time_unit: float
-    of_seeds: tuple[float, ...] = ()
-
-    @classmethod
-    @refusing
-    def of(
-        cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
-    ) -> Descent:
-        """Return the descent for a run of this solid's chain.
-
-        Parameters
-        ----------
-        solid : Solid
-            The solid that crept.
-        result : Creep
-            A run of its chain.
-        time_unit, seeds : number, int, optional
-            As in `Solid.creep`.
-
-        Returns
-        -------
-        Descent
-            With its further runs.
-
-        Raises
-        ------
-        InputError
-            If the run is of another chain.
-        """
-        seconds, own = solid.time_unit_of(result.drive, time_unit), result.experiment
-        if result.chain != solid.chain:
-            raise InputError("result", result.chain, "must be a run of the solid's chain")
-        if result.outcome is Outcome.RUNAWAY:
-            slope = f"tan_alpha = {nearest_float(solid.chain.tan_alpha):.3g}"
-            allowed = f"must exceed {slope}, or the solid slides down at once"
-            raise InputError("mu_d", solid.chain.mu_d, allowed)
-        count = whole_number(seeds, "seeds", least=0)
-
-        made = cls(solid, result, seconds)
-        further = [(own.seed + k) % 2**64 for k in range(1, 1 + count)]
-        about = {"start": own.start, **own.options}
-        of_seeds = tuple(made._rate(solid, seed, own.solver, **about) for seed in further)
-        return replace(made, of_seeds=of_seeds)
-
-    def _rate(self, solid: Solid, seed: int, solver: str, **about: Any) -> float:
-        drive = self.result.drive
-        run = creep(solid.chain, drive, seed=seed, solver=solver, record=(), **about)
-        return solid.per_year(run.velocity, self.time_unit)
-
-    @cached_property
-    def rates(self) -> Mapping[tuple[int, Fraction], float]:
-        """Millimetres per year in the sliding limit, by `contacts` and `Solid.friction`."""
-        return {
-            (contacts, factor): self._rate(
-                self.solid.altered(contacts=contacts, friction=factor), self.result.seed, "sliding"
-            )
-            for contacts, factor in product(self.contacts, self.solid.friction)
-        }
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Millimetres per year on many contacts, at both ends of the friction: least and most."""
-        _, many = self.contacts
-        ends = [self.rates[many, factor] for factor in self.solid.friction[::2]]
-        return min(ends), max(ends)
-
-    @property
-    def temperatures(self) -> NDArray[np.float64]:
-        """Temperature at each target: of a record in its unit, else above theta = 0."""
-        drive, reached = self.result.drive, self.result.half_cycles
-        if isinstance(drive, TemperatureRecord):
-            return drive.temperatures[:reached]
-        return drive.targets(1, reached, self.result.seed) / nearest_float(self.solid.kappa)
-
-    @property
-    def elapsed(self) -> NDArray[np.float64]:
-        """Days from the start to each target that was reached, shape (targets,)."""
-        ticks = self.result.drive.clock(np.arange(self.result.half_cycles + 1))
-        days: NDArray[np.float64] = (ticks[1:] - ticks[0]) * self.time_unit
-        return days / _DAY
-
-    @property
-    def days(self) -> float:
-        """Days to the last target that was reached."""
-        return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
-
-    @property
-    def millimetres(self) -> NDArray[np.float64]:
-        """Displacement of the centre of mass at each target, mm; needs a recorded x_G."""
-        if "x_G" not in self.result.recorded:
-            raise InputError("record", self.result.experiment.record, "must hold x_G")
-        moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
-        return np.asarray(_MILLIMETRES * moved)
-
-    @property
-    def total(self) -> float:
-        """Displacement of the centre of mass at the end, mm."""
-        return float(_MILLIMETRES * self.solid.metres(self.result.x_G))
-
-    @property
-    def millimetres_per_year(self) -> float:
-        """Mean velocity of the run, mm per year of 365.25 days."""
-        return self.solid.per_year(self.result.velocity, self.time_unit)
-
-    def stretches(self, days: Number) -> NDArray[np.float64]:
-        """Return the descents in whole stretches of so many days, mm; none without x_G.
-
-        Parameters
-        ----------
-        days : number
-            Length of a stretch.
-
-        Returns
-        -------
-        ndarray
-            One number for each whole stretch.
-        """
-        ends = np.arange(int(self.days / float(days)) + 1) * float(days)
-        if "x_G" not in self.result.recorded:
-            return np.empty(0)
-        return np.asarray(np.diff(np.interp(ends, self.elapsed, self.millimetres)))
-
-    @property
-    def _weather(self) -> float:
-        """Standard deviation of the descent between years, mm; of few years from blocks of days."""
-        years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
-        if years.size >= _FEWEST_YEARS:
-            return float(years.std(ddof=1))
-        if blocks.size < _FEWEST_YEARS:
-            return math.nan
-        spread = float(np.square(np.diff(blocks)).mean())
-        return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread / 2)
-
-    @property
-    def disorder(self) -> float:
-        """The standard deviation between seeds, mm per year; nan for a single seed."""
-        rates = (self.millimetres_per_year, *self.of_seeds)
-        return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
-
-    @property
-    def contacts(self) -> tuple[int, int]:
-        """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
-        n, many = self.solid.chain.n, self.solid.converged_contacts
-        return n, many if n < many else 2 * n
-
-    @property
-    def _pivot_step(self) -> float:
-        """Relative jump of the descent when the pivot moves by one contact."""
-        chain = self.solid.chain
-        if not 0 < abs(chain.tan_alpha) < chain.mu_d:
-            return math.nan
-        found = pivots(chain.n, abs(chain.tan_alpha), chain.mu_d)
-        highest = max(chain.n + 3 - 2 * i for i in found)
-        return 2 / highest if highest > 0 else math.inf
-
-    @property
-    def _artefact(self) -> float:
-        """Relative difference of the rate to the rate on many contacts."""
-        few, many = self.contacts
-        return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
-
-    def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON; None for numbers that are not finite.
-
-        Returns
-        -------
-        dict
-            For `json.dumps`.
-        """
-        names = ("days", "millimetres_per_year", "disorder")
-        rates = [
-            {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
-            for (n, factor), rate in self.rates.items()
-        ]
-        return plain_data(
-            {name: getattr(self, name) for name in names}
-            | {"weather": self._weather, "pivot_step": self._pivot_step, "rates": rates}
-            | {"millimetres": self.total, "artefact_of_contacts": self._artefact}
-            | {"measured_millimetres_per_year": float(self.solid.measured) or math.nan}
-        )
-
-    def lines(self) -> list[tuple[str, str]]:
-        """Return the descent and its uncertainty, as pairs of a name and a sentence.
-
-        Returns
-        -------
-        list of (str, str)
-            As the command line prints them.
-        """
-        few, many = self.contacts
-        chain, sliding = self.solid.chain, self.result.solver == "sliding"
-        step = 100 * self._pivot_step
-        less, same, more = (self.rates[many, factor] for factor in self.solid.friction)
-        rate = f"{in_full(self.millimetres_per_year, 4)} mm/year"
-        if self.solid.measured:
-            rate += f"; measured: {in_full(float(self.solid.measured), 4)} mm/year"
-        if self.days < 360:
-            rate += ", for these days, not for a year"
-        coefficient = f"with mu_d = {in_full(float(chain.mu_d), 3)}"
-        total = f"{in_full(self.total, 4)} mm in {in_full(self.days, 4)} days {coefficient}: {rate}"
-        said = {
-            "descent": total,
-            "friction": f"{_percent(more / same)} where friction is 10 % more,"
-            f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
-            "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few};"
-            f" the pivot is a whole slider, and the next one is worth {in_full(step, 2)} %;"
-            f" N = {self.solid.converged_contacts} is enough",
-        }
-        if self.solid.friction != FRICTION:
-            low, high = (nearest_float(self.solid.friction[k] * chain.mu_d) for k in (0, 2))
-            least, most = self.interval
-            between = f"{in_full(least, 4)} to {in_full(most, 4)} mm/year"
-            between += f" for mu_d from {high:.4g} to {low:.4g}"
-            if most == math.inf:
-                between = f"{in_full(least, 4)} mm/year for mu_d = {high:.4g}, without bound for"
-                between += f" {low:.4g}, which does not hold the solid"
-            del said["friction"]
-            said = {"descent": f"{between} (sliding limit, N = {many})", "middle": total} | {
-                name: text for name, text in said.items() if name != "descent"
-            }
-        said["solid"] = (
-            f"E = {_engineering(self.solid.youngs_modulus)} Pa, density"
-            f" {_engineering(self.solid.density)} kg/m^3, kappa ="
-            f" {_engineering(self.solid.kappa)} /K"
-        )
-        if math.isfinite(self._weather):
-            of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
-            differs = f"one year differs from another by {in_full(self._weather, 2)} mm"
-            said["weather"] = f"{differs} (standard deviation, from the {of})"
-        if self.of_seeds:
-            seeds = f"{in_full(self.disorder, 2)} mm/year between {1 + len(self.of_seeds)} seeds"
-            said["disorder"] = f"{seeds} (standard deviation)"
-        elif sliding and not chain.slides:
-            unused = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
-            said["left out"] = f"{unused} have no effect in the sliding limit"
-        elif not sliding and chain.sigma_mu:
-            said["disorder"] = "one seed alone; Solid.creep(seeds=4) runs four more"
-        return list(said.items())
-
-    def __repr__(self) -> str:
-        return "\n".join(f"{name}: {said}" for name, said in self.lines())
+        return Walk.of(self, result, time_unit, seeds=seeds)
 
 
 def _left_out(value: object) -> bool:
@@ -644,7 +368,7 @@ def physical(
         Cross section S, m^2. It does not affect the descent.
     mu_d, mu_s : number or pair of numbers
         Friction coefficients. A pair is the lower and upper end of an interval; the chain has its
-        middle. `Descent.interval` has the descents per year at both ends of `mu_d`, with all
+        middle. `Walk.interval` has the descents per year at both ends of `mu_d`, with all
         friction scaled by the same factor.
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
@@ -722,26 +446,3 @@ def _middle(
         raise InputError(name, given, "must be a number, or the lower and the upper end")
     middle = (ends[0] + ends[1]) / 2
     return middle, (ends[0] / middle, Fraction(1), ends[1] / middle)
-
-
-_ROUNDING = 1e-9  # relative: smaller differences count as none
-
-
-def _engineering(value: Fraction) -> str:
-    """Return a number with a power of a thousand: 16e9, 29e-6, 11340."""
-    power = 3 * math.floor(math.log10(value) / 3)
-    return (
-        f"{float(value):g}"
-        if power in (0, 3)
-        else f"{float(value / Fraction(10) ** power):g}e{power}"
-    )
-
-
-def _percent(ratio: float) -> str:
-    if abs(ratio - 1) < _ROUNDING:
-        return "0 %"
-    return f"{in_full(100 * (ratio - 1), 2, '+')} %" if math.isfinite(ratio) else "without bound"
-
-
-def _times(number: Any, unit: Fraction) -> Any:
-    return number * (unit if isinstance(number, (int, Fraction)) else nearest_float(unit))

@@ -107,6 +107,10 @@ def _named(app, env, node, contnode):
     target = node["reftarget"]
     if node["reftype"] != "obj":
         return None
+    domain = env.get_domain("py")
+    for name in (f"exactcreep.{target}", f"exactcreep.results.{target}"):
+        if name in domain.objects:  # named on a page of the other module
+            return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", name, node, contnode)
     if target.startswith("exactcreep.") and not _needs_an_extra(target):
         pkgutil.resolve_name(target)
     return contnode

@@ -7,14 +7,13 @@ from typing import Any
 import pytest
 
 from exactcreep import (
-    AccuracyWarning,
     Chain,
     Cycles,
     Evidence,
     Experiment,
     InputError,
-    Path,
     State,
+    Targets,
     compare,
     creep,
     fate,
@@ -22,6 +21,7 @@ from exactcreep import (
     survival,
     threshold,
 )  # fmt: skip
+from exactcreep.results import AccuracyWarning
 from tests.paper import paper_chain
 
 DRIVE = Cycles("0.0006", 40)
@@ -73,7 +73,7 @@ def test_no_chain_whose_end_alone_slides_is_sent_to_a_solver_that_changes_the_ot
 
 
 def test_a_slider_between_the_ends_that_theta_drives_needs_an_excess() -> None:
-    chain, path = three("0.6", "0.5", "0.6"), Path([["0.001", "0.002"], ["-0.001", "0.001"]])
+    chain, path = three("0.6", "0.5", "0.6"), Targets([["0.001", "0.002"], ["-0.001", "0.001"]])
     for driven, drive in ((three("0.6", "0.5", "0.6", expansion=[1, "1.2"]), DRIVE), (chain, path)):
         with pytest.raises(InputError, match=r"mu_s\[1\].*larger mu_s"):
             creep(driven, drive)

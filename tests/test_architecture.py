@@ -5,15 +5,19 @@ import re
 from collections.abc import Iterable, Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
 import exactcreep
+from exactcreep import moved
+from exactcreep.model.drawn import DRAWN
+from exactcreep.model.result import Result
 
 OWN = ("exactcreep", "derivations")
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
-    ("watch.preparation",),
+    ("moved", "watch.preparation"),
     ("compiling",),
     ("model",),
     ("records",),
@@ -22,7 +26,7 @@ ROOMS = (
     ("motion",),
     ("solvers",),
     ("quasistatic",),
-    ("solid", "pipeline"),
+    ("walk", "solid", "pipeline"),
     ("scene",),
     ("studies",),
     ("figures",),
@@ -32,8 +36,12 @@ ROOMS = (
 )
 """From the foundations up; rooms of one entry share a floor, and a module may have its own."""
 FLOOR = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}
-FACES = {"commands", "cli", "__init__", "__main__"}
-PUBLIC = {"exactcreep", *(f"exactcreep.{name}" for name in exactcreep.__all__)}
+FACES = {"commands", "cli", "__init__", "__main__", "results"}
+STUBS = {"exactcreep": exactcreep, "exactcreep.results": exactcreep.results}
+PUBLIC = {
+    *STUBS,
+    *(f"{place}.{name}" for place, module in STUBS.items() for name in module.__all__),
+}
 """What a face may ask the package for, as everybody may."""
 MODULES = {
     path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
@@ -49,8 +57,7 @@ LAZY = {
     for path in sorted(PACKAGE.glob("*/**/__init__.pyi"))
 }
 """What packages of rooms import when it is first used: by package, name and module within it."""
-UPWARDS = {("model/result.py", "exactcreep.figures.pictures")}
-"""Imports against the stream: results, which draw themselves, wait for matplotlib only then."""
+CHANGES = PACKAGE.parent.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
 
 
 def room_of(module: str) -> str:
@@ -133,7 +140,7 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
     against = set()
     for module, tree in MODULES.items():
         room = room_of(module)
-        if room == "__init__":
+        if room in ("__init__", "results"):
             continue
         assert room in FLOOR, f"{room} is a room that the house does not know"
         named = {name for name, _ in imports(tree)}
@@ -145,28 +152,59 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
             own = package == "exactcreep" and inside != "__version__"
             if own and FLOOR[room_of(inside)] > FLOOR[room]:
                 against.add((module, name))
-    assert against == UPWARDS
+    assert against == set()
 
 
 def test_no_module_waits_for_itself() -> None:
     """Within a room too, imports go one way, those that wait until they are needed too."""
     needs = {}
     for module, tree in MODULES.items():
-        late = {name for name in late_imports(tree) if (module, name) not in UPWARDS}
-        needs[module] = (imported(module) | modules_of({*late, *lazy_imports(tree)})) - {module}
+        late = {*late_imports(tree), *lazy_imports(tree)}
+        needs[module] = (imported(module) | modules_of(late)) - {module}
     tuple(TopologicalSorter(needs).static_order())  # raises CycleError
 
 
-def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
-    stub = ast.parse(PACKAGE.joinpath("__init__.pyi").read_text(encoding="utf-8"))
+def test_the_model_names_no_pictures_and_every_type_of_result_has_its_own() -> None:
+    for path in PACKAGE.joinpath("model").glob("*.py"):
+        assert "exactcreep.figures" not in path.read_text(encoding="utf-8")
+    offered = [getattr(exactcreep.results, name) for name in exactcreep.results.__all__]
+    results = [kind for kind in (exactcreep.Creep, *offered) if issubclass(kind, Result)]
+    assert {*DRAWN} == {kind.__name__ for kind in results}
+    assert all(callable(resolve_name(draw)) for draw in DRAWN.values())
+
+
+@pytest.mark.parametrize("place", STUBS)
+def test_every_public_name_is_there_and_promised_to_type_checkers(place: str) -> None:
+    module = STUBS[place]
+    file = Path(module.__file__ or "").with_suffix(".pyi")
+    stub = ast.parse(file.read_text(encoding="utf-8"))
     imported = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
-    public = set(exactcreep.__all__)
+    public = set(module.__all__)
     promised = {alias.asname for node in imported for alias in node.names}
     assert promised == public - {"__version__"}
-    assert public <= set(dir(exactcreep))
-    assert all(getattr(exactcreep, name) is not None for name in public)
+    assert public <= set(dir(module))
+    assert all(getattr(module, name) is not None for name in public)
     with pytest.raises(AttributeError, match="velocity"):
-        exactcreep.velocity  # noqa: B018
+        module.velocity  # noqa: B018
+
+
+@pytest.mark.parametrize("name", [*moved.NAMES, *exactcreep.results.__all__])
+def test_a_name_that_stood_at_the_top_says_where_it_went(name: str) -> None:
+    said = f"exactcreep.{name} is "
+    with pytest.raises(AttributeError, match=said):
+        getattr(exactcreep, name)
+    with pytest.raises(ImportError, match=said):
+        exec(f"from exactcreep import {name}")
+    assert f"`{name}`" in CHANGES
+
+
+@pytest.mark.parametrize("word", [*moved.COMMANDS, *moved.OPTIONS, *moved.SOLVERS])
+def test_the_changelog_says_where_a_word_went(word: str) -> None:
+    assert re.search(rf"`[^`]*{word}\b[^`]*`", CHANGES)
+
+
+def test_the_public_names_are_few() -> None:
+    assert len(set(exactcreep.__all__) - {"__version__"}) <= 28
 
 
 def private_names(tree: ast.Module) -> Iterator[str]:

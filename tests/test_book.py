@@ -108,6 +108,13 @@ def test_links_between_pages_lead_to_a_page_and_modules_that_they_name_are_there
     assert absent == []
 
 
+def test_the_page_of_the_api_has_every_public_name_in_a_group() -> None:
+    page = (BOOK / "reference/index.md").read_text(encoding="utf-8")
+    groups, _, _ = page.partition("| beside them |")
+    named = re.findall(r"`(\w+)`", groups.partition("|---|")[2])
+    assert sorted(named) == sorted({*exactcreep.__all__} - {"__version__"})
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the book, built with every warning an error."""

@@ -2,9 +2,11 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 
 import exactcreep
 from exactcreep.compiling import CheckedFile
+from exactcreep.watch import interrupts
 from tests.processes import PATIENCE, begun, environment, finished
 
 NOBODY = 65534
@@ -49,6 +52,23 @@ def test_compiled_code_with_a_flipped_bit_is_never_loaded(tmp_path: Path) -> Non
         with suppress(Exception):  # the pickle itself is damaged: compiled anew, too
             loaded = kept.load("key")
         assert loaded in (None, code)
+
+
+def test_a_signal_does_not_wait_for_the_compiler() -> None:
+    ended = threading.Event()
+
+    def compiles() -> None:
+        signal.raise_signal(signal.SIGINT)  # Python hears it in the main thread
+        ended.wait(PATIENCE)
+
+    try:
+        with pytest.raises(KeyboardInterrupt), interrupts.deferred():
+            interrupts.prepare(compiles)
+        assert not ended.is_set()
+    finally:
+        ended.set()
+    with pytest.raises(ZeroDivisionError):
+        interrupts.prepare(lambda: 1 // 0)
 
 
 def may_become_nobody() -> bool:

@@ -22,6 +22,7 @@ import pytest
 
 import exactcreep as ec
 from exactcreep.laws.theorems import edges
+from exactcreep.results import Threshold
 from tests.paper import captions
 
 F = Fraction
@@ -181,7 +182,7 @@ def assert_none_contradict(case: Case, claims: list[Claim]) -> None:
     assert not found, "\n".join([repr(case), *(f"  {a}\n  {b}" for a, b in found)])
 
 
-def of_threshold(edge: ec.Threshold, *, creeps: bool) -> Claim:
+def of_threshold(edge: Threshold, *, creeps: bool) -> Claim:
     if not creeps:
         return Claim("threshold, lower", 0, 0, edge.evidence is ec.Evidence.PROVED)
     down = edge.direction in ("+x", "downhill") and edge.chain.tan_alpha >= 0
@@ -243,7 +244,7 @@ def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
     assert any(claim.proved and claim.low == claim.high == 0 for claim in claims)
 
 
-def edges_drawn(seed: int, count: int) -> Iterator[tuple[ec.Chain, int | None, ec.Threshold]]:
+def edges_drawn(seed: int, count: int) -> Iterator[tuple[ec.Chain, int | None, Threshold]]:
     """Return thresholds of random chains without disorder; half of them slide without slips."""
     random = Random(seed)
     for after in itertools.islice(itertools.cycle((None, 1, 2, 3)), count):
@@ -299,6 +300,6 @@ def test_a_chain_that_creeps_uphill_and_its_mirror_image_say_so() -> None:
     assert run.direction == image.direction == ec.fate(SHALLOW, UPHILL).direction == "uphill"
     assert image.velocity == -run.velocity > 0
     lives = ec.survival(SHALLOW, UPHILL, starts=12, cycles=300)
-    ways = [record.direction for record in lives.records if record.outcome == "creeping"]
+    ways = [life.direction for life in lives.lives if life.outcome == "creeping"]
     assert len(ways) == lives.creeping.starts
     assert ways.count("uphill") == lives.directions["uphill"].starts > 0

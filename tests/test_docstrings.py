@@ -20,11 +20,18 @@ from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
 import exactcreep
+from exactcreep.solvers.exact.solver import Logged
+from exactcreep.studies.thresholds.edge import CreepEdge
+from exactcreep.studies.thresholds.intercept import Intercept
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
 EXAMPLES = [path for path in sorted(PACKAGE.rglob("*.py")) if ">>>" in path.read_text("utf-8")]
-PUBLIC = sorted(set(exactcreep.__all__) - {"__version__", "disorder", "laws"})
+PUBLIC = {
+    name: getattr(module, name)
+    for module in (exactcreep, exactcreep.results)
+    for name in sorted(set(module.__all__) - {"__version__", "results"})
+}
 ROOF = exactcreep.physical(
     length=3, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6",
     contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3",
@@ -34,7 +41,7 @@ NAMES = {
     "roof": ROOF,
     "pair": exactcreep.Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"),
     "slope": {"l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25},
-    **{name: getattr(exactcreep, name) for name in (*PUBLIC, "disorder", "laws")},
+    **{name: PUBLIC[name] for name in exactcreep.__all__ if name in PUBLIC},
 }
 """What examples take as known; the page of the reference says so."""
 SECTIONS = {"GL08", "SS03", "PR01", "PR02", "PR03", "PR07", "RT01", "RT03", "EX01"}
@@ -57,7 +64,7 @@ def test_the_examples_of_a_module_print_what_they_say(
 
 def _names_within(name: str) -> Iterator[str]:
     """Yield the dotted names of a public name and of what a user calls or reads of it."""
-    public = getattr(exactcreep, name)
+    public = PUBLIC[name]
     if inspect.ismodule(public):
         yield from (f"{name}.{each}" for each in public.__all__ if callable(getattr(public, each)))
         return
@@ -77,14 +84,16 @@ def _names_within(name: str) -> Iterator[str]:
 
 
 def _public(dotted: str) -> Any:
-    return functools.reduce(getattr, dotted.split("."), exactcreep)
+    name, *members = dotted.split(".")
+    return functools.reduce(getattr, members, PUBLIC[name])
 
 
 def _lacks(dotted: str) -> list[str]:
     """Return what numpydoc finds missing; fields of a dataclass may be described as attributes."""
     name, _, member = dotted.partition(".")
-    public: Any = getattr(exactcreep, name)
-    errors = dict(validate(f"exactcreep.{dotted}")["errors"])
+    public = PUBLIC[name]
+    home = "exactcreep.results" if name in exactcreep.results.__all__ else "exactcreep"
+    errors = dict(validate(f"{home}.{dotted}")["errors"])
     if not member and dataclasses.is_dataclass(public):
         docstring = NumpyDocString(inspect.getdoc(public) or "")
         entries = docstring["Parameters"] + docstring["Attributes"]
@@ -101,17 +110,45 @@ def _lacks(dotted: str) -> list[str]:
 def _raises_nothing_known(dotted: str) -> list[str]:
     """Return the errors that a docstring promises and that neither Python nor the package has."""
     said = NumpyDocString(inspect.getdoc(_public(dotted)) or "")
-    known = dir(builtins) + dir(exactcreep)
+    known = {*dir(builtins), *PUBLIC}
     return [error.type for error in said["Raises"] if error.type not in known]
 
 
-@pytest.mark.parametrize("name", [*PUBLIC, "disorder", "laws"])
+@pytest.mark.parametrize("name", PUBLIC)
 def test_what_a_user_calls_or_reads_has_the_sections_of_numpydoc(name: str) -> None:
-    assert ">>> " in (inspect.getdoc(getattr(exactcreep, name)) or "")
+    assert ">>> " in (inspect.getdoc(PUBLIC[name]) or "")
     names = list(_names_within(name))
     assert names
     faults = {dotted: _lacks(dotted) + _raises_nothing_known(dotted) for dotted in names}
     assert {dotted: found for dotted, found in faults.items() if found} == {}
+
+
+def _completed(kind: type) -> set[str]:
+    """Return the names that complete on Tab behind a type or its objects."""
+    own = {each.name for each in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else ()
+    return {name for name in (*dir(kind), *own) if not name.startswith("_")}
+
+
+TYPES = [kind for kind in PUBLIC.values() if isinstance(kind, type)]
+TYPES += [Logged, CreepEdge, Intercept]
+
+
+@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
+def test_what_completes_on_tab_is_described(kind: type) -> None:
+    described = {*dir(tuple), *dir(UserWarning), *getattr(kind, "__members__", ())}
+    spoken = property, functools.cached_property, classmethod, staticmethod
+    for one in kind.__mro__:
+        said = NumpyDocString(inspect.cleandoc(one.__doc__ or ""))
+        entries = said["Parameters"] + said["Attributes"]
+        described |= {word.strip() for entry in entries for word in entry.name.split(",")}
+        for each, value in vars(one).items():
+            if (isinstance(value, spoken) or callable(value)) and value.__doc__:
+                described.add(each)
+    assert _completed(kind) - described == set()
+
+
+def test_a_run_has_few_attributes() -> None:
+    assert len(_completed(exactcreep.Creep)) <= 45
 
 
 def test_a_public_module_is_imported_by_its_public_name() -> None:

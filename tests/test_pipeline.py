@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import InputError, Pipeline, load_scene, pipeline
+from exactcreep import InputError, load_scene, pipeline
 from exactcreep.figures.pipeline import friction_bounds
+from exactcreep.results import Pipeline
 from tests.conftest import Command
 
 STEEL = {"axial_stiffness": "4e9", "submerged_weight": 500, "kappa": "1.17e-5"}
@@ -38,10 +39,10 @@ def test_a_pipe_walks_as_the_continuum_whatever_the_number_of_cells(name: str) -
         for heating in (60, pipe.critical_heating * 1.3, pipe.critical_heating * 0.9):
             walk = pipe.walk(heating, cycles=4)
             expected = pipe.continuum_walk(heating)
-            assert walk.millimetres[-1] == pytest.approx(expected, rel=1e-9, abs=1e-6)
+            assert walk.per_cycle[-1] == pytest.approx(expected, rel=1e-9, abs=1e-6)
             assert walk.total == pytest.approx(walk.displacement[-1].mean())
     assert (pipe.continuum_walk(60) < 0) is (name == "uphill")
-    assert pipe.walk(60).millimetres.shape == (1,)
+    assert pipe.walk(60).per_cycle.shape == (1,)
     if len(pipe.friction) == 1:
         assert pipe.continuum_walk(60) == pytest.approx(formula(pipe, 60), rel=1e-12)
 
@@ -107,7 +108,7 @@ def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:
         pipe = pipeline(**about, contacts=contacts, static_friction="1.1")
         front = [[heating * (place < 4 * step) for place in range(161)] for step in range(1, 41)]
         walk = pipe.walk(front, cycles=4, solver="exact")
-        return float(walk.millimetres[1:].mean())
+        return float(walk.per_cycle[1:].mean())
 
     for contacts in (11, 21):
         assert 0 < formula / walked(contacts, 40) - 1 < 1.8 / contacts
@@ -132,7 +133,7 @@ def test_a_profile_of_heating_has_the_slope_of_the_heating_between_the_anchors()
     pipe = pipeline(
         **ROUGH, profile=[(0, "1.3"), (2000, "0.7")], static_friction="1.05", contacts=12
     )
-    low, high = (pipe.walk(h, cycles=4, solver="exact").millimetres[-1] for h in (150, 250))
+    low, high = (pipe.walk(h, cycles=4, solver="exact").per_cycle[-1] for h in (150, 250))
     hot, cold = pipe.anchors
     mean = 1.3 - 0.6 * (hot + cold) / 2 / 2000  # of the profile between them
     slope = 1000 * float(pipe.kappa) * (cold - hot) * mean

@@ -32,7 +32,7 @@ def test_every_built_in_scene_has_a_title_and_members() -> None:
     for name in builtin_scenes():
         scene = load_scene(name)
         assert scene.title
-        assert scene.experiment(scene.settings()[0]).drive.half_cycles > 0
+        assert scene.experiment(scene.settings()[0]).drive.target_count > 0
 
 
 def test_the_paper_s_jumps_are_driven_one_percent_below_and_above_the_threshold() -> None:

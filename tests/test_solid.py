@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from exactcreep import Cycles, InputError, Solid, TemperatureRecord, load_scene, physical
+from exactcreep import Cycles, InputError, TemperatureRecord, load_scene, physical, pipeline
 from exactcreep.laws import prediction, threshold_amplitude
+from exactcreep.results import Solid, Walk
 from exactcreep.scene import Scene
-from exactcreep.solid import Descent
 from tests.conftest import Command
 
 DAY = 86400
@@ -121,7 +123,7 @@ def test_the_roof_of_bristol_is_three_lines_of_python() -> None:
     assert "220.1 mm/year; measured: 228.6 mm/year" in repr(descent)
     assert 10 < descent.summary()["weather"] < 16
     # 52,503 days, the first and the last, and the one whose minimum is above its maximum
-    assert (record.half_cycles, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
+    assert (record.target_count, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
     (strange,) = np.flatnonzero(record.temperatures[::2] > record.temperatures[1::2])
     assert str(record.dates[2 * strange])[:10] == "1884-12-23"
 
@@ -183,7 +185,7 @@ def scene_of(text: str = IN_KELVIN, **changed: Any) -> list[Any]:
         (lambda: lead().creep(month(lead()), time_unit=60), "time_unit = 60: must be left out"),
         (lambda: lead().creep(Cycles("0.001", 3)), "time_unit = None: must be given: seconds"),
         (lambda: lead(kappa="1e-5").creep(month(lead())), "kappa = "),
-        (lambda: Descent.of(lead(contacts=7), lead().creep(month(lead())).result), "result = "),
+        (lambda: Walk.of(lead(contacts=7), lead().creep(month(lead())).run), "run = "),
         (lambda: scene_of(IN_KELVIN.replace("cycles = 20", "cycles = 20, amplitude = 0.1")),
          "drive.temperature_amplitude = 15: must"),
         (lambda: scene_of(IN_KELVIN + "\nchain.n = 3"), "chain.n = 3: must not be given beside"),
@@ -197,3 +199,28 @@ def test_what_makes_no_sense_is_refused_by_field_with_a_remedy(
     with pytest.raises(InputError) as told:
         refused()
     assert str(told.value).startswith(sentence)
+
+
+def test_the_walks_of_a_roof_and_of_a_pipe_are_one_table_that_a_file_keeps(tmp_path: Path) -> None:
+    roof, pipe = lead(contacts=7), pipeline(length=1000, axial_stiffness="2e9",
+        submerged_weight=400, friction="0.5", kappa="1e-5", contacts=9)  # fmt: skip
+    record = ("x_G", "x", "tension")
+    heated = Cycles(roof.dilation(10), 3)
+    for walk in (
+        roof.creep(heated, time_unit=DAY // 2, record=record),
+        pipe.walk(60, cycles=3),
+    ):
+        table, n = walk.dataset, walk.body.chain.n
+        assert {name: value.dims for name, value in table.items()}.items() >= {
+            "millimetres": ("target",), "displacement": ("target", "slider"),
+            "temperatures": ("target",), "axial_force": ("target", "place"),
+        }.items()  # fmt: skip
+        assert (table.axial_force.shape, walk.per_cycle.shape) == ((6, n + 1), (3,))
+        assert table.displacement.mean("slider").values == pytest.approx(walk.millimetres)
+        assert walk.per_cycle.sum() == pytest.approx(walk.total)
+        table.to_netcdf(tmp_path / "walk.nc", engine="h5netcdf")
+        assert xr.load_dataset(tmp_path / "walk.nc", engine="h5netcdf").equals(table)
+        assert repr(walk).count("\n") == len(walk.lines()) - 1
+        assert walk == replace(walk)
+    with pytest.raises(InputError, match="must be a solid, for a rate per year"):
+        walk.rates  # noqa: B018

@@ -21,10 +21,10 @@ UNLIKE: dict[str, dict[str, Any]] = {
     "expansion": {"expansion": [1, "0.5"]},
 }
 CYCLES = ec.Cycles("0.002", 2)
-VECTORS = ec.Path([["0.002", 0], ["0.002", "0.001"], [0, 0]])
+VECTORS = ec.Targets([["0.002", 0], ["0.002", "0.001"], [0, 0]])
 
 
-def _solid(chain: ec.Chain) -> ec.Solid:
+def _solid(chain: ec.Chain) -> ec.results.Solid:
     lead = {"length": 8, "section": 1, "mu_d": "0.5", "mu_s": "0.6", "material": "lead"}
     return dataclasses.replace(ec.physical(tan_alpha="0.25", **lead), chain=chain)
 
@@ -91,7 +91,7 @@ def test_what_differs_from_slider_to_slider_is_understood_or_refused(call: str, 
     if kind == VECTOR:
         drive = VECTORS
     if kind == START:
-        start = ec.creep(chain, ec.Path(VECTORS.theta[:1])).state
+        start = ec.creep(chain, ec.Targets(VECTORS.theta[:1])).state
     if (chain.unlike or {kind}) <= TAKEN.get(call, set()):
         CALLS[call](chain, drive, start)
         return

@@ -38,14 +38,20 @@ _LABELS = {
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
     "rate": "arrests per cycle",
-    "exponential": "is the rate constant?",
+    "advanced_until": "last advance in cycle",
+    "exponential": "a constant rate?",
     "deaths": "arrests seen",
     "cycles_lived": "cycles followed",
     "report": "work",
+    "deciding_runs": "runs that decided the last digits:",
+    "theorems": "proved bounds",
+    "at_rest": "a state can stay at rest up to A =",
+    "no_lasting_creep": "no creep lasts below A =",
+    "locked_ends": "cycles with slips of the end sliders only exist up to A =",
 }
 """Printed names of keys of summaries that do not explain themselves."""
 _SENTENCES = {
-    "exponential": "if it is, lives differ from it as much as these with probability {}",
+    "exponential": "p = {} (Kolmogorov and Smirnov; below 0.01 the starts do not stop at one rate)",
     "dormant": "a start in which no inner slider has slipped for {} cycles; it may creep again",
 }
 """Sentences for values of keys that need more than a number."""
@@ -175,7 +181,8 @@ def _worded(value: Any) -> str:
     if isinstance(value, Mapping):
         several = all(isinstance(part, Mapping) for part in value.values())
         between, colon = ("\n", ":") if several else (", ", "")
-        parts = [("" if key == "reason" else f"{key}{colon}".replace("_", " "), _worded(part))
+        named = {key: _LABELS.get(key, f"{key}{colon}".replace("_", " ")) for key in value}
+        parts = [("" if key == "reason" else named[key], _worded(part))
                  for key, part in value.items()
                  if "share" in value or not _is_nothing(part)]  # fmt: skip
         return between.join(f"{name} {text}".strip() for name, text in parts if text)
@@ -272,19 +279,24 @@ def distinct(**files: Path | None) -> None:
             raise exactcreep.InputError(name, str(path), f"must not be the file of {first}")
 
 
+def _nothing(*_: object, **__: object) -> None:
+    """Stand for what a command without ``--out`` or ``--plot`` neither saves nor draws."""
+
+
 @dataclass(frozen=True)
 class Answer:
     """The result of a command.
 
-    `summary` is printed by ``--json``, and `say` prints it for people. `save` writes the data to
-    the path of ``--out`` (over an existing file with ``force=True``), and `draw` returns the figure
-    for ``--plot``. `status` is the exit status, and `remark` a sentence for standard error.
+    `summary` is printed by ``--json``, and `say` prints it for people. A command with ``--out`` has
+    `save`, which writes the data to its path (over an existing file with ``force=True``), and one
+    with ``--plot`` has `draw`, which returns the figure. `status` is the exit status, and `remark`
+    a sentence for standard error.
     """
 
     summary: Mapping[str, Any]
     say: Callable[[], object]
-    save: Callable[..., object] = Path.touch
-    draw: Callable[[], Any] = object
+    save: Callable[..., object] = _nothing
+    draw: Callable[[], Any] = _nothing
     status: int = 0
     remark: str = ""
 

@@ -1,22 +1,16 @@
-"""Commands about scenes and files: list, show, export, animate, explore, reproduce."""
+"""Commands about scenes and files: list, show, export, animate, explore."""
 
 from __future__ import annotations
 
 import importlib.util
-import itertools
-import math
 import os
 import runpy
 import secrets
 import socket
 import sys
-import time
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
-
-from cyclopts import Parameter
 
 import exactcreep
 from exactcreep.commands.answer import (
@@ -26,15 +20,11 @@ from exactcreep.commands.answer import (
     Printed,
     distinct,
     put,
-    say,
-    say_table,
     say_written,
-    shown,
 )
 from exactcreep.commands.values import (
     File,
     Flag,
-    Folder,
     Force,
     Name,
     Number,
@@ -44,7 +34,6 @@ from exactcreep.commands.values import (
     Settings,
     Solver,
     Whole,
-    Workers,
     one_of,
     scene_of,
     taken,
@@ -56,9 +45,7 @@ from exactcreep.watch.display import Display
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from exactcreep.figures.paper import Picture, Table
-
-ALL, DEFAULT = "all", Printed()
+DEFAULT = Printed()
 
 
 def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
@@ -307,95 +294,3 @@ def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag
         if leaving.code and interrupts.status() is None:
             raise
     raise KeyboardInterrupt  # marimo also handles Ctrl-C, and then returns normally
-
-
-def reproduce(
-    name: Annotated[str, Parameter(show_default=False)] = "",
-    /,
-    *,
-    quick: Flag = False,
-    out: Folder = Path("figures"),
-    force: Force = False,
-    workers: Workers = None,
-) -> None:
-    """Compute and draw the paper's figures.
-
-    Prints a table for each figure (measured velocity, the paper's law, the exact law, deviations in
-    standard errors, and the law of sliders that stick and slip within its range). Writes NAME.png,
-    NAME.pdf, NAME.nc (the data) and NAME.csv (the table).
-
-    Parameters
-    ----------
-    name : all|NAME
-        A picture; without a name they are listed.
-    quick : bool
-        Fewer points and shorter runs: minutes in all.
-    out : DIR
-        Directory of the files.
-
-    Examples
-    --------
-    exactcreep reproduce all --quick
-    exactcreep reproduce chain-plateaus --out pictures
-    """
-    from exactcreep.figures.paper import PICTURES
-    from exactcreep.quasistatic.writing import check_output, locked, output_directory
-
-    if not name:
-        for picture in PICTURES.values():
-            put(f"{picture.name:24}Fig. {picture.figure}")
-        return
-    if name not in (ALL, *PICTURES):
-        raise exactcreep.InputError("picture", name, one_of(name, [ALL, *PICTURES]))
-    wanted = list(PICTURES.values()) if name == ALL else [PICTURES[name]]
-    threads = whole(workers, "workers")
-    output_directory(out, "out")
-
-    def check(pictures: Sequence[Picture]) -> None:
-        for picture, ending in itertools.product(pictures, ("png", "pdf", "nc", "csv")):
-            check_output(out / f"{picture.name}.{ending}", "out", force=force)
-
-    check(wanted)
-    begin = time.perf_counter()
-    for number, picture in enumerate(wanted):
-        hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
-        with locked(out / picture.name, "out"), shown(picture.name, hint=hint) as display:
-            check([picture])  # another program may have drawn it meanwhile
-            data = picture.data(quick=quick, workers=threads, progress=display.show)
-            tables = picture.write(data, out, force=force)
-        for table in tables:
-            _print_table(table)
-        put("")
-        say_written(f"{out / picture.name}.png, .pdf, .nc, .csv")
-    if len(wanted) > 1:
-        put(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
-
-
-def _print_table(table: Table) -> None:
-    from exactcreep.figures.sweep import STICKING_MAP
-
-    say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
-    exact = f"exact: {table.exact}" if table.exact else ""
-    sticks = any(math.isfinite(row.sticking) for row in table.rows)
-    measured = f"sticking: {STICKING_MAP}; dev. counts its own deviation, too" if sticks else ""
-    for line in filter(None, (f"paper: {table.printed}", exact, measured, table.note)):
-        say(f"  {line}", markup=False)
-    rows = []
-    for row in table.rows:
-        laws = [(row.printed, row.deviation_printed), (row.exact, row.deviation_exact)]
-        if sticks:
-            held = (row.sticking,) if math.isfinite(row.sticking) else ()
-            laws.append((held, row.deviation_sticking))
-        varied = (f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values())
-        texts = (text for law, off in laws for text in _beside(law, off))
-        rows.append((*varied, f"{row.measured:.6g}", f"{row.error:.2g}", *texts))
-    names = (*table.rows[0].varied, "measured", "std. error", "paper", "dev.", "exact", "dev.")
-    say_table((*names, "sticking", "dev.") if sticks else names, rows, folded=names)
-
-
-def _beside(law: Sequence[float], deviation: float) -> tuple[str, str]:
-    """Return the values of a law, and the deviation of the measured value."""
-    off = "" if math.isnan(deviation) else f"{deviation:+.1f}"
-    if deviation == 0 and len(set(law)) > 1:
-        off = "between"
-    return " or ".join(dict.fromkeys(f"{value + 0.0:.6g}" for value in law)), off

@@ -49,8 +49,9 @@ from exactcreep.commands.values import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from exactcreep import Creep, Descent, Scene, Walk
+    from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
+    from exactcreep.results import Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
     from exactcreep.watch.limits import Limits
@@ -112,7 +113,7 @@ class Session(Output):
                     member.experiment, progress=_foretelling(display), limits=limits,
                     checkpoint=kept,
                 )  # fmt: skip
-            except exactcreep.Interrupted as interrupted:
+            except exactcreep.results.Interrupted as interrupted:
                 result, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if kept else ""
         if not status and result.outcome is exactcreep.Outcome.LIMIT:
@@ -122,17 +123,13 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {type(moved).__name__.lower(): moved.summary()}
+            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
 
         def draw() -> Any:
             from exactcreep.figures.pipeline import draw_walk
-            from exactcreep.figures.run import draw_descent, draw_run
+            from exactcreep.figures.run import draw_run
 
-            if isinstance(moved, exactcreep.Walk):
-                return draw_walk(moved, wanted.title)
-            if moved is not None:
-                return draw_descent(moved, wanted.title)
-            return draw_run(result, wanted.title)
+            return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
 
         def tell() -> None:
             say_heading(wanted.name, wanted.title)
@@ -173,7 +170,7 @@ class Session(Output):
                     wanted, workers=whole(self.workers, "workers"), out=self.out, force=self.force,
                     progress=display.show, limits=limits, take=take,
                 )  # fmt: skip
-            except exactcreep.Interrupted as interrupted:
+            except exactcreep.results.Interrupted as interrupted:
                 data, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if self.out else ""
         if not status and not data["finished"].all():
@@ -216,14 +213,14 @@ def _foretelling(display: Display) -> Callable[[Progress], None]:
     return show
 
 
-def _in_millimetres(result: Creep, member: Member) -> Descent | Walk | None:
-    """Return the descent or the walk of a single run, if its units are known."""
+def _in_millimetres(result: Creep, member: Member) -> Walk | None:
+    """Return the walk of a single run of a solid or a pipeline, if its units are known."""
     solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
     if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
-        return exactcreep.Walk(member.pipe, result)
+        return exactcreep.results.Walk(member.pipe, result)
     if solid is None or seconds is None or not result.half_cycles:
         return None
-    return exactcreep.Descent.of(solid, result, seconds)
+    return exactcreep.results.Walk.of(solid, result, seconds)
 
 
 def run(
@@ -330,36 +327,9 @@ def _measured(result: Creep) -> str:
     return with_error(value, error)
 
 
-def _predicted(result: Creep) -> tuple[str, str]:
-    """Return the label of the paper's equation for a run, and its velocities where it holds."""
+def _print_run(result: Creep, moved: Walk | None) -> None:
     from exactcreep.laws import prediction
 
-    found = prediction(result.chain, result.drive)
-    if found is None:
-        return "", ""
-    values = _holding(result.chain.tan_alpha, found.printed)
-    return found.label, " or ".join(f"{value:.6g}" for value in values)
-
-
-def _holding(slope: Any, values: Sequence[float]) -> Sequence[float]:
-    """Return the velocities of the paper's equation; below its threshold they would be uphill."""
-    return values if slope == 0 or any(value * slope > 0 for value in values) else ()
-
-
-def _held(result: Creep) -> str:
-    """Return the velocity of the law that holds for a run, its deviation, and its name."""
-    from exactcreep.laws import prediction
-
-    experiment = result.experiment
-    found = prediction(result.chain, result.drive, experiment.start)
-    if found is None or result.solver == "sliding":
-        return ""
-    values = " or ".join(f"{value:.6g}" for value in found.values)
-    off = f" ± {found.deviation:.2g}" if found.deviation > 0 else ""
-    return f"{values}{off} ({found.law})"
-
-
-def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {_number_or_range(name, value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
@@ -375,9 +345,12 @@ def _print_run(result: Creep, moved: Descent | Walk | None) -> None:
         rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
-    label, law = _predicted(result)
-    rows += [(f"  paper, {label}", law or "none: below its threshold")] if label else []
-    rows += [("  law that holds", held)] if (held := _held(result)) else []
+    law = prediction(result.chain, result.drive, result.experiment.start)
+    if law is not None and law.label:
+        printed = " or ".join(f"{value:.6g}" for value in law.printed)
+        rows.append((f"  paper, {law.label}", printed or "none: below its threshold"))
+    if law is not None and result.solver != "sliding":
+        rows.append(("  law that holds", str(law)))
     rows += [] if moved is None else moved.lines()
     if "accuracy" in result.report:
         from exactcreep.quasistatic.creep import accuracy_reached
@@ -418,8 +391,23 @@ def _outside(warnings: Mapping[str, int]) -> list[str]:
 # --- printing a grid ------------------------------------------------------------------------------
 
 
+def _beside(
+    measured: float, error: float, law: Sequence[float], doubt: float = 0.0
+) -> tuple[str, str]:
+    """Return the values of a law, and by how many standard errors a measured value is off."""
+    from exactcreep.figures.sweep import deviation
+
+    if not law:
+        return "none", "-"
+    off = deviation(measured, error if math.isnan(doubt) else math.hypot(error, doubt), law)
+    said = "no error" if math.isnan(off) else f"{round(off, abs(off) < 100) + 0.0:+.4g}"
+    if off == 0 and len({*law}) > 1:
+        said = "between"
+    return " or ".join(f"{value:.4g}" for value in law), said.replace("inf", "no scatter")
+
+
 def _print_grid(grid: xr.Dataset) -> None:
-    from exactcreep.figures.sweep import points_of, predicted
+    from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
     from exactcreep.model.outcome import Outcome, with_direction
 
@@ -437,22 +425,25 @@ def _print_grid(grid: xr.Dataset) -> None:
         )
         outcomes += cells
         alone = decimals[0][0] if decimals and len(known) == 1 else ""
-        law = predicted(point.parameters)
-        printed = _holding(point.parameters["tan_alpha"], law.printed) if law else ()
-        rows.append((*map(value_text, point.varied.values()),
-                     alone or with_error(point.measured, point.error),
-                     " or ".join(f"{value:.4g}" for value in printed),
-                     counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
-    say_table((*names, "velocity", "paper", "outcome"), rows[:_MOST_ROWS],
-              right=("paper",), folded=(*names, "outcome"))  # fmt: skip
+        law, measured = point.prediction(), (point.measured, point.error)
+        beside = (
+            *_beside(*measured, law.printed if law else ()),
+            *_beside(*measured, law.values if law else (), law.deviation if law else 0.0),
+        )
+        rows.append((*map(value_text, point.varied.values()), alone or with_error(*measured),
+                     *beside, counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
+    say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows[:_MOST_ROWS],
+              right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
     if len(rows) > _MOST_ROWS:
         put(f"and {len(rows) - _MOST_ROWS} more")
     seeds = grid["velocity"].size // len(points)
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
     put(f"{len(points)} points{of_seeds}: {counted(outcomes)}")
     put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
-    for reason, count in _reasons_for_no_error(grid).items():
-        put(f"no standard error in {count} runs: {reason}")
+    put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
+    if any(math.isnan(point.error) for point in points):
+        for reason, count in _reasons_for_no_error(grid).items():
+            put(f"no standard error in {count} runs: {reason}")
 
 
 def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:

@@ -68,7 +68,7 @@ QUESTIONS = {
         Output,
         (
             "--n 3 --digits 40",
-            "--n 5 --after 20 --windows --json",
+            "--n 5 --after 20 --edges --json",
             "--n 30 --sigma-mu 0.01 --fit 1.3 2",
         ),
     ),
@@ -133,7 +133,7 @@ def question(command: str) -> Callable[..., None]:
 
         def tell() -> None:
             say(result.sentence[0].upper() + result.sentence[1:], markup=False)
-            say_summary({name: summary[name] for name in summary if name not in result.worded})
+            say_summary({name: summary[name] for name in summary if name not in result._worded})
 
         output.deliver(Answer(
             summary,

@@ -54,7 +54,7 @@ def largest_avalanche(
     experiment: Experiment, half_cycles: int = LOOKED_AT, limits: Limits = NO_LIMITS
 ) -> int:
     """Return the number of the largest rearrangement in the first half-cycles, or `InputError`."""
-    total = min(half_cycles, experiment.drive.half_cycles)
+    total = min(half_cycles, experiment.drive.target_count)
     (seen,) = simulate(experiment.simulation(("events",)), experiment.drive, [total], limits)
     numbers, events = np.unique(seen.recorded.get("event_rearrangement", ()), return_counts=True)
     if seen.stop is Stop.DEADLINE and not events.size:
@@ -68,7 +68,7 @@ def largest_avalanche(
 def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMITS) -> RunAvalanche:
     """Return rearrangement `number` of a run in closed form (its itinerary is checked)."""
     simulation, state = experiment.simulation(("events",)), experiment.initial
-    targets = range(1, experiment.drive.half_cycles + 1)
+    targets = range(1, experiment.drive.target_count + 1)
     for stretch in simulate(simulation, experiment.drive, targets, limits):
         numbers = np.asarray(stretch.whole.get("event_rearrangement", ()))
         if number in numbers:

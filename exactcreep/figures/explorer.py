@@ -135,8 +135,8 @@ def view_of(experiment: Experiment) -> View:
     run = run_to_draw(experiment)
     avalanche, passed_over = _largest(run)
     cut = ""
-    if run.half_cycles < experiment.drive.half_cycles and run.reason:
-        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.half_cycles}"
+    if run.half_cycles < experiment.drive.target_count and run.reason:
+        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.target_count}"
         cut += f" targets: {run.reason}."
     if passed_over:
         cut += f" {passed_over} larger avalanches cannot be shown: roundings decide their order."
@@ -164,20 +164,10 @@ def law_sentence(run: Creep) -> str:
     said = f"Mean velocity: {measured:.4g} {per} ({run.velocity_reason})."
     if run.velocity_error >= 0:
         said = f"Mean velocity: {with_error(measured, run.velocity_error)} {per}."
-    return f"{said} {_law_sentence(run)}"
-
-
-def _law_sentence(run: Creep) -> str:
-    known = prediction(run.chain, run.drive, run.experiment.start)
-    if known is None:
-        return "No law: friction does not hold the chain, which may run away."
-    values = " or ".join(f"{value:.4g}" for value in known.values)
-    off = f", off by {known.deviation:.2g} (root mean square)"
-    if math.isnan(known.deviation):
-        off = ""  # the name of the law says so
-    elif known.deviation == 0:
-        off = ", exactly"
-    return f"Law that holds ({known.law}): {values}{off}."
+    law = prediction(run.chain, run.drive, run.experiment.start)
+    if law is None:
+        return f"{said} No law: friction does not hold the chain, which may run away."
+    return f"{said} Law that holds: {law}."
 
 
 def fate_sentence(run: Creep) -> str:
@@ -206,7 +196,7 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
     """
     chain, drive = experiment.chain, experiment.drive
     make, name = (Cycles, "amplitude") if drive.cyclic else (GaussianSteps, "sigma_theta")
-    length = drive.half_cycles // (2 if drive.cyclic else 1)
+    length = drive.target_count // (2 if drive.cyclic else 1)
     own, threshold = nearest_float(getattr(drive, name)), threshold_of(experiment)
     last = max(own, _SPAN * threshold) if threshold > 0 else 2 * own
     sizes = sorted({own, *(float(f"{last * k / _POINTS:.3g}") for k in range(1, _POINTS + 1))})

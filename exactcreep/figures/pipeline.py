@@ -1,4 +1,4 @@
-"""Draw the effective axial force and the displacement along a pipeline that walks."""
+"""Draw a walk: the descent of a solid, or forces and displacements along a pipeline."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from exactcreep.figures.run import draw_descent
 from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.model.numbers import nearest_float
-from exactcreep.pipeline import Pipeline, Walk
+from exactcreep.pipeline import Pipeline
+from exactcreep.solid import Solid
+from exactcreep.walk import Walk
 
 _KILO = 1000
 _APART = 0.055  # least distance of two labels, as a part of the height
@@ -17,12 +20,14 @@ _LINES = 6  # most cycles whose displacement is drawn
 
 @styled
 def draw_walk(walk: Walk, title: str = "") -> Figure:
-    """Draw the forces of the last cycle, their bounds, and the displacements of some cycles."""
-    pipe = walk.pipeline
+    """Draw the descent of a solid; of a pipe the last forces, their bounds, and displacements."""
+    pipe = walk.body
+    if isinstance(pipe, Solid):
+        return draw_descent(walk, title)
     figure = new_figure(6.6, 5.4, title)
     forces, moved = figure.subplots(2, 1, sharex=True)
     _draw_forces(forces, walk)
-    cycles = walk.millimetres.size
+    cycles = walk.per_cycle.size
     chosen = np.unique(np.linspace(1, cycles, min(cycles, _LINES)).round().astype(int))
     colds = (walk.steps + 1) * chosen - 1
     for cycle, cold in zip(chosen.tolist(), colds.tolist(), strict=True):
@@ -46,7 +51,7 @@ def draw_walk(walk: Walk, title: str = "") -> Figure:
 
 
 def _draw_forces(axes: Axes, walk: Walk) -> None:
-    pipe = walk.pipeline
+    pipe = walk.body
     for row, ink, name, anchor in (
         (-2, INKS[1], "heated", pipe.anchors[0]), (-1, INKS[0], "cooled", pipe.anchors[1]),
     ):  # fmt: skip

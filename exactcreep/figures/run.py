@@ -35,9 +35,9 @@ from exactcreep.figures.style import (
     new_figure,
     setting_label,
     styled,
+    symbol_of,
 )
 from exactcreep.laws import prediction
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
@@ -46,11 +46,11 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import frictions_of
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import TemperatureRecord
-from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
 from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 
 Floats = NDArray[np.float64]
@@ -71,6 +71,7 @@ _FORMULAS = {
     tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
 }  # fmt: skip
 """Units in the table of rearrangements, as an axis label writes them."""
+_ALONG = ("mu_d", "mu_s", "expansion")
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 
 
@@ -212,10 +213,16 @@ def _theta_label(theta: float, _: object) -> str:
 
 
 def parameters_text(run: Creep) -> str:
-    """Return the parameters of a run in one line."""
+    """Return the parameters of a run in one line; a list as its least and largest value."""
     known = run.chain.parameters() | run.drive.parameters()
-    return ", ".join(setting_label(key, value) for key, value in known.items()
-                     if isinstance(value, (int, Fraction)))  # fmt: skip
+    ends = {key: [min(value), max(value)] for key, value in known.items()
+            if key in _ALONG and isinstance(value, list)}  # fmt: skip
+    return ", ".join(
+        [setting_label(key, value) for key, value in known.items()
+         if isinstance(value, (int, Fraction))]
+        + [f"{symbol_of(key)} = {float(low):g} to {float(high):g}"
+           for key, (low, high) in ends.items()]
+    )  # fmt: skip
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
@@ -297,16 +304,16 @@ def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any],
 
 
 @styled
-def draw_descent(descent: Descent, title: str = "") -> Figure:
-    """Draw temperatures and descent over time, beside many contacts and the measured descent."""
-    drive, moved = descent.result.drive, descent.millimetres
-    dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
-    time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
+def draw_descent(walk: Walk, title: str = "") -> Figure:
+    """Draw temperatures and descent over time, beside many contacts and the measured walk."""
+    drive, moved = walk.run.drive, walk.millimetres
+    dates, yearly = drive.dates, walk.stretches(DAYS_PER_YEAR)
+    time: NDArray[Any] = walk.elapsed if dates is None else dates[: moved.size]
     called = "above\n" + r"$\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
         called = f"({_UNITS[drive.unit]})"
     several = yearly.size > 4
-    years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
+    years = 1.0 if several else walk.days / float(DAYS_PER_YEAR)
     figure = new_figure(7.2, 5.2, title)
     axes = figure.subplot_mosaic(
         [["top", "."], ["bottom", "side"]], height_ratios=(1, 1.7), width_ratios=(5.5, 1)
@@ -314,7 +321,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     top, bottom, side = (axes[name] for name in ("top", "bottom", "side"))
     top.sharex(bottom)
     side.sharey(bottom)
-    top.plot(time, descent.temperatures, color="0.25", linewidth=0.4)
+    top.plot(time, walk.temperatures, color="0.25", linewidth=0.4)
     top.set_ylabel(f"temperature {called}")
     top.tick_params(labelbottom=False)
     if several:
@@ -325,16 +332,16 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         bottom.plot(time, moved, color=INKS[6], linewidth=1.6)
         bottom.set_ylabel("descent of the centre of mass (mm)")
     bottom.set_xlabel("days" if dates is None else "date")
-    said = f"N = {descent.contacts[0]}, solver {descent.result.solver}"
-    if descent.solid.measured:
-        said += f"; dashed: {float(descent.solid.measured):.4g} mm a year, measured"
+    said = f"N = {walk.contacts[0]}, solver {walk.run.solver}"
+    if walk.body.measured:
+        said += f"; dashed: {float(walk.body.measured):.4g} mm a year, measured"
         for each in (bottom, side):
-            level = float(descent.solid.measured) * years
+            level = float(walk.body.measured) * years
             each.axhline(level, color=INKS[1], linestyle="--", linewidth=1)
     bottom.set_title(said, fontsize=8)
     bottom.margins(x=0.01)
-    for place, n in enumerate(descent.contacts):
-        less, same, more = (descent.rates[n, factor] * years for factor in descent.solid.friction)
+    for place, n in enumerate(walk.contacts):
+        less, same, more = (walk.rates[n, factor] * years for factor in walk.body.friction)
         ends = [rate for rate in (less, same, more) if np.isfinite(rate)]
         side.plot([place] * len(ends), ends, color=INKS[place], linewidth=3, alpha=0.5)
         if not np.isfinite(less):  # with less friction the solid runs away
@@ -345,11 +352,11 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         room = 0.3 * (high - low) if len(ends) < 3 else 0.0
         bottom.set_ylim(low, max(1.05 * max(ends, default=0.0) + room, high))
         side.plot(place, same, marker="o", color=INKS[place])
-    side.set_xticks((0, 1), [str(n) for n in descent.contacts], fontsize=8)
+    side.set_xticks((0, 1), [str(n) for n in walk.contacts], fontsize=8)
     side.set_xlabel("N", fontsize=8)
     side.set_xlim(-0.6, 1.6)
     when = "mean" if several else "at the end"
-    usual = descent.solid.friction == FRICTION
+    usual = walk.body.friction == FRICTION
     about = "\N{PLUS-MINUS SIGN}10 %" if usual else "low to high"
     side.set_title(f"{when},\nfriction\n{about}", fontsize=8)
     side.tick_params(labelleft=False)
@@ -441,13 +448,7 @@ def _check_repeats(result: Creep, done: int, again: Floats) -> None:
 def draw_portrait(seen: Portrait) -> Figure:
     """Draw x_G(t) and theta(t), the slips in space and time, and the forces at one moment."""
     chain, result = seen.result.chain, seen.result
-    title = (
-        rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
-        rf" $\mu_\mathrm{{d}}={_range_of(chain, 'mu_d')}$,"
-        rf" $\mu_\mathrm{{s}}={_range_of(chain, 'mu_s')}$,"
-        rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
-        f" solver {result.solver}, seed {result.seed}\n{result.finding}"
-    )
+    title = f"{parameters_text(result)}; {result.solver}, seed {result.seed}\n{result.finding}"
     figure = new_figure(7.4, 8.2)
     figure.suptitle(title, fontsize=9)
     rows = "top top, middle middle, space space, tensions forces"
@@ -517,13 +518,6 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     bar.set_label("slips per half-cycle", fontsize=8)
 
 
-def _range_of(chain: Chain, name: str) -> str:
-    """Return a coefficient, or its least and largest value along the chain."""
-    values = chain.floats(name)
-    low, high = f"{values.min():g}", f"{values.max():g}"
-    return low if low == high else rf"{low}\dots{high}"
-
-
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     chain = seen.result.chain
     springs = np.arange(1, chain.n)
@@ -573,39 +567,34 @@ class Plots:
         self._result = result
 
     @styled
-    def __call__(self, ax: Axes | None = None, *, solid: Solid | None = None) -> Axes:
+    def __call__(self, ax: Axes | None = None) -> Axes:
         """Draw x_G, and every slider of a short chain, over time; return the axes.
 
         Time is in half-cycles. For a record of temperatures the axis shows dates, with the
-        temperatures in degrees. Given the `solid` to which the chain belongs, displacements are in
-        millimetres.
+        temperatures in degrees.
 
         Raises
         ------
         InputError
-            If the run did not record x_G, or the solid has another chain.
+            If the run did not record x_G.
         """
         result, drive = self._result, self._result.drive
         if "x_G" not in result.recorded:
             raise InputError("plot", "x_G", 'was not recorded: the run needs record = ["x_G"]')
-        if solid is not None and solid.chain != result.chain:
-            raise InputError("solid", solid, "must be the solid of the run's chain")
         axes = ax or plt.subplots(layout="constrained")[1]
         if not isinstance(drive, TemperatureRecord):
             draw_one(axes, result)
             return axes
-        reached, moved, name = result.half_cycles, floats(result.recorded["x_G"]), DISPLACEMENT
+        reached, moved = result.half_cycles, floats(result.recorded["x_G"])
         time = drive.clock(np.arange(1, reached + 1))
         over = time if drive.dates is None else drive.dates[:reached]
-        if solid is not None:
-            moved, name = 1000 * solid.metres(moved), "descent (mm)"
         beside = axes.twinx()
         beside.plot(over, drive.temperatures[:reached], color="0.7", linewidth=0.6)
         beside.set_ylabel(f"temperature ({_UNITS[drive.unit]})", color="0.5")
         axes.plot(over, moved, color=INKS[6], linewidth=1.6)
         axes.set_zorder(beside.get_zorder() + 1)
         axes.patch.set_visible(False)
-        axes.set(xlabel="time" if drive.dates is None else "date", ylabel=name)
+        axes.set(xlabel="time" if drive.dates is None else "date", ylabel=DISPLACEMENT)
         return axes
 
     def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -33,7 +33,7 @@ from exactcreep.figures.style import (
     styled,
     symbol_of,
 )
-from exactcreep.laws import Prediction, law_values, prediction_of, sliding_velocity_random
+from exactcreep.laws import Prediction, prediction_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION
@@ -41,14 +41,11 @@ from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import SEED, dimensions
 
-CONTROL = "velocity_sliding"
-"""Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
 MAPPED = 5
 """A sweep over two quantities with at least this many values each is drawn as a map."""
 LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
 """Legend of the law of the sliding limit."""
-STICKING_MAP = "measured law of sticking sliders"
-STICKING = f"{STICKING_MAP}, with its deviation"
+STICKING = "law of sticking sliders"
 """Legend of `laws.sticking_velocity`."""
 STAIRCASE = "staircase of relaxed starts, exact"
 """Legend of `laws.staircase_two_sliders`."""
@@ -62,65 +59,25 @@ _ROUNDING = 1e-9  # relative; smaller differences are rounding errors
 _FINE = 80  # points along a side of a map at which the law is computed
 
 
-class Law(NamedTuple):
-    """A law of the paper as printed, the exact law behind it, and both in words."""
-
-    printed: Callable[..., Any]
-    exact: Callable[..., Any]
-    words: str
-    words_exact: str
-
-
-def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
-    """Return the law's value, or the mean of its two values, or nan if the law does not hold."""
-    values = law_values(law, parameters)
-    return sum(values) / len(values) if values else math.nan
-
-
 @dataclass(frozen=True)
 class Point:
-    """A measured velocity beside the laws.
+    """A measured velocity, and the point of the grid at which it was measured.
 
-    `varied`: the point of the grid: its dimensions, without the seed, and their values;
-    `measured`, `error`: mean over the seeds and its standard error, unit ``g tau_dyn**2`` per
-    half-cycle (or target); `printed`, `exact`: values of the paper's law as printed, and of the
-    corrected or exact law; two values where the plateau is not unique, none where there is no law;
-    `sticking`, `sticking_deviation`: the fitted law of sliders that stick and slip, and the
-    deviation of its fit; nan outside its range; `parameters`: the exact chain and drive, by the
-    names of the laws' parameters, and whatever else was varied.
+    `varied`: the dimensions of the grid, without the seed, and their values; `measured`, `error`:
+    mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle (or target);
+    `parameters`: the exact chain and drive, by the names of the laws' parameters, and whatever else
+    was varied.
     """
 
     varied: Mapping[str, Any]
     measured: float
     error: float = math.nan
-    printed: tuple[float, ...] = ()
-    exact: tuple[float, ...] = ()
-    sticking: float = math.nan
-    sticking_deviation: float = math.nan
     parameters: dict[str, Any] = field(default_factory=dict)
 
-    @property
-    def deviation_printed(self) -> float:
-        """Measured minus printed law, in standard errors; nan if there is nothing to compare."""
-        return deviation(self.measured, self.error, self.printed)
-
-    @property
-    def deviation_exact(self) -> float:
-        """Measured minus corrected or exact law, in standard errors."""
-        return deviation(self.measured, self.error, self.exact)
-
-    @property
-    def deviation_sticking(self) -> float:
-        """Measured minus the law of sliders that stick and slip, over their combined error."""
-        return (self.measured - self.sticking) / math.hypot(self.error, self.sticking_deviation)
-
-    def beside(self, law: Law) -> Point:
-        """Return the point with the values of a law; a negative printed value is left out."""
-        printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
-        if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
-            printed = ()
-        held, off = sticking(predicted(self.parameters))
-        return replace(self, printed=printed, exact=exact, sticking=held, sticking_deviation=off)
+    def prediction(self, **changed: Any) -> Prediction | None:
+        """Return what the laws predict here, or where some parameters differ, or None."""
+        relaxed = self.varied.get("start", "relaxed") == "relaxed"
+        return predicted(self.parameters | changed, relaxed=relaxed)
 
 
 def deviation(measured: float, error: float, law: Sequence[float]) -> float:
@@ -139,11 +96,7 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
 
 
 def points_of(dataset: xr.Dataset) -> list[Point]:
-    """Return the points of a sweep's grid without laws; each is the mean over the seeds.
-
-    If the sweep has the sliding limit under the same random dilations (`CONTROL`), it reduces the
-    scatter: each value is velocity minus sliding limit, plus the known mean of the sliding limit.
-    """
+    """Return the points of a sweep's grid; each is the mean over the seeds."""
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
     known = (*_SHARED, *_UNLIKE, "solver")
@@ -158,7 +111,9 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
         own = {key.rpartition(".")[2]: exact_or_same(value) for key, (_, value) in pairs.items()}
         varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
         here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
-        points.append(Point(varied, *_over_seeds(here, shared | own), parameters=shared | own))
+        velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
+        mean, off = map(float, mean_over_seeds(velocity, error))
+        points.append(Point(varied, mean, off, shared | own))
     return points
 
 
@@ -177,33 +132,16 @@ def _shown(value: Any) -> Any:
     return int(exact) if exact.denominator == 1 else nearest_float(exact)
 
 
-def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float, float]:
-    velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
-    controlled = CONTROL in here and velocity.size > 1
-    if controlled:
-        known = mean_law(sliding_velocity_random, parameters)
-        velocity = velocity - np.atleast_1d(here[CONTROL]) + known
-    mean, off = mean_over_seeds(velocity, error, scattered=controlled)
-    return float(mean), float(off)
-
-
 # --- drawing -------------------------------------------------------------------------------------
 
 
-def draw_points(
-    axes: Axes,
-    points: Iterable[Point],
-    x: str,
-    scale: Callable[[Point], float] = lambda point: 1.0,
-    **style: Any,
-) -> None:
+def _draw_points(axes: Axes, points: Sequence[Point], x: str, **style: Any) -> None:
     """Draw measured velocities over a dimension, with their standard errors."""
-    kept = list(points)
     # a runaway chain has no velocity
-    y = [p.measured * scale(p) if math.isfinite(p.measured) else math.nan for p in kept]
-    error = [0.0 if math.isnan(p.error) else p.error * scale(p) for p in kept]
+    y = [point.measured if math.isfinite(point.measured) else math.nan for point in points]
+    error = [0.0 if math.isnan(point.error) else point.error for point in points]
     about = {"marker": "o", "markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
-    places = [point.varied[x] for point in kept]
+    places = [point.varied[x] for point in points]
     axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
 
 
@@ -336,15 +274,13 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
     bar.set_ticks([0.0, *levels] if low <= 0 <= high else levels)
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
-    shared = points[0].parameters
-    grid = [[shared | {across: a, up: b} for a in fine_x] for b in fine_y]
-    found = [[predicted(parameters) for parameters in row] for row in grid]
-    law = np.array([[_sliding(one) for one in row] for row in found])
+    found = [[points[0].prediction(**{across: a, up: b}) for a in fine_x] for b in fine_y]
+    law = np.array([[_mean(one.sliding) if one else math.nan for one in row] for row in found])
     measured_law = np.array([[sticking(one)[0] for one in row] for row in found])
     words: list[str] = []
     labelled: set[float] = set()
     law[np.isfinite(measured_law)] = math.nan
-    for form, dashes, name in ((measured_law, "-", STICKING_MAP), (law, "--", LIMIT)):
+    for form, dashes, name in ((measured_law, "-", STICKING), (law, "--", LIMIT)):
         kept = [level for level in levels if np.nanmin(form, initial=math.inf) < level
                 < np.nanmax(form, initial=-math.inf)]  # fmt: skip
         if not kept:
@@ -391,14 +327,17 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         others = [setting_label(key, value) for key, value in point.varied.items() if key != over]
         families.setdefault(", ".join(others) or "computed", []).append(point)
     marks = itertools.cycle(itertools.product("os^D", INKS))
-    fine, drawn = _between([point.varied[over] for point in points]), dict[str, None]()
+    fine, drawn = _between([point.varied[over] for point in points]), dict[str, Any]()
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
-        draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
+        _draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
-        relaxed = family[0].varied.get("start", "relaxed") == "relaxed"
-        shared = family[0].parameters
-        found = [predicted(shared | {over: value}, relaxed=relaxed) for value in fine]
-        axes.plot(fine, [_sliding(one) for one in found], **EXACT | {"color": ink})
+        found = [family[0].prediction(**{over: value}) for value in fine]
+        axes.plot(fine, [_mean(law.sliding) if law else math.nan for law in found],
+                  **EXACT | {"color": ink})  # fmt: skip
+        printed = [_mean(law.printed) if law else math.nan for law in found]
+        if np.isfinite(printed).any():
+            axes.plot(fine, printed, color=ink, linestyle=":", linewidth=1.6)
+            drawn["paper, " + next(law.label for law in found if law)] = ":"
         steps = [math.nan if law is None or law.staircase is None else law.staircase
                  for law in found]  # fmt: skip
         measured, deviation = np.transpose([sticking(one) for one in found])
@@ -406,15 +345,18 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
             if np.isfinite(values).any():
                 axes.plot(fine, values, color=ink, linewidth=1.0)
                 axes.fill_between(fine, values - off, values + off, color=ink, alpha=0.2)
-                drawn[name] = None
+                drawn[name] = "-"
     axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
-    for name in drawn:
-        axes.plot([], [], color="0.3", linewidth=1.0, label=name)
+    for name, dashes in drawn.items():
+        axes.plot([], [], color="0.3", linewidth=1.0, linestyle=dashes, label=name)
     finite = [point for point in points if math.isfinite(point.measured)]
     if unsure := sum(math.isnan(point.error) for point in finite):
         axes.plot([], [], " ", label=f"errors of {unsure} of {len(finite)} are not known")
     if isinstance(fine[0], str):
         axes.margins(x=0.15)
+    elif _spans_decades(fine):
+        measured = [point.measured for point in finite]
+        axes.set(xscale="log", yscale="log" if min(measured, default=0) > 0 else "linear")
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
     if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
@@ -425,7 +367,13 @@ def _between(values: Iterable[Any]) -> list[Any]:
     known = list(dict.fromkeys(values))
     if any(isinstance(one, str) for one in known) or all(isinstance(one, int) for one in known):
         return known
-    return sorted({*known, *np.linspace(min(known), max(known), _FINE).tolist()})
+    space = np.geomspace if _spans_decades(known) else np.linspace
+    return sorted({*known, *space(min(known), max(known), _FINE).tolist()})
+
+
+def _spans_decades(values: Sequence[Any]) -> bool:
+    """Return whether an axis of these numbers is logarithmic."""
+    return bool(0 < 100 * min(values) <= max(values))
 
 
 def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction | None:
@@ -439,9 +387,9 @@ def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction 
     return prediction_of(about, relaxed=relaxed)
 
 
-def _sliding(found: Prediction | None) -> float:
-    """Return the law of the sliding limit, the mean if it has two values, nan without a law."""
-    return math.nan if found is None else sum(found.sliding) / len(found.sliding)
+def _mean(values: Sequence[float]) -> float:
+    """Return the value of a law, the mean of its two values, or nan where it does not hold."""
+    return sum(values) / len(values) if values else math.nan
 
 
 def sticking(found: Prediction | None) -> tuple[float, float]:

@@ -79,8 +79,8 @@ def _span(axes: Axes, found: Threshold, laws: Mapping[str, float]) -> tuple[floa
         low, high = min(low, *laws.values()), max(high, *laws.values())
         margin = 0.08 * (high - low)
         low, high = low - margin, high + margin
-        if found.windows and found.windows[-1].begins:
-            high = _OPEN * float(found.windows[-1].middle)
+        if found.edges and found.edges[-1].begins:
+            high = _OPEN * float(found.edges[-1].middle)
     return low, high
 
 
@@ -119,7 +119,7 @@ def _velocities(axes: Axes, found: Threshold) -> None:
 
 
 def _windows(axes: Axes, found: Threshold) -> None:
-    ends = [(float(edge.middle), edge.begins) for edge in found.windows or ()]
+    ends = [(float(edge.middle), edge.begins) for edge in found.edges or ()]
     label = found.what
     if len(ends) > 1:  # the first edge is exact; the others come from the float64 scan
         label += " (float64 scan)"

@@ -41,7 +41,8 @@ class Prediction:
     label : str
         Label of the paper's equation in the ledger; "" if friction or ends differ.
     printed : tuple of float
-        Result of that equation: two values where the plateau is not unique, none where none exists.
+        Result of that equation: two values where the plateau is not unique, none below the
+        threshold.
     sliding : tuple of float
         The exact law of the sliding limit, again with up to two values.
     staircase : float, optional
@@ -72,6 +73,11 @@ class Prediction:
     law: str = "sliding limit"
     values: tuple[float, ...] = ()
     deviation: float = math.nan
+
+    def __str__(self) -> str:
+        """Return the velocity, its deviation and the name of the law, in one line."""
+        values = " or ".join(f"{value:.6g}" for value in self.values)
+        return values + f" ± {self.deviation:.2g}" * (self.deviation > 0) + f" ({self.law})"
 
 
 def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Prediction | None:
@@ -154,6 +160,8 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             tuple(sign * value + 0.0 for value in law_values(law, downhill)) for law in _LAWS[size]
         )
         sliding = _values(sliding)
+        if any(value * slope < 0 for value in printed):
+            printed = ()  # below its threshold the paper's line would lead uphill
     on, clean = forces(parameters), parameters["sigma_mu"] == 0
     held: tuple[float, ...]
     staircase = None
@@ -184,6 +192,9 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             held = _values((0.0, *held))
     sticking = held[0] if on.smears and not beyond else None
     law += _UNKNOWN * math.isnan(deviation)
+    if relaxed and slope == 0 and not differs and sum(held) == 0:
+        law, held, deviation = "no mean drift, by symmetry", (0.0,), 0.0 if clean else math.nan
+        law += "; one run wanders" * (not clean)
     return Prediction(label, printed, sliding, staircase, sticking, law, held, deviation)
 
 

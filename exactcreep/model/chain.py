@@ -129,7 +129,7 @@ class Chain(Shown):
         )
         positive_number(l0, "l0")
         number_from_zero(sigma_mu, "sigma_mu")
-        for k, low, high in self._frictions():
+        for k, low, high in frictions(self):
             number_from_zero(low, f"mu_d{k}")
             if high < low:
                 allowed = f"must be at least mu_d{k} = {nearest_float(low)}"
@@ -139,16 +139,8 @@ class Chain(Shown):
                 allowed = "draws coefficients beyond the largest float"
                 raise InputError("sigma_mu", sigma_mu, allowed)
         remark("tan_alpha", self.tan_alpha)
-        remark("mu_s", self.largest_mu_s)
+        remark("mu_s", largest_mu_s(self))
         remark("sigma_mu", self.sigma_mu)
-
-    def _frictions(self) -> Iterator[tuple[str, Fraction, Fraction]]:
-        """Yield index, mu_d and mu_s of each slider, or once if all sliders are alike."""
-        if "friction" not in self.unlike:
-            yield "", self.mu_d, self.mu_s
-            return
-        for k, (low, high) in enumerate(zip(self.each("mu_d"), self.each("mu_s"), strict=True)):
-            yield f"[{k}]", low, high
 
     @cached_property
     def unlike(self) -> frozenset[str]:
@@ -264,35 +256,6 @@ class Chain(Shown):
         require_uniform(self.parameters(), "one static excess of all", {END_FORCES, EXPANSION})
         return self.times_cosine(self.mu_s - self.mu_d)
 
-    @cached_property
-    def mean_mu_d(self) -> Fraction:
-        """The mean of the dynamical friction coefficients of all sliders."""
-        listed = isinstance(self.mu_d, tuple)
-        return sum(self.mu_d, Fraction(0)) / self.n if listed else Fraction(self.mu_d)
-
-    @cached_property
-    def largest_mu_s(self) -> Fraction:
-        """The largest of the mean static friction coefficients."""
-        return max(high for _, _, high in self._frictions())
-
-    @cached_property
-    def held(self) -> float:
-        """The largest force that a mean contact holds, plus the weight of a slider, in float64."""
-        frictions = self._frictions()
-        held = max(self.times_cosine(d) + self.times_cosine(s - d) for _, d, s in frictions)
-        return held + abs(self.sin_alpha) + nearest_float(max(map(abs, self.end_forces)))
-
-    @cached_property
-    def no_advance(self) -> Fraction:
-        """Largest motion of x_G in a cycle that counts as no advance: 2**-40 of the forces."""
-        forces = (self.largest_mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
-        return (forces + max(map(abs, self.end_forces))) / 2**40
-
-    @cached_property
-    def rounding(self) -> Fraction:
-        """Largest rounding error of a displacement in one slip, in float64."""
-        return self.n * self.no_advance / 2**10
-
     def pull(self, slider: int) -> Fraction:
         """Return the end force on a slider, unit ``m g``.
 
@@ -309,22 +272,6 @@ class Chain(Shown):
         first, last = self.end_forces
         return (first if slider == 0 else Fraction(0)) + (last if slider == self.n - 1 else 0)
 
-    def surplus(self, way: int) -> int:
-        """Return the sign of driving force minus friction of the whole chain, compared exactly.
-
-        Parameters
-        ----------
-        way : {+1, -1}
-            Downhill or uphill.
-
-        Returns
-        -------
-        int
-            Positive if the sliding chain accelerates along `way`.
-        """
-        beyond = self.n * (way * self.tan_alpha - self.mean_mu_d)
-        return sign_of_surd(beyond, way * sum(self.end_forces), 1 + self.tan_alpha**2)
-
     @cached_property
     def heading(self) -> int:
         """Direction in which weight and end forces drive the chain: +1, -1, or 0 if balanced."""
@@ -332,36 +279,14 @@ class Chain(Shown):
         return sign_of_surd(self.n * self.tan_alpha, pulls, square)
 
     @cached_property
-    def first_start(self) -> Fraction:
-        """Least ``l0 abs(theta)`` at which the relaxed chain starts; negative: at once."""
-        cosine, listed = Fraction(self.cos_alpha), isinstance(self.mu_s, tuple)
-        weight = self.tan_alpha * cosine
-        sliders = range(self.n) if self.unlike else self.rates or (0,)
-        rooms: dict[int, Fraction] = {}
-        for k in sliders:
-            held = (self.mu_s[k] if listed else self.mu_s) * cosine
-            rooms[k] = held - abs(weight + self.pull(k))
-        least = min(rooms.values())
-        reached = (rooms[k] / abs(rate) for k, rate in self.rates.items())
-        return least if least < 0 else min(reached, default=least)
-
-    @cached_property
     def may_run_away(self) -> bool:
         """Whether driving forces exceed all friction, so that the chain may accelerate for ever."""
-        return self.surplus(1) >= 0 or self.surplus(-1) >= 0
+        return surplus(self, 1) >= 0 or surplus(self, -1) >= 0
 
     @property
     def slides(self) -> bool:
         """Whether a slider that feels theta follows it without slips: it has no static excess."""
-        return any(slider in (self.rates or {0}) for slider in self.without_excess)
-
-    @property
-    def without_excess(self) -> list[int]:
-        """The sliders (from 0) that have neither static excess nor disorder."""
-        if self.sigma_mu != 0 or ("friction" not in self.unlike and self.mu_d < self.mu_s):
-            return []
-        pairs = zip(self.each("mu_d"), self.each("mu_s"), strict=True)
-        return [slider for slider, (low, high) in enumerate(pairs) if low == high]
+        return any(slider in (self.rates or {0}) for slider in without_excess(self))
 
     def mirrored(self) -> Chain:
         """Return the mirror image: the incline tilted the other way.
@@ -375,28 +300,6 @@ class Chain(Shown):
                   if name in _ALONG and isinstance(value, tuple)}  # fmt: skip
         turned["end_forces"] = tuple(-force for force in turned["end_forces"])
         return replace(self, tan_alpha=-self.tan_alpha, **turned)
-
-    def require_dilation(self, theta: Fraction | float, field: str, given: Any) -> None:
-        """Raise `InputError` unless ``l0 theta`` is below half the largest float.
-
-        Parameters
-        ----------
-        theta : Fraction or float
-            A dilation.
-        field : str
-            Its name for the user.
-        given : object
-            The user's input.
-
-        Raises
-        ------
-        InputError
-            If it is too large.
-        """
-        finite = isinstance(theta, Fraction) or math.isfinite(theta)
-        if not finite or math.isinf(nearest_float(2 * self.l0 * Fraction(theta))):
-            allowed = "must keep l0 theta below half the largest float, 1.8e308"
-            raise InputError(field, given, allowed)
 
     def parameters(self) -> dict[str, Any]:
         """Return the exact parameters by name; ``Chain(**parameters)`` is the same chain.
@@ -419,6 +322,74 @@ class Chain(Shown):
 
     def _units(self) -> dict[str, str]:
         return {"l0": "g tau_dyn^2"}
+
+
+def frictions(chain: Chain) -> Iterator[tuple[str, Fraction, Fraction]]:
+    """Yield index, mu_d and mu_s of each slider, or once if all sliders are alike."""
+    if "friction" not in chain.unlike:
+        yield "", chain.mu_d, chain.mu_s
+        return
+    for k, (low, high) in enumerate(zip(chain.each("mu_d"), chain.each("mu_s"), strict=True)):
+        yield f"[{k}]", low, high
+
+
+def mean_mu_d(chain: Chain) -> Fraction:
+    """Return the mean of the dynamical friction coefficients of all sliders."""
+    listed = isinstance(chain.mu_d, tuple)
+    return sum(chain.mu_d, Fraction(0)) / chain.n if listed else Fraction(chain.mu_d)
+
+
+def largest_mu_s(chain: Chain) -> Fraction:
+    """Return the largest of the mean static friction coefficients."""
+    return max(high for _, _, high in frictions(chain))
+
+
+def no_advance(chain: Chain) -> Fraction:
+    """Return the motion of x_G in a cycle that counts as no advance: 2**-40 of the forces."""
+    forces = (largest_mu_s(chain) + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha)
+    return (forces + max(map(abs, chain.end_forces))) / 2**40
+
+
+def rounding_of(chain: Chain) -> Fraction:
+    """Return the largest rounding error of a displacement in one slip, in float64."""
+    return chain.n * no_advance(chain) / 2**10
+
+
+def surplus(chain: Chain, way: int) -> int:
+    """Return the sign of driving force minus friction of the whole chain, compared exactly.
+
+    It is positive if the sliding chain accelerates along `way` (+1: downhill).
+    """
+    beyond = chain.n * (way * chain.tan_alpha - mean_mu_d(chain))
+    return sign_of_surd(beyond, way * sum(chain.end_forces), 1 + chain.tan_alpha**2)
+
+
+def first_start(chain: Chain) -> Fraction:
+    """Return the least ``l0 abs(theta)`` at which the relaxed chain starts; negative: at once."""
+    cosine, held = Fraction(chain.cos_alpha), chain.each("mu_s")
+    weight = chain.tan_alpha * cosine
+    sliders = range(chain.n) if chain.unlike else chain.rates or (0,)
+    rooms: dict[int, Fraction]
+    rooms = {k: held[k] * cosine - abs(weight + chain.pull(k)) for k in sliders}
+    least = min(rooms.values())
+    reached = (rooms[k] / abs(rate) for k, rate in chain.rates.items())
+    return least if least < 0 else min(reached, default=least)
+
+
+def without_excess(chain: Chain) -> list[int]:
+    """Return the sliders (from 0) that have neither static excess nor disorder."""
+    if chain.sigma_mu != 0 or ("friction" not in chain.unlike and chain.mu_d < chain.mu_s):
+        return []
+    pairs = zip(chain.each("mu_d"), chain.each("mu_s"), strict=True)
+    return [slider for slider, (low, high) in enumerate(pairs) if low == high]
+
+
+def require_dilation(chain: Chain, theta: Fraction | float, field: str, given: Any) -> None:
+    """Raise `InputError`, about what was `given`, unless ``l0 theta`` is far below overflow."""
+    finite = isinstance(theta, Fraction) or math.isfinite(theta)
+    if not finite or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
+        allowed = "must keep l0 theta below half the largest float, 1.8e308"
+        raise InputError(field, given, allowed)
 
 
 def rates_of(expansion: Sequence[Fraction]) -> dict[int, Fraction]:

@@ -62,7 +62,7 @@ class Event(Shown):
     ('stop', (2,), (1,), 3.141593)
     """
 
-    units_in_line = True
+    _units_in_line = True
     time: Scalar
     kind: EventKind
     sliders: tuple[int, ...]
@@ -179,4 +179,4 @@ def _least_from(mu_d: Fraction) -> float:
 
 
 def _rational(coefficient: Any) -> Fraction:
-    return coefficient if isinstance(coefficient, Fraction) else Fraction(float(coefficient))
+    return coefficient if type(coefficient) is Fraction else Fraction(float(coefficient))

@@ -78,23 +78,30 @@ class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
     Targets are numbered from 1; before the first theta is 0 (or the theta of the given start). Your
-    own subclass needs `half_cycles` and `targets`; a run stores it as a `Path`.
+    own subclass needs `target_count` and `targets`; a run stores its `Targets`.
+
+    Attributes
+    ----------
+    kind : str
+        Its name in a scene.
+    cyclic, random : bool
+        Whether it repeats two targets, and whether its targets depend on the seed.
+    per : str
+        Unit of `clock`, and of time in a velocity.
 
     Examples
     --------
-    >>> Path(["0.001", "-0.002"]).exact_target(2)
+    >>> Targets(["0.001", "-0.002"]).exact_target(2)
     Fraction(-1, 500)
     """
 
     kind: ClassVar[str]
     cyclic: ClassVar[bool] = False
     random: ClassVar[bool] = False
-    """Whether the targets depend on the seed."""
     per: ClassVar[str] = "target"
-    """Unit of `clock`, and of time in a velocity."""
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         """Number of targets."""
         raise NotImplementedError
 
@@ -102,23 +109,6 @@ class Drive(Shown):
     def springs(self) -> int:
         """Number of springs with their own dilation at each target; 0: all have the same."""
         return 0
-
-    def require_one_dilation(self, what: str) -> None:
-        """Raise `InputError`, about `what`, if each spring has its own dilation.
-
-        Parameters
-        ----------
-        what : str
-            What takes only drives with one dilation of all springs.
-
-        Raises
-        ------
-        InputError
-            If `springs` is not 0.
-        """
-        if self.springs:
-            allowed = f"must hold numbers, the dilation of all springs, for {what}"
-            raise InputError("drive.theta", f"lists of {self.springs}", allowed)
 
     def leg(self, q: int, start: Any) -> Leg | None:
         """Return the way to target q if each spring has its own dilation.
@@ -190,7 +180,7 @@ class Drive(Shown):
 
     @property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """Dates of the targets, shape (half_cycles,); None unless a record has dates."""
+        """Dates of the targets, shape (target_count,); None unless a record has dates."""
         return None
 
     def parameters(self) -> dict[str, Any]:
@@ -209,6 +199,13 @@ class Drive(Shown):
         facts = self.parameters()
         del facts["kind"]
         return facts
+
+
+def require_one_dilation(drive: Drive, what: str) -> None:
+    """Raise `InputError`, about `what`, if each spring has its own dilation."""
+    if drive.springs:
+        allowed = f"must hold numbers, the dilation of all springs, for {what}"
+        raise InputError("drive.theta", f"lists of {drive.springs}", allowed)
 
 
 @dataclass(frozen=True, repr=False)
@@ -242,7 +239,7 @@ class Cycles(Drive):
         )
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return 2 * self.cycles
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
@@ -284,7 +281,7 @@ class GaussianSteps(Drive):
         )
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return self.steps
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:

@@ -150,9 +150,9 @@ def with_error(value: float, error: float, sign: str = "") -> str:
 class Shown:
     """An object that prints in one line: its class, and its fields or chosen facts."""
 
-    shown_as: ClassVar[str] = ""
+    _shown_as: ClassVar[str] = ""
     """A name to print instead of the class name of a subclass."""
-    units_in_line: ClassVar[bool] = False
+    _units_in_line: ClassVar[bool] = False
     """Whether the line has units; without units it is a Python expression of the object."""
 
     def _facts(self) -> Mapping[str, Any]:
@@ -165,16 +165,16 @@ class Shown:
 
     def _caption(self) -> str:
         """Return the title of its table in a notebook."""
-        return self.shown_as or type(self).__name__
+        return self._shown_as or type(self).__name__
 
     def __repr__(self) -> str:
-        units = self._units() if self.units_in_line else {}
+        units = self._units() if self._units_in_line else {}
         known = (
             f"{name}={f'{in_words(value)} {units[name]}' if name in units else shown(value)}"
             for name, value in self._facts().items()
             if not is_missing(value)
         )
-        return f"{self.shown_as or type(self).__name__}({', '.join(known)})"
+        return f"{self._shown_as or type(self).__name__}({', '.join(known)})"
 
     def _repr_html_(self) -> str:
         units = self._units()

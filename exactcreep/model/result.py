@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from exactcreep.model.drawn import DRAWN
 from exactcreep.model.enclosure import same, same_numbers
 from exactcreep.model.numbers import Shown, plain_data
 
@@ -21,15 +23,15 @@ if TYPE_CHECKING:
 class Result(Shown):
     """Base of results, which are frozen dataclasses (``eq=False, repr=False``).
 
-    A subclass names the entries of its summary in `told`, or overrides `_numbers`, `_facts` and the
-    dataset. Results are equal if they hold the same values, whatever their time.
+    A subclass names the entries of its summary in `_told`, or overrides `_numbers`, `_facts` and
+    the dataset. Results are equal if they hold the same values, whatever their time.
     """
 
-    units_in_line = True
-    told: ClassVar[tuple[str, ...]] = ()
+    _units_in_line = True
+    _told: ClassVar[tuple[str, ...]] = ()
     """Attributes in the summary; default: all fields."""
 
-    worded: ClassVar[tuple[str, ...]] = ("reason",)
+    _worded: ClassVar[tuple[str, ...]] = ("reason",)
     """Entries of the summary that `sentence` contains, so that a table leaves them out."""
 
     @property
@@ -44,7 +46,7 @@ class Result(Shown):
         return self.finding + (f": {reason}" if reason else "")
 
     def _numbers(self) -> Mapping[str, Any]:
-        return {name: getattr(self, name) for name in self.told or _names(self)}
+        return {name: getattr(self, name) for name in self._told or _names(self)}
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON; None for numbers that are not finite.
@@ -71,8 +73,11 @@ class Result(Shown):
 
         Runs and rearrangements return axes, other results the figure of their command's ``--plot``.
         """
-        # by name, because this module must not import the drawing modules
-        return import_module("exactcreep.figures.pictures").plots_of(self)
+        for kind in type(self).__mro__:
+            if kind.__name__ in DRAWN:
+                draw = resolve_name(DRAWN[kind.__name__])  # imports matplotlib
+                return draw(self) if isinstance(draw, type) else partial(draw, self)
+        raise AttributeError(f"{type(self).__name__} has no picture")
 
     def _facts(self) -> Mapping[str, Any]:
         return self._numbers()

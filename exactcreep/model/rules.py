@@ -2,7 +2,7 @@
 
 A slider at rest stays while ``|F| <= mu_s c``; a moving slider feels ``mu_d c`` against its motion.
 A start, a stop or the end of a ramp is a comparison, and a rule says what follows from it. Other
-modules say how a chain begins (`Chain.first_start`), which coefficient acts (`model.contacts`),
+modules say how a chain begins (`chain.first_start`), which coefficient acts (`model.contacts`),
 when the chain runs away (`motion.runaway`), and which chains have no slips (`Chain.slides`).
 
 The rules use ``sign(x, slack)``, which returns -1, 0 or +1, and whether this is in doubt: `x` may

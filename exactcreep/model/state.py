@@ -90,36 +90,6 @@ class State(Shown):
             if shape != (size,):
                 raise InputError(f"state.{name}", shape, f"must have the shape ({size},)")
 
-    @classmethod
-    def owning(
-        cls,
-        tensions: NDArray[np.float64],
-        displacements: NDArray[np.float64],
-        coefficients: NDArray[np.float64],
-        draws: NDArray[np.int64],
-        theta: Scalar,
-    ) -> State:
-        """Return the state of a solver's own arrays, which are not copied.
-
-        Parameters
-        ----------
-        tensions, displacements, coefficients, draws : ndarray
-            As in a `State`, with the right types and shapes.
-        theta : number
-            The dilation.
-
-        Returns
-        -------
-        State
-            It owns the arrays from now on, read-only.
-        """
-        made = cls.__new__(cls)
-        for array in (tensions, displacements, coefficients, draws):
-            array.flags.writeable = False
-        vars(made).update(tensions=tensions, displacements=displacements, theta=theta)
-        vars(made).update(coefficients=coefficients, draws=draws)
-        return made
-
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
@@ -144,27 +114,6 @@ class State(Shown):
     def springs(self) -> int:
         """Number of springs of which `theta` holds the dilation; 0: all have the same."""
         return self.theta.size if isinstance(self.theta, np.ndarray) else 0
-
-    @property
-    def near_theta(self) -> Any:
-        """`theta` in float64."""
-        return floats(self.theta) if self.springs else as_float(self.theta)
-
-    def require_finite(self) -> None:
-        """Raise `InputError` unless every number is finite; too large a dt in Verlet breaks this.
-
-        Raises
-        ------
-        InputError
-            If a number is not finite.
-        """
-        for name in ("tensions", "displacements", "coefficients", "theta"):
-            array = np.array(getattr(self, name))
-            if array.dtype != object and np.isfinite(array).all():
-                continue
-            for value in array.ravel().tolist():
-                if not is_finite(value):
-                    raise InputError(f"state.{name}", value, "must hold finite numbers")
 
     @classmethod
     def relaxed(cls, chain: Chain, seed: int = 0) -> State:
@@ -288,6 +237,38 @@ class State(Shown):
 
     def _units(self) -> dict[str, str]:
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
+
+
+def owning(
+    tensions: NDArray[np.float64],
+    displacements: NDArray[np.float64],
+    coefficients: NDArray[np.float64],
+    draws: NDArray[np.int64],
+    theta: Scalar,
+) -> State:
+    """Return the state of a solver's own arrays, which it owns from now on, read-only."""
+    made = State.__new__(State)
+    for array in (tensions, displacements, coefficients, draws):
+        array.flags.writeable = False
+    vars(made).update(tensions=tensions, displacements=displacements, theta=theta)
+    vars(made).update(coefficients=coefficients, draws=draws)
+    return made
+
+
+def near_theta(state: State) -> Any:
+    """Return `theta` in float64."""
+    return floats(state.theta) if state.springs else as_float(state.theta)
+
+
+def require_finite(state: State) -> None:
+    """Raise `InputError` unless every number is finite; too large a dt in Verlet breaks this."""
+    for name in ("tensions", "displacements", "coefficients", "theta"):
+        array = np.array(getattr(state, name))
+        if array.dtype != object and np.isfinite(array).all():
+            continue
+        for value in array.ravel().tolist():
+            if not is_finite(value):
+                raise InputError(f"state.{name}", value, "must hold finite numbers")
 
 
 def of_parts(parts: Mapping[str, Any]) -> State:

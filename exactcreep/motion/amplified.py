@@ -26,7 +26,7 @@ from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import forces_of, frictions_of, loads_of
-from exactcreep.motion.taylor_flow import ORDER, STEP, advance, expand
+from exactcreep.motion.taylor_flow import ORDER, STEP, carry, expand
 
 DIRECTIONS = 4
 """Number of random errors that are followed, the same every time."""
@@ -160,7 +160,7 @@ def _pass(f, v, x, springs, signs, held, friction, span):
         a = _accelerations(f, signs, friction, low, high)
         part = v[low:high]
         expand(series, springs[low:high], signs[low:high], part, a)
-        way = advance(series, part, a, span / steps)
+        way = carry(series, part, a, span / steps)
         for i in range(low, high):
             if _turns(series, part, a, i - low, signs[i]):
                 power = _margin(series, i - low, signs[i], f[i])

@@ -62,7 +62,10 @@ class Quadratic:
         return other - self.ball() if type(other) is flint.arb else -self + other
 
     def __neg__(self) -> Quadratic:
-        return Quadratic(self.field, -self.a, -self.b)
+        out, (precision, ball) = Quadratic(self.field, -self.a, -self.b), self.known
+        if ball is not None:
+            out.known = precision, -ball
+        return out
 
     def __abs__(self) -> Quadratic:
         return -self if self.sign() < 0 else self
@@ -212,11 +215,11 @@ def _comparable(difference: Any) -> Any:
 
 def fmpq(value: Any) -> Any:
     """Return a rational as python-flint's type, None if it is not rational."""
-    if isinstance(value, flint.fmpq):
+    if type(value) is flint.fmpq:
         return value
     if isinstance(value, int):
         return flint.fmpq(value)
-    if isinstance(value, Fraction):
+    if type(value) is Fraction:
         return flint.fmpq(value.numerator, value.denominator)
     return None
 
@@ -229,5 +232,5 @@ def sign_of(x: Any) -> int:
     """Return the sign of a rational, or of a number of the field."""
     if isinstance(x, Quadratic):
         return x.sign()
-    whole = x.numerator if isinstance(x, Fraction) else x  # compared without a common denominator
+    whole = x.numerator if type(x) is Fraction else x  # compared without a common denominator
     return int(whole > 0) - int(whole < 0)

@@ -16,14 +16,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import flint
 from numpy.typing import NDArray
 
 from exactcreep.model.rules import Rules, rules
 from exactcreep.motion.arithmetic import Undecided, certain_sign
-from exactcreep.motion.cosine_field import sign_of
+from exactcreep.motion.cosine_field import Quadratic, sign_of
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.watch.limits import NO_LIMITS, Limits
 
@@ -52,8 +52,7 @@ class SearchLimit(ArithmeticError):
 Shifts = tuple[tuple[int, list[Any], list[Any]], ...]
 
 
-@dataclass(frozen=True)
-class FirstEvent:
+class FirstEvent(NamedTuple):
     """The first event, and its time.
 
     ``time``: since the last event; it encloses the only root, and no event comes before.
@@ -341,7 +340,7 @@ def lone_event(
     arithmetic = flow.arithmetic
     direction = int(flow.signs[n])
     beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
-    w2 = len(beside)
+    w2, w = len(beside), flint.arb(len(beside)).sqrt()
     speed = direction * flow.velocities[n]
     pull = direction * flow.forces[n] - flow.friction[n]
     zero = arithmetic.number(0)
@@ -357,8 +356,7 @@ def lone_event(
         rooms[m] = room if lacks else zero
     early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, 0)]
     if not early:
-        phase = _phase(flow, speed, pull, w2)
-        time = (flint.arb.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
+        time = (flint.arb.pi() - _phase(speed * w, pull)) / w
         return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
         order = ask((*early,), rules.order, *rooms.values(), 0)
@@ -369,16 +367,14 @@ def lone_event(
     else:
         other = (pull - root) / w2
         left = arithmetic.sqrt(w2 * (longest - way) * (way - other))
-        turned = _phase(flow, left, pull - w2 * way, w2) - _phase(flow, speed, pull, w2)
-        time = turned / arithmetic.sqrt(arithmetic.number(w2))
+        time = (_phase(left * w, pull - w2 * way) - _phase(speed * w, pull)) / w
     starts = tuple((m, direction) for m in early)
     return FirstEvent(time, (), starts, ((n, [direction * way], [direction * left]),))
 
 
-def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
+def _phase(pulled: Any, pull: Any) -> Any:
     """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
-    number = flow.arithmetic.number
-    return flint.arb.atan2(speed * flow.arithmetic.sqrt(number(w2)), number(pull))
+    return flint.arb.atan2(pulled, pull.ball() if type(pull) is Quadratic else pull)
 
 
 def lone_slips(

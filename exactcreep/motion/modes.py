@@ -211,11 +211,8 @@ class Run:
         own = [-2] * self.p
         own[0] += self.ends.left_free
         own[-1] += self.ends.right_free
-        out = [k * y for k, y in zip(own, x, strict=True)]
-        for i in range(self.p - 1):
-            out[i] += x[i + 1]
-            out[i + 1] += x[i]
-        return out
+        around = zip(own, [0, *x[:-1]], x, [*x[1:], 0], strict=True)
+        return [k * y + before + after for k, before, y, after in around]
 
     def bound(self, n: int, k: int) -> Any:
         """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
@@ -300,6 +297,12 @@ class Flow:
         self.signs = np.zeros(n, dtype=np.int64)
         self.touched: set[int] = set()
 
+    @property
+    def moving(self) -> list[int]:
+        """The sliders (from 0) that move."""
+        moving: list[int] = self.signs.nonzero()[0].tolist()
+        return moving
+
     def start(self, sliders: Iterable[int], signs: Iterable[int]) -> None:
         """Set sliders (from 0) in motion, from rest."""
         for n, sign in zip(sliders, signs, strict=True):
@@ -315,7 +318,7 @@ class Flow:
     def runs(self) -> list[Run]:
         """Return the motion of every run from this instant on."""
         out, n = [], len(self.forces)
-        moving = self.signs.nonzero()[0].tolist()
+        moving = self.moving
         for place, first in enumerate(moving):
             if place and moving[place - 1] == first - 1:
                 continue
@@ -324,15 +327,17 @@ class Flow:
                 after += 1
             # a friction in Q(c) keeps its ball, its negative would make another
             run = slice(first, after)
-            ways = zip(self.signs[run], self.forces[run], self.friction[run], strict=True)
-            pulls = [force - drag if sign > 0 else force + drag for sign, force, drag in ways]
-            accelerations = self.arithmetic.vector(pulls)
-            velocities = self.arithmetic.vector(self.velocities[first:after])
+            of = (values[run].tolist() for values in (self.signs, self.forces, self.friction))
+            pulls = []
+            for sign, force, drag in zip(*of, strict=True):
+                drag = self.arithmetic.number(drag) if type(force) is flint.arb else drag
+                pulls.append(force - drag if sign > 0 else force + drag)
+            accelerations, velocities = self.arithmetic.vector(pulls), self.velocities[run].copy()
             ends = Ends(first == 0, after == n)
             out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
         return out
 
-    def advance(self, runs: Sequence[Run], t: Any) -> None:
+    def move(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
         for run in runs:
             displacements, velocities = run.moved(t)

@@ -220,7 +220,7 @@ class Phase:
         replay.now = self.time
         if self.lasts:
             before = flow.moved.copy()
-            flow.advance(self.runs, self.span)
+            flow.move(self.runs, self.span)
             if self.runs:
                 replay._paths = replay._paths + (flow.moved - before) * flow.signs
                 replay.moves = True

@@ -11,7 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, mean_mu_d, surplus
 from exactcreep.motion.modes import Flow, Run
 
 NEVER_STOPS = "the whole chain slides, too fast for any slider to stop ever again"
@@ -23,7 +23,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     All sliders of `flow` move, in the single `run`; `cosine` is cos(alpha).
     """
     sign, n = int(flow.signs[0]), chain.n
-    gain = chain.surplus(sign)
+    gain = surplus(chain, sign)
     if gain < 0 or any(int(s) != sign for s in flow.signs):
         return None
     arithmetic = flow.arithmetic
@@ -34,5 +34,5 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     if gain == 0:
         return None
     pull = arithmetic.number(sign * sum(chain.end_forces) / n)
-    gained = arithmetic.number(sign * chain.tan_alpha - chain.mean_mu_d) * cosine + pull
+    gained = arithmetic.number(sign * chain.tan_alpha - mean_mu_d(chain)) * cosine + pull
     return ((needed - mean) / gained).upper()

@@ -17,14 +17,13 @@ import flint
 import numpy as np
 
 from exactcreep.compiling import njit
-from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.modes import Run
 from exactcreep.motion.taylor_flow import (
     ORDER,
     OUTWARD,
     ROUNDING,
     STEP,
-    advance,
+    carry,
     expand,
     size_of,
 )
@@ -78,7 +77,7 @@ def first_event_of_set(
         if slider >= 0:
             half = (high - low) / 2 * (1 + OUTWARD) + 2.0**-50 * (1 + time)
             return slider, side, time + (low + high) / 2, half
-        x = advance(series, v, a, STEP)
+        x = carry(series, v, a, STEP)
         for i in range(n):
             if signs[i] == 0:
                 if i > 0:
@@ -243,8 +242,9 @@ def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
     most = bits - sure + 16
     while sure < most:
         sure *= 2
-        with balls_of(min(bits, math.ceil(sure) + 64)).active():
-            near = (near - poly(near) / rate(near)).mid()
+        flint.ctx.prec = min(bits, math.ceil(sure) + 64)
+        near = (near - poly(near) / rate(near)).mid()
+    flint.ctx.prec = bits
     return near
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import flint
@@ -21,7 +20,6 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from exactcreep.compiling import njit
-from exactcreep.model.numbers import nearest_float
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.motion.taylor_flow import OUTWARD, flow
 
@@ -53,7 +51,8 @@ class Crossing(NamedTuple):
         n, after = self.slider, self.slider + 1
         if self.side == 0:
             return float(self.accelerations[n])
-        return float(self.velocities[max(n - 1, 0) : after + 1].sum())  # the slider itself rests
+        beside: list[float] = self.velocities[max(n - 1, 0) : after + 1].tolist()
+        return sum(beside)  # the slider itself rests
 
     @property
     def steep(self) -> bool:
@@ -159,35 +158,34 @@ class StateSet:
             raise Undecided("an event's slope is not separated from zero")
         return spread, late
 
-    def at_target(self, rates: Mapping[int, Fraction]) -> None:
-        """Take theta to a given value; `rates` as in `Chain.rates`."""
+    def at_target(self, rates: Mapping[int, float]) -> None:
+        """Take theta to a given value; `rates`: of `Chain.rates`, the nearest floats."""
         self._ramp(rates, -self.theta, self.theta_error)
         self.theta[:] = self.theta_error = 0.0
 
-    def at_start(self, starts: Sequence[int], rates: Mapping[int, Fraction]) -> None:
+    def at_start(self, starts: Sequence[int], rates: Mapping[int, float]) -> None:
         """Ramp theta to where the sliders `starts` (from 0) reach their threshold together."""
         first = starts[0]
-        rate = nearest_float(rates[first])
+        rate = rates[first]
         way = -self.forces[first] / rate  # change of l0 theta that takes this slider there
         error = float(self.errors[0, first]) / abs(rate)
         if abs(rate) != 1.0:  # the rounding of the rate and of both quotients
-            error += 2.0**-50 * (error + float(abs(way).sum()))
+            error += 2.0**-50 * (error + _total(way))
         self._ramp(rates, way, error)
         self.theta += way
-        self.theta_error += error + 2.0**-52 * float(abs(self.theta).sum())
+        self.theta_error += error + 2.0**-52 * _total(self.theta)
         for n in starts:
             self.forces[n] = self.errors[0, n] = 0.0
 
-    def _ramp(self, rates: Mapping[int, Fraction], way: NDArray[np.float64], error: float) -> None:
+    def _ramp(self, rates: Mapping[int, float], way: NDArray[np.float64], error: float) -> None:
         """Change l0 theta by a row with an error bound `error`, and every force by its rate."""
-        size = float(abs(way).sum()) + error
-        for n, rational in rates.items():
-            rate = nearest_float(rational)
+        size = _total(way) + error
+        for n, rate in rates.items():
             self.forces[n] += rate * way
             # the rounding of a rate that is not 1 or -1, and of its products
             rounded = 0.0 if abs(rate) == 1.0 else 2.0**-50 * size
             self.errors[0, n] += abs(rate) * (error + rounded)
-            self.errors[0, n] += 2.0**-52 * float(abs(self.forces[n]).sum())
+            self.errors[0, n] += 2.0**-52 * _total(self.forces[n])
 
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
         """Take a new middle, and make the rows orthogonal again.
@@ -214,6 +212,10 @@ class StateSet:
         alike = StateSet.__new__(StateSet)
         vars(alike).update({name: copy(value) for name, value in vars(self).items()})
         return alike
+
+
+def _total(row: NDArray[np.float64]) -> float:
+    return float(np.add.reduce(abs(row)))
 
 
 def _bounded(x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -63,7 +63,7 @@ def expand(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
 
 
 @njit(cache=True)
-def advance(series: Any, v: Any, a: Any, t: float) -> Any:
+def carry(series: Any, v: Any, a: Any, t: float) -> Any:
     """Take velocities and accelerations to `t`, and return the displacements."""
     x = np.zeros_like(v)
     v[:], a[:] = 0.0, 0.0
@@ -96,5 +96,5 @@ def flow(springs: Any, signs: Any, v: Any, a: Any, time: float) -> Any:
             first = size
         rounding += ROUNDING * size * math.sqrt(np.count_nonzero(signs))
         expand(series, springs, signs, v, a)
-        way += advance(series, v, a, time / steps)
+        way += carry(series, v, a, time / steps)
     return way, first, rounding

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from exactcreep.model.chain import rounding_of
 from exactcreep.model.enclosure import Enclosure, as_float, enclosure, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
@@ -94,5 +95,5 @@ def _advanced(velocity: MeanVelocity, begin: Mark, state: State, tally: Tally) -
     """Return whether every slider has moved the same way, by more than rounding can cause."""
     change = floats(state.displacements) - begin.displacements
     chain = velocity.experiment.chain
-    rounding = nearest_float((tally.slips - begin.slips) * chain.rounding)
+    rounding = nearest_float((tally.slips - begin.slips) * rounding_of(chain))
     return bool((change > rounding).all() or (change < -rounding).all())

@@ -1,10 +1,10 @@
 """Checkpoint files: snapshots of a run at rest and its recorded rows, appended line by line.
 
-The first line names the format and its version. Every other line is a record: a SHA-256 digest of
-the previous digest and the rest of the line, then JSON in which arrays are base64. The first record
+The first line names the format and its version. Every other line is an entry: a SHA-256 digest of
+the previous digest and the rest of the line, then JSON in which arrays are base64. The first entry
 holds the experiment; each later one holds a snapshot of the run and its rows since the previous
 snapshot. Nothing is written twice, nothing in a file is executed, and only one process at a time
-writes. If a file is damaged, the run continues from the last record before the damage.
+writes. If a file is damaged, the run continues from the last entry before the damage.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 LINE = b"exactcreep checkpoint %d\n" % VERSION
-_MOST_PARTS, _PART = 10**6, 30  # lists and objects in a record; bytes for each further one
+_MOST_PARTS, _PART = 10**6, 30  # lists and objects in an entry; bytes for each further one
 _NO_RUN = "is not a checkpoint of a run"
 _ANEW = "name another file, or begin anew with force"
 _FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failed write, and after many
@@ -88,21 +88,21 @@ class Checkpoint:
     def _read(self) -> None:
         """Set the run to the last snapshot in the file, if there is any."""
         content, run = content_of(self.path, "checkpoint", MOST_BYTES), self.run
-        (first, *others), self._size, self._digest = _records(content, self.path)
+        (first, *others), self._size, self._digest = _entries(content, self.path)
         with refused("checkpoint", self.path, _NO_RUN):
             differs = difference(first["experiment"], run.experiment.description(), _text)
         if differs:
             allowed = f"holds another experiment: {differs}; {_ANEW}"
             raise InputError("checkpoint", self.path, allowed)
         if lost := len(content) - self._size:
-            said = f"{self.path} ends within a record, or is damaged: its last {lost} bytes"
-            said += " are passed over, and the run goes on from the record before"
+            said = f"{self.path} ends within an entry, or is damaged: its last {lost} bytes"
+            said += " are passed over, and the run goes on from the entry before"
             warn(said, CheckpointWarning)
         if others:
             with refused("checkpoint", self.path, _NO_RUN):
                 rows: dict[str, list[Any]] = {}
-                for record in others:
-                    for name, block in record["rows"].items():
+                for entry in others:
+                    for name, block in entry["rows"].items():
                         rows.setdefault(name, []).append(block)
                 run.restore(others[-1]["run"], rows)
                 run.result()  # fails if the snapshot is not valid
@@ -138,17 +138,17 @@ class Checkpoint:
         self.stale, self._wait = "", self.every
 
     def _add(self, content: Mapping[str, Any]) -> None:
-        """Append a record to the file, completely or not at all."""
-        record, digest = packed(content, self._digest)
+        """Append an entry to the file, completely or not at all."""
+        entry, digest = packed(content, self._digest)
         if not self._size:
-            record = LINE + record
-            write_file(self.path, record, "checkpoint")
+            entry = LINE + entry
+            write_file(self.path, entry, "checkpoint")
         else:
             try:
                 with open(self.path, "r+b") as file:
                     file.truncate(self._size)
                     file.seek(self._size)
-                    file.write(record)
+                    file.write(entry)
                     file.flush()
                     os.fsync(file.fileno())
             except OSError as error:
@@ -156,7 +156,7 @@ class Checkpoint:
                     os.truncate(self.path, self._size)
                 reason = f"cannot be written: {error.strerror or error}; the same call goes on"
                 raise InputError("checkpoint", self.path, f"{reason} from what it holds") from None
-        self._size += len(record)
+        self._size += len(entry)
         self._digest = digest
 
 
@@ -165,7 +165,7 @@ def _text(value: Any) -> str:
 
 
 def packed(content: Mapping[str, Any], before: str = "") -> tuple[bytes, str]:
-    """Return the line of a record, and its digest; `before` is the digest of the record before."""
+    """Return the line of an entry, and its digest; `before` is the digest of the entry before."""
     tree = _text(content)
     digest = hashlib.sha256(f"{before}{tree}".encode()).hexdigest()
     return f"{digest} {tree}\n".encode(), digest
@@ -224,19 +224,19 @@ def _begin_of(data: bytes, name: str) -> int:
     return line.end()
 
 
-def _records(data: bytes, name: str) -> tuple[list[Any], int, str]:
-    digest, records, end = "", [], _begin_of(data, name)
-    for record in data[end:].splitlines(keepends=True):
-        sealed, _, tree = record.removesuffix(b"\n").partition(b" ")
+def _entries(data: bytes, name: str) -> tuple[list[Any], int, str]:
+    digest, entries, end = "", [], _begin_of(data, name)
+    for entry in data[end:].splitlines(keepends=True):
+        sealed, _, tree = entry.removesuffix(b"\n").partition(b" ")
         sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()
-        if sealed != sum_of_both.encode() or not record.endswith(b"\n"):
+        if sealed != sum_of_both.encode() or not entry.endswith(b"\n"):
             break
         if tree.count(b"[") + tree.count(b"{") > _MOST_PARTS + len(tree) // _PART:
             raise InputError("checkpoint", name, f"{_NO_RUN}: it consists of too many parts")
         with refused("checkpoint", name, _NO_RUN):
-            records.append(json.loads(tree, object_hook=_decoded))
-        digest, end = sum_of_both, end + len(record)
-    if not records:
+            entries.append(json.loads(tree, object_hook=_decoded))
+        digest, end = sum_of_both, end + len(entry)
+    if not entries:
         allowed = f"is truncated or damaged: no run can go on from its {len(data)} bytes; {_ANEW}"
         raise InputError("checkpoint", name, allowed)
-    return records, end, digest
+    return entries, end, digest

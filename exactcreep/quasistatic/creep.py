@@ -119,12 +119,14 @@ def creep(
     ----------
     chain : Chain
         The chain to drive.
-    drive : Cycles, GaussianSteps, Path or TemperatureRecord
+    drive : Cycles, GaussianSteps, Targets or TemperatureRecord
         The dilations that the temperature imposes, one target after the other.
     seed : int
         Seed of the static coefficients that are drawn, and of the targets of GaussianSteps.
     solver : str
-        A name in `exactcreep.solvers.registry.SOLVERS`.
+        ``exact``: compiled float64, from event to event in closed form; ``certified``: exact
+        numbers and balls, `digits` of them, proves; ``verlet``: the independent witness, steps of
+        `dt`; ``sliding``: a chain that never sticks (mu_s = mu_d, no disorder).
     start : State, optional
         Initial state. Default: the relaxed chain (theta = 0, no tensions). If the force on a slider
         exceeds its static friction, the sliders first move until all rest; theta stays the same.
@@ -135,7 +137,7 @@ def creep(
         memory that a run needs does not grow with its length.
     burn_in : int, optional
         Number of targets that are left out of the mean velocity, for Cycles rounded up to whole
-        cycles. Default: none for a Path or a TemperatureRecord; for other drives a tenth of the
+        cycles. Default: none for Targets or a TemperatureRecord; for other drives a tenth of the
         targets, at least 2.
     twin : bool
         Slightly perturbed copies of the run show up to which target its trajectory is known
@@ -262,7 +264,7 @@ def advanced(
         experiment, say = run.experiment, partial(watch, "compiling")
         compile_for(experiment.algorithm, experiment.chain, experiment.record, say)
         pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
-        run.advance(limits, watch, pause)
+        run.go_on(limits, watch, pause)
     return run.result()
 
 

@@ -24,7 +24,7 @@ from exactcreep.model.enclosure import (
 )
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
+from exactcreep.model.state import State, near_theta
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_of_parameters
 from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
@@ -92,7 +92,7 @@ def _labelled(
 
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
-    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": state.near_theta}
+    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": near_theta(state)}
     for name in ("tension", "displacement", "coefficient"):
         values, full = getattr(state, f"{name}s"), moment + name
         written |= as_written(full, values, digits)
@@ -172,7 +172,7 @@ def fields_of(member: Group) -> dict[str, Any]:
         known = Evidence.UNDECIDED if fields["outcome"] is Outcome.LIMIT else known
         fields["outcome_evidence"] = fields["evidence"].and_then(known)
     experiment, count = _experiment(member), fields["half_cycles"]
-    bounds = {"half_cycles": experiment.drive.half_cycles}
+    bounds = {"half_cycles": experiment.drive.target_count}
     for name, most in (bounds | dict.fromkeys(("known_until", "burn_in", "since"), count)).items():
         require((fields[name] or 0) <= most, f"{name} is larger than {most}")
     require_like(0, fields["report"]["undecided"], "undecided")

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps
+from exactcreep.model.chain import Chain, require_dilation
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dilation
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
@@ -20,9 +20,9 @@ from exactcreep.model.numbers import (
     nearest_float,
     whole_number,
 )
-from exactcreep.model.path import Listed, Path
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State
+from exactcreep.model.state import State, near_theta, require_finite
+from exactcreep.model.targets import Listed, Targets
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solvers.interface import Simulation, Solver, require_slips
@@ -30,7 +30,7 @@ from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import RECORDS
 
 DRIVES: dict[str, type[Drive]] = {
-    kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
+    kind.kind: kind for kind in (Cycles, GaussianSteps, Targets, TemperatureRecord)
 }
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
 _CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
@@ -60,7 +60,7 @@ class Experiment:
     chain : Chain
         The chain to drive.
     drive : Drive
-        Its dilations; a drive of your own class is stored as the `Path` of its targets.
+        Its dilations; a drive of your own class is stored as its `Targets`.
     seed, solver
         As for `exactcreep.creep`.
     options : mapping
@@ -76,7 +76,7 @@ class Experiment:
     Examples
     --------
     >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
-    >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
+    >>> experiment.chain.n, experiment.drive.target_count, experiment.solver
     (2, 20, 'exact')
     """
 
@@ -102,7 +102,7 @@ class Experiment:
                 raise InputError(name, value, allowed)
         seed, drive, options = valid_seed(self.seed), self.drive, dict(self.options)
         if type(drive) not in DRIVES.values():
-            drive = Path.of(drive, seed)
+            drive = Targets.of(drive, seed)
         algorithm = solver_named(self.solver, options)
         vars(self).update(
             drive=drive,
@@ -115,13 +115,13 @@ class Experiment:
             accuracy=_valid_accuracy(self.accuracy, drive),
         )
         _check_springs(self.chain, drive, self.start, algorithm)
-        self.chain.require_dilation(self.widest, "drive", drive)
+        require_dilation(self.chain, self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
         remark("sliders", self.chain.n)
         remark("events", self._expected_events())
         widest = float(np.abs(self.theta).max(initial=0.0))
-        self.chain.require_dilation(widest, "start.theta", self.theta)
+        require_dilation(self.chain, widest, "start.theta", self.theta)
 
     def _expected_events(self) -> float:
         """Return about how many events cycles make on a chain of equal sliders; 0: not known."""
@@ -133,12 +133,12 @@ class Experiment:
         step = chain.times_cosine(max(chain.mu_s - chain.mu_d, chain.sigma_mu))
         if min(held, step) <= 0:  # in float64
             return 0.0
-        return drive.half_cycles * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
+        return drive.target_count * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
 
     @property
     def theta(self) -> Any:
         """The dilation at which the chain starts: a float, or an array of one for each spring."""
-        return 0.0 if self.start is None else self.start.near_theta
+        return 0.0 if self.start is None else near_theta(self.start)
 
     @cached_property
     def widest(self) -> float:
@@ -149,7 +149,7 @@ class Experiment:
             return most * nearest_float(drive.amplitude)
         if isinstance(drive, GaussianSteps):
             return most * LARGEST_DEVIATE * nearest_float(drive.sigma_theta)
-        return most * float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
+        return most * float(np.abs(drive.targets(1, drive.target_count, self.seed)).max())
 
     @cached_property
     def algorithm(self) -> Solver:
@@ -248,7 +248,7 @@ def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:
         raise InputError("start", start, "must be a State, or None for the relaxed chain")
     if start.n != chain.n:
         raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
-    start.require_finite()
+    require_finite(start)
     if start.unrounded is not None and solver.unrounded(start, chain) is None:
         return replace(start)  # without the numbers of another solver or chain
     return start
@@ -266,7 +266,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
         allowed = f"must have a dilation for each of the chain's {chain.n - 1} springs"
         raise InputError("drive.theta", drive.springs, allowed)
     if EXPANSION not in solver.takes:
-        drive.require_one_dilation(f"the solver {solver.name}")
+        require_one_dilation(drive, f"the solver {solver.name}")
     if solver.needs_slips:
         require_slips(chain, range(chain.n))
     if start is None or start.unrounded is None:
@@ -276,7 +276,7 @@ def _check_springs(chain: Chain, drive: Drive, start: State | None, solver: Solv
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if burn_in is None:
         return None
-    return whole_number(burn_in, "burn_in", least=0, most=drive.half_cycles)
+    return whole_number(burn_in, "burn_in", least=0, most=drive.target_count)
 
 
 def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:

@@ -52,7 +52,7 @@ class ObservedRun:
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
-        self.total = experiment.drive.half_cycles
+        self.total = experiment.drive.target_count
         self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""
@@ -92,7 +92,7 @@ class ObservedRun:
         value = 0.0 if velocity is None else abs(as_float(velocity))
         return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
 
-    def advance(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
+    def go_on(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
         """Go on until the run ends or a limit is reached; call `watch` after each pause."""
         self.outcome, self.reason, self.copy.limits = None, "", limits
         simulation, drive, before = self.simulation, self.experiment.drive, self.seconds

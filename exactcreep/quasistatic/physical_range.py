@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import largest_mu_s
 from exactcreep.model.enclosure import floats
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE
 from exactcreep.model.numbers import nearest_float
@@ -42,7 +43,7 @@ def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
     Sliders cannot cross if springs are longer than twice this sum.
     """
     chain, initial = experiment.chain, experiment.initial
-    limit = chain.largest_mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
+    limit = largest_mu_s(chain) + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
     limit += max(map(abs, chain.end_forces))
     tensions, l0 = floats(initial.tensions), nearest_float(chain.l0)
     most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max(initial=0.0))

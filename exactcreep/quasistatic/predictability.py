@@ -72,7 +72,7 @@ class Predictability(Observer):
         self._tells = stretch.doubts is not None
         if stretch.doubts is not None:
             self._doubt(first, stretch.doubts > 0)
-        elif done >= min(self.next(self.checked), self.drive.half_cycles):
+        elif done >= min(self.next(self.checked), self.drive.target_count):
             self._doubt(self.checked + 1, np.array([simulation.evidence is Evidence.UNDECIDED]))
             self.checked = done
         if self.following:

@@ -86,17 +86,16 @@ def standard_error(
 
 
 def mean_over_seeds(
-    velocities: NDArray[np.float64], errors: NDArray[np.float64], *, scattered: bool = False
+    velocities: NDArray[np.float64], errors: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return mean velocities over the last axis, the seeds, and the standard errors of the means.
 
-    The errors come from the scatter of six seeds or more (or always, if `scattered`), else from the
-    errors of the runs.
+    The errors come from the scatter of six seeds or more, else from the errors of the runs.
     """
     count = velocities.shape[-1]
     with np.errstate(invalid="ignore"):  # a runaway chain has no finite velocity
         own = np.sqrt((errors**2).sum(axis=-1)) / count
-        if scattered or count >= _FEWEST_SEEDS:
+        if count >= _FEWEST_SEEDS:
             own = velocities.std(axis=-1, ddof=1) / math.sqrt(count)
         return velocities.mean(axis=-1), own
 

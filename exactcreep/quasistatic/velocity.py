@@ -51,7 +51,7 @@ class MeanVelocity(Observer):
         self.marks = [Mark(0, begin, floats(places), 0)]
         self.tail = [begin, begin]  # x_G at the last two targets
         self.slips = 0
-        self._burn_in = experiment.burn_in_of(self.drive.half_cycles)
+        self._burn_in = experiment.burn_in_of(self.drive.target_count)
         self._marks_all_along = experiment.accuracy is not None and experiment.burn_in is None
         if self._burn_in:
             self.needs = ("x", "slips")

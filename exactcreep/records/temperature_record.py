@@ -29,8 +29,8 @@ from exactcreep.model.numbers import (
     refusing,
     whole_number,
 )
-from exactcreep.model.path import Listed, targets_of
 from exactcreep.model.remarks import warn
+from exactcreep.model.targets import Listed, targets_of
 from exactcreep.records.columns import Temperatures, temperatures_of
 from exactcreep.records.dates import formats_of, moments_of
 from exactcreep.records.readings import ABSOLUTE_ZERO, Readings, RecordWarning, kelvin_in

@@ -1,4 +1,4 @@
-from .exact.settling import SettlingChain as SettlingChain
+from .exact.settling import SettlingSearch as SettlingSearch
 from .exact.solver import Exact as Exact
 from .field.certified import Certified as Certified
 from .field.known_itinerary import KnownItinerary as KnownItinerary

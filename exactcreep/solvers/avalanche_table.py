@@ -8,19 +8,27 @@ rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import frictions_of
 from exactcreep.motion.replay import elastic_gain
-from exactcreep.solvers.tables import LENGTH, REARRANGEMENT_TABLE, SLIP_TABLE, Column
+from exactcreep.solvers.tables import (
+    EVENT_KINDS,
+    LENGTH,
+    REARRANGEMENT_TABLE,
+    SLIP_TABLE,
+    Column,
+    EventRow,
+    SlipRow,
+)
 
+_STOP = EVENT_KINDS.index("stop")
 _OF_SLIPS = (
     "duration", "slips", "first", "last", "largest_slip",
     "displacement", "gravity", "end_forces", "dissipation",
@@ -74,68 +82,94 @@ def ledger(
     }
 
 
-class Avalanche:
-    """A running rearrangement, in any arithmetic: logs slips, and its rest, from its events.
+class AvalancheLog:
+    """The tables of slips and rearrangements of a simulation, derived from its log of events.
 
-    `ramp` holds its `half_cycle`, `theta` and `direction`; `tensions`: at theta_c, shape (n - 1,).
+    `record`: the recorded quantities; `arithmetic`: the numbers of the solver.
     """
 
     def __init__(
-        self, chain: Chain, arithmetic: Arithmetic, ramp: Mapping[str, Any], tensions: NDArray[Any]
+        self, chain: Chain, record: Iterable[str], arithmetic: Arithmetic = FLOAT64
     ) -> None:
-        self.ramp, self.tensions = ramp, tensions
-        self.moved = arithmetic.zeros(chain.n)
         self.chain, self.arithmetic = chain, arithmetic
-        self._under_way: dict[int, tuple[Any, ...]] = {}  # start time and place of moving sliders
-        self.slips: list[tuple[Any, ...]] = []
-        self._began: tuple[int, ...] = ()
-        self._events = 0
+        self.wanted = {"rearrangements", "slip_table"}.intersection(record)
+        self._rows: list[EventRow] = []  # of the present rearrangement
+        self._own: list[SlipRow] = []  # its slips
+        self._starts: dict[int, tuple[Any, Any]] = {}  # time and place of moving sliders
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin new tables."""
+        self._slips: list[SlipRow] = []
+        self._ended: list[SlipRow] = []  # of rearrangements with a rest
+        self._rests: list[dict[str, Any]] = []
 
     def take(
-        self, event: Event, number: int, moved: NDArray[Any], coefficient: Callable[[int], Any]
-    ) -> list[tuple[Any, ...]]:
-        """Process an event of rearrangement `number`; return the rows of slips that it ends.
+        self,
+        row: EventRow,
+        tensions: Callable[[], NDArray[Any]],
+        moved: Any,
+        coefficient: Any,
+        way: int,
+    ) -> None:
+        """Process a slider's row of the log of events.
 
-        `moved`: displacements since the start; `coefficient(k)`: the draw of slider k (from 0).
+        `tensions`: returns those at theta_c; `moved`: its displacement in the rearrangement;
+        `coefficient`: its last draw; `way`: the direction of the ramp, 0 if there was none.
         """
-        before = len(self.slips)
-        self._began = self._began or event.sliders
-        self._events += 1
-        for k in (slider - 1 for slider in event.sliders):
-            if event.kind is EventKind.START:
-                self._under_way[k] = event.time, moved[k]
-            else:
-                start, place = self._under_way.pop(k)
-                slip, drawn = moved[k] - place, float(coefficient(k))
-                self.moved[k] = moved[k]
-                self.slips.append((k + 1, number, start, event.time, slip, drawn))
-        return self.slips[before:]
+        if not self.wanted:
+            return
+        if not self._rows:
+            self._way, self._tensions = way, tensions()
+            self._moved = self.arithmetic.zeros(self.chain.n)
+        self._rows.append(row)
+        slider = int(row.slider)
+        if row.kind != _STOP:
+            self._starts[slider] = row.time, moved
+            return
+        start, place = self._starts.pop(slider)
+        self._moved[slider - 1] = moved
+        about = slider, row.rearrangement, start, row.time, moved - place, float(coefficient)
+        self._own.append(SlipRow(*about))
+        self._slips.append(self._own[-1])
 
-    def rest(self, undecided: int) -> dict[str, Any]:
-        """Return the log entry at rest, see `REST_LOG`."""
-        arithmetic, tensions = self.arithmetic, self.tensions
+    def rest(self, undecided: int) -> None:
+        """Log a rest, if anything has moved, with its number of undecided comparisons."""
+        if not self._rows:
+            return
+        arithmetic, tensions, moved = self.arithmetic, self._tensions, self._moved
+        began = [row.slider for row in self._rows if row.number == 0]
         before = arithmetic.dot(tensions, tensions) / 2
-        return dict(self.ramp) | {
-            "began": len(self._began),
-            "began_first": min(self._began),
-            "began_last": max(self._began),
-            "events": self._events,
-            "sliders": len({slip[0] for slip in self.slips}),
-            "moved": self.moved.sum(),
+        rest = {
+            "half_cycle": self._rows[0].half_cycle,
+            "theta": self._rows[0].theta,
+            "direction": self._way,
+            "began": len(began),
+            "began_first": min(began),
+            "began_last": max(began),
+            "events": self._rows[-1].number + 1,
+            "sliders": len({slip.slider for slip in self._own}),
+            "moved": moved.sum(),
             "elastic_before": before,
-            "elastic_after": before + elastic_gain(arithmetic, tensions, self.moved),
+            "elastic_after": before + elastic_gain(arithmetic, tensions, moved),
             "undecided": undecided,
         }
+        self._rests.append(rest)
+        self._ended += self._own
+        self._rows, self._own = [], []
 
+    def tables(self) -> dict[str, list[Any]]:
+        """Return the rows of the recorded tables since the last call of `forget`."""
+        made: dict[str, list[Any]] = {"slip_table": self._slips}
+        if "rearrangements" in self.wanted:
+            made["rearrangements"] = self._rearrangements()
+        return {name: made[name] for name in self.wanted}
 
-def rearrangement_rows(ended: Sequence[tuple[Avalanche, int]]) -> list[tuple[Any, ...]]:
-    """Return the table of rearrangements of one chain; each comes with its number of undecided."""
-    if not ended:
-        return []
-    first, slips = ended[0][0], [slip for avalanche, _ in ended for slip in avalanche.slips]
-    rests = [avalanche.rest(undecided) for avalanche, undecided in ended]
-    logged = {name: of.array([rest[name] for rest in rests]) for name, of in REST_LOG.items()}
-    fields = zip(SLIP_TABLE.fields.items(), zip(*slips, strict=True), strict=True)
-    slipped = {name: column.array(values) for (name, column), values in fields}
-    table = ledger(logged, slipped, first.chain, first.arithmetic)
-    return list(zip(*(table[name] for name in REARRANGEMENT_TABLE.fields), strict=True))
+    def _rearrangements(self) -> list[tuple[Any, ...]]:
+        if not self._rests:
+            return []
+        rests = {name: of.array([at[name] for at in self._rests]) for name, of in REST_LOG.items()}
+        fields = zip(SLIP_TABLE.fields.items(), zip(*self._ended, strict=True), strict=True)
+        slips = {name: column.array(values) for (name, column), values in fields}
+        table = ledger(rests, slips, self.chain, self.arithmetic)
+        return list(zip(*(table[name] for name in REARRANGEMENT_TABLE.fields), strict=True))

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, without_excess
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
@@ -21,6 +21,7 @@ from exactcreep.model.uniform import require_uniform
 from exactcreep.solvers.rearrangement import Ending as Ending
 from exactcreep.solvers.rearrangement import Rearrangement as Rearrangement
 from exactcreep.solvers.tables import RECORDS, joined
+from exactcreep.watch import interrupts
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import preparing
 
@@ -48,7 +49,7 @@ _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
 def require_slips(chain: Chain, driven: Collection[int]) -> None:
     """Raise `InputError` if one of the sliders that theta drives slides with it, without slips."""
-    if sliding := [slider for slider in chain.without_excess if slider in driven]:
+    if sliding := [slider for slider in without_excess(chain) if slider in driven]:
         if chain.mu_s == chain.mu_d:
             raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
         raise InputError(f"mu_s[{sliding[0]}]", chain.each("mu_s")[sliding[0]], _SLIDES)
@@ -308,21 +309,26 @@ def compile_for(
 ) -> None:
     """Compile or load the code with which a solver follows and records such a chain.
 
-    `say` is called if the compiler works. Rarely needed code is compiled later.
+    `say` is called if the compiler works. Rarely needed code is compiled later. A signal ends the
+    wait for the compiler.
     """
     kind = (solver.name, solver.compiles(chain.n), record)
     if kind in _COMPILED:
         return
-    with preparing(), import_module("exactcreep.compiling").told(say):
-        chain = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
+
+    def compile_once() -> None:
+        pair = replace(_TWO_SLIDERS, n=solver.compiles(chain.n))
         compared = ("tension", "slips") if solver.perturbs else ()
         names = tuple(dict.fromkeys((*record, *compared)))
-        simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, names)
+        simulation = type(solver)().simulation(pair, State.relaxed(pair), 0, names)
         drive = Cycles("1/10", 1)
         stretch = simulation.follow(drive, 1, 2)
         if (copies := simulation.copies()) is not None:
             copies.follow(drive, 1, stretch, math.inf, NO_LIMITS)
-        _COMPILED.add(kind)
+
+    with preparing(), import_module("exactcreep.compiling").told(say):
+        interrupts.prepare(compile_once)
+    _COMPILED.add(kind)
 
 
 def simulate(

@@ -91,7 +91,7 @@ class Rearrangement(Result):
     ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
     """
 
-    shown_as: ClassVar[str] = "Rearrangement"
+    _shown_as: ClassVar[str] = "Rearrangement"
     chain: Chain
     initial: State
     events: tuple[Event, ...]

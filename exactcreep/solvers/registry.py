@@ -12,7 +12,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.keyed_disorder import valid_seed
 from exactcreep.model.names import did_you_mean, one_of
 from exactcreep.model.numbers import InputError, whole_number
-from exactcreep.model.state import State
+from exactcreep.model.state import State, require_finite
+from exactcreep.moved import SOLVERS as MOVED
 from exactcreep.solvers.interface import MOST_EVENTS, Solver
 from exactcreep.solvers.rearrangement import Rearrangement
 from exactcreep.watch.limits import Limits
@@ -37,10 +38,9 @@ def _class_of(load: Callable[[], type[Solver]]) -> type[Solver]:
 
 def require_solver(field: str, name: Any) -> None:
     """Raise `InputError` unless `name` is the name of a solver."""
-    if isinstance(name, str) and name in ("reference", "mpmath"):
-        raise InputError(field, name, "is no longer there, use certified with digits")
     if not isinstance(name, str) or name not in SOLVERS:
-        raise InputError(field, name, one_of(name, SOLVERS))
+        moved = MOVED.get(name) if isinstance(name, str) else None
+        raise InputError(field, name, moved or one_of(name, SOLVERS))
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
@@ -61,7 +61,7 @@ def _valid(chain: Any, state: Any, direction: Any, seed: Any) -> tuple[int, int]
             raise InputError(field, value, f"must be a {kind.__name__}")
     if state.n != chain.n:
         raise InputError("state", state.n, f"must have the chain's {chain.n} sliders")
-    state.require_finite()
+    require_finite(state)
     sign = _DIRECTIONS.get(direction, direction) if isinstance(direction, str) else direction
     return whole_number(sign, "direction", least=-1, most=1), valid_seed(seed)
 

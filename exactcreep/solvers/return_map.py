@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, frictions, rounding_of
 from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.model.numbers import nearest_float
 
@@ -52,7 +52,9 @@ class LimitCycle(NamedTuple):
 
 def nearness(chain: Chain) -> float:
     """Return the largest distance of forces that have nearly returned, unit m g."""
-    return NEAR * chain.held
+    pairs = ((low, high) for _, low, high in frictions(chain))
+    held = max(chain.times_cosine(low) + chain.times_cosine(high - low) for low, high in pairs)
+    return NEAR * (held + abs(chain.sin_alpha) + nearest_float(max(map(abs, chain.end_forces))))
 
 
 class Approach(NamedTuple):
@@ -231,7 +233,7 @@ class ReturnMap:
         gone = self.ends[-1] - self.ends[-1 - period]
         change = np.concatenate([[0.0], np.cumsum(gone[_TENSIONS:])])
         change += gone[_X_G] - change.mean()
-        rounding = nearest_float(int(gone[_SLIPS]) * self.chain.rounding)
+        rounding = nearest_float(int(gone[_SLIPS]) * rounding_of(self.chain))
         return np.where(np.abs(change) > rounding, np.sign(change), 0).astype(np.int64)
 
     def _velocity(self, period: int) -> Enclosure | None:

@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.laws import PivotSliders, pivot_sliders, pivots, prediction
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, surplus
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
@@ -62,7 +62,7 @@ _SHARE = 0.5
 
 def _not_held_because(chain: Chain) -> str:
     """Return why friction cannot hold the chain; "" if it can."""
-    excess = max(chain.surplus(1), chain.surplus(-1))
+    excess = max(surplus(chain, 1), surplus(chain, -1))
     if excess > 0:
         return (
             f"{_STEEP[bool(chain.unlike)]}: without a static excess no balance of forces holds it"
@@ -386,7 +386,7 @@ class SlidingSimulation(Simulation):
 
     @property
     def _too_steep(self) -> bool:
-        return max(self.chain.surplus(1), self.chain.surplus(-1)) > 0
+        return max(surplus(self.chain, 1), surplus(self.chain, -1)) > 0
 
     def state(self) -> State:
         if self._lost:

@@ -1,1 +1,1 @@
-"""What people ask: thresholds, fates, comparisons, sweeps and plans."""
+"""What people ask: thresholds, fates, comparisons and sweeps."""

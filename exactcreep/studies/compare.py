@@ -31,8 +31,8 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Evidence
-from exactcreep.model.path import Path
 from exactcreep.model.remarks import PhysicsWarning
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import Interrupted
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.statistics import standard_error
@@ -243,7 +243,7 @@ def _measured(
     usual = truth if first.chain.slides else replace(first, solver="exact", options={})
     for method in (*methods, truth, usual):
         compile_for(method.algorithm, method.chain)
-    drive, ends = first.drive, [*range(1, min(first.drive.half_cycles, events) + 1)]
+    drive, ends = first.drive, [*range(1, min(first.drive.target_count, events) + 1)]
     enough = math.inf
     if not first.chain.slides:
         (drive, ends), enough = drive_with_rests(usual, events), events
@@ -256,7 +256,7 @@ def _measured(
     # exact says how many half-cycles and events the velocity is of
     limit = max(min(_VELOCITY_EVENTS // first.chain.n, MOST_EVENTS), 2 * events)
     pilot = usual.simulation()
-    (stretch,) = simulate(pilot, first.drive, [first.drive.half_cycles], Limits(limit))
+    (stretch,) = simulate(pilot, first.drive, [first.drive.target_count], Limits(limit))
     targets = stretch.completed - (stretch.completed % 2 if first.drive.cyclic else 0)
     pace = pilot.tally.events / max(stretch.completed, 1)
     copies = math.ceil(_TIMED_EVENTS / max(pilot.tally.events, targets, 20))
@@ -339,7 +339,7 @@ def beyond(events: int) -> int:
     return 2 * events + 100
 
 
-def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
+def drive_with_rests(experiment: Experiment, events: int) -> tuple[Targets, list[int]]:
     """Return the drive with a target between any two rearrangements, as far as is needed.
 
     Also returns the half-cycle of each target. Raises `InputError` if no slider ever slips.
@@ -347,7 +347,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
     drive, simulation = experiment.drive, experiment.simulation(("events",))
     theta: list[Any] = []  # a number, or one for each spring
     ends: list[int] = []
-    for q in range(1, drive.half_cycles + 1):
+    for q in range(1, drive.target_count + 1):
         loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
         for most in (beyond(events), beyond(MOST_EVENTS)):  # the second only for the first event
             left = Limits(most).after(simulation.tally.events)
@@ -368,7 +368,7 @@ def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[in
             break
     if simulation.tally.events == 0:
         raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
-    return Path(theta), ends
+    return Targets(theta), ends
 
 
 def agreement(own: Track, known: Track, ends: Sequence[int]) -> dict[str, Any]:

@@ -63,7 +63,7 @@ def _continuous(experiment: Experiment) -> bool:
     chain, drive = experiment.chain, experiment.drive
     if chain.unlike or drive.springs or not 0 < (slope := abs(chain.tan_alpha)) < chain.mu_d:
         return False
-    targets = drive.targets(1, min(drive.half_cycles, _SWINGS), experiment.seed)
+    targets = drive.targets(1, min(drive.target_count, _SWINGS), experiment.seed)
     swing = np.abs(np.diff(targets, prepend=experiment.theta)).mean() / 2
     taken = chain.n * float(chain.mu_d - slope) * chain.cos_alpha / 2
     many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from exactcreep.laws import pivot_sliders
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, first_start, largest_mu_s, mean_mu_d
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.uniform import END_FORCES, EVERYTHING, FRICTION, require_uniform
 from exactcreep.solvers.interface import require_slips
@@ -36,7 +36,7 @@ class Asked(NamedTuple):
     def slips_in_half_cycle(self) -> float:
         """About how many slips a half-cycle has: one relaxes up to twice the static excess."""
         chain = self.chain
-        step = 2 * (chain.largest_mu_s - chain.mean_mu_d + chain.sigma_mu)
+        step = 2 * (largest_mu_s(chain) - mean_mu_d(chain) + chain.sigma_mu)
         return float(self.amplitude * chain.l0 / step) if step else 0.0
 
     @property
@@ -131,9 +131,9 @@ def require_sense(
         if question in case.questions and case.applies(on):
             field = on.driving if case.field == "driving" else case.field
             value = amplitude if field == "amplitude" else getattr(chain, field)
-            known = {"mu_s": nearest_float(chain.largest_mu_s), "never_starts": on.never_starts}
+            known = {"mu_s": nearest_float(largest_mu_s(chain)), "never_starts": on.never_starts}
             raise InputError(field, value, case.sentence.format(**known))
 
 
 def _starts_sliding(chain: Chain) -> bool:
-    return chain.first_start <= 0 and chain.may_run_away
+    return first_start(chain) <= 0 and chain.may_run_away

@@ -203,7 +203,8 @@ class _Cells:
         self.folder, say = folder, reporter(progress)
 
         def tell(phase: str = "running") -> None:
-            now, total = [*self.heard.values()], len(self.entries)
+            # a copy, made in one step: threads add to what is heard
+            now, total = [*self.heard.copy().values()], len(self.entries)
             say(phase, self.done, total, "cells", found=self.found,
                 events=self.events + sum(one.events for one in now),
                 work=(self.done + sum(one.share for one in now)) / total)  # fmt: skip

@@ -6,11 +6,13 @@ also remembers the signal, and `check` raises it again.
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import contextmanager, suppress
+from typing import Any, NoReturn
 
 STATUS = 128
 """A program that a signal ends has this exit status plus the signal's number."""
@@ -20,6 +22,8 @@ _deferring: list[object] = []
 """The running blocks, the innermost last."""
 _waiting: list[int] = []
 """The signals that wait for the end of the outermost block."""
+_left: list[threading.Thread] = []
+"""Preparations that a signal has left behind."""
 
 
 def _hear(number: int, frame: Any) -> None:
@@ -62,6 +66,47 @@ def deferring() -> bool:
 def status() -> int | None:
     """Return the exit status for the last signal of the command line; None if there was none."""
     return STATUS + _heard[-1] if _heard else None
+
+
+def prepare(work: Callable[[], object]) -> None:
+    """Do work that has no result, such as compiling; a signal leaves it behind at once.
+
+    The compiler works for many seconds in one call, in which Python hears no signal: in the main
+    thread a thread of its own does the work.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        work()
+        return
+    failures: list[BaseException] = []
+
+    def tried() -> None:
+        try:
+            work()
+        except BaseException as failure:  # raised again below
+            failures.append(failure)
+
+    thread = threading.Thread(target=tried, daemon=True)
+    thread.start()
+    try:
+        while thread.is_alive():
+            thread.join(0.1)
+            if _waiting:
+                raise KeyboardInterrupt
+    finally:
+        if thread.is_alive():
+            _left.append(thread)
+    for failure in failures:
+        raise failure
+
+
+def leave(code: int) -> NoReturn:
+    """End the process of the command line, without waiting for what was left behind."""
+    if any(thread.is_alive() for thread in _left):
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 @contextmanager

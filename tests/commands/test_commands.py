@@ -112,7 +112,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
 
 
 def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
-    assert {*EVERY, "reproduce", "explore"} == {*COMMANDS}
+    assert {*EVERY, "explore"} == {*COMMANDS}
     assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", command("--version").out)
     listed = re.findall(r"^│ ([a-z][a-z-]*) ", command("--help").out, re.MULTILINE)
     assert listed == list(COMMANDS)
@@ -163,6 +163,7 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         (f"{QUICK} --seeds 2 --out a.nc", "must be a directory, without .nc: this scene varies"),
         (f"{QUICK} --seeds 2 --plot a.png --record none", "needs x_G among"),
         ("resume a.ckpt", "the command that began the run goes on"),
+        ("reproduce all", "are scenes: exactcreep run chain-amplitude --plot"),
         ("plan chain-jumps", "is said by exactcreep compare SCENE"),
         ("sweep chain-jumps", "a scene that varies is run by exactcreep run SCENE"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
@@ -243,9 +244,12 @@ def test_a_setting_may_be_negative_and_a_scene_stand_behind_two_hyphens(command:
 def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Command) -> None:
     line = "run six-sliders-cycles --set drive.cycles=80 --seeds 4 --out cells"
     rows = command(*line.split(), "--set", "vary.drive.amplitude=[0.00001,0.01]").out.splitlines()
-    assert rows[1].split() == ["amplitude", "velocity", "paper", "outcome"]
-    assert re.fullmatch(r" 1e-05 +0.* +4 (at_rest|cycling)", rows[2])
-    assert re.fullmatch(r" 0\.01 +2\d\.\d+ ± 0\.\d+ +2\d\.\d+ +4 creeping downhill", rows[3])
+    assert rows[1].split() == ["amplitude", "velocity", "paper", "off", "law", "off", "outcome"]
+    assert re.fullmatch(r" 1e-05 +0.* +none +- +0 +\S+ +4 (at_rest|cycling)", rows[2])
+    value, error, law, off = map(float, re.fullmatch(
+        r" 0\.01 +(\S+) ± (\S+) +(\S+) +([+-]\S+) +\S+ +[+-]\d\.\d +4 creeping downhill", rows[3]
+    ).groups())  # fmt: skip
+    assert off == pytest.approx((value - law) / error, abs=0.05 + 0.1 * abs(off))
     assert rows[4].startswith("2 points, 4 seeds each: means and their standard errors: 4 ")
 
 

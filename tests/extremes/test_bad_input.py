@@ -27,6 +27,7 @@ from exactcreep import (
     InputError,
     Outcome,
     State,
+    Targets,
     TemperatureRecord,
     compare,
     creep,
@@ -38,7 +39,6 @@ from exactcreep import (
     sweep,
     threshold,
 )
-from exactcreep import Path as ThetaPath
 from exactcreep.scene import Scene
 from exactcreep.solvers.registry import SOLVERS
 
@@ -123,7 +123,7 @@ EXPERIMENT = Scene.from_text(SCENE).experiment()
 CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
     "chain": [lambda a, b, name=name: Chain(**GOOD | {name: a}) for name in GOOD],
     "drive": [
-        Cycles, GaussianSteps, lambda a, b: ThetaPath(a), lambda a, b: ThetaPath([0, a, b]),
+        Cycles, GaussianSteps, lambda a, b: Targets(a), lambda a, b: Targets([0, a, b]),
         lambda a, b: disorder.dilation(GaussianSteps(1, 2), a, b),
     ],
     "start": [
@@ -158,8 +158,8 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
-@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("kind", CALLS)
 @FUZZ
 @given(WILD, WILD)
@@ -168,8 +168,8 @@ def test_wild_arguments_are_used_or_refused_in_a_sentence(kind: str, one: Any, o
         refusal(lambda call=call: call(one, other))
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
-@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
 def test_a_value_of_any_type_is_used_or_refused_in_a_sentence(odd: Any) -> None:
     for call in itertools.chain(*CALLS.values()):
@@ -226,7 +226,7 @@ def test_a_state_that_is_not_finite_starts_no_run(field: str) -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_drive_beyond_the_largest_float_is_refused(solver: str) -> None:
-    too_far = Cycles("1e306", 2), GaussianSteps("2e304", 2), ThetaPath(["0.001", "-1e400"])
+    too_far = Cycles("1e306", 2), GaussianSteps("2e304", 2), Targets(["0.001", "-1e400"])
     for drive in too_far:
         with pytest.raises(InputError, match="largest float"):
             creep(CHAIN, drive, solver=solver)

@@ -19,8 +19,8 @@ from exactcreep import (
     Drive,
     Experiment,
     InputError,
-    Path,
     State,
+    Targets,
     compare,
     creep,
 )
@@ -55,15 +55,15 @@ def hard() -> Iterator[tuple[str, Chain, Drive]]:
         chain = chain_of(3, l0)
         yield f"l0 = {l0}", chain, cycles(chain, 2)
         chain = chain_of(2, l0)
-        yield f"l0 A = 20, l0 = {l0}", chain, Path([Fraction(20) / chain.l0])
+        yield f"l0 A = 20, l0 = {l0}", chain, Targets([Fraction(20) / chain.l0])
     yield "A = 2e-15", chain_of(3, "1e15"), Cycles("2e-15", 2)
     for gap in ("1e-12", "1e-9", "1e-6", "1e-3", "1", "10"):
         for n in (2, 3):
             chain = chain_of(n, mu_s=Fraction(1, 2) + Fraction(gap), sigma_mu=0)
             onset = Fraction(chain.times_cosine(chain.mu_s - chain.tan_alpha))
             theta = (onset + (6 * n + Fraction(1, 3)) * Fraction(chain.excess)) / chain.l0
-            yield f"mu_s - mu_d = {gap}, N = {n}", chain, Path([theta, -theta])
-    yield "mu_s = mu_d, sigma_mu = 0.01", chain_of(3, mu_s="0.5"), Path(["0.001"])
+            yield f"mu_s - mu_d = {gap}, N = {n}", chain, Targets([theta, -theta])
+    yield "mu_s = mu_d, sigma_mu = 0.01", chain_of(3, mu_s="0.5"), Targets(["0.001"])
     for steep, sigma in (("0", "0"), ("0.05", "0.01")):
         chain = chain_of(2, mu_d=0, mu_s="0.1", sigma_mu=sigma, tan_alpha=steep)
         yield f"mu_d = 0, tan_alpha = {steep}", chain, cycles(chain, "0.2")
@@ -77,9 +77,9 @@ def hard() -> Iterator[tuple[str, Chain, Drive]]:
         for sigma in ("0", "0.01"):
             chain = chain_of(2, sigma_mu=sigma, tan_alpha=slope)
             # near mu_d one avalanche is long enough
-            drive = Path([Fraction("0.3") / chain.l0]) if name in beside else cycles(chain, 1)
+            drive = Targets([Fraction("0.3") / chain.l0]) if name in beside else cycles(chain, 1)
             yield f"tan_alpha = {name}, sigma_mu = {sigma}", chain, drive
-    repeated = Path(["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0])
+    repeated = Targets(["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0])
     yield "repeated targets", chain_of(3), repeated
     for n in (3, 4, 6):
         chain = chain_of(n, sigma_mu=0, tan_alpha=0)

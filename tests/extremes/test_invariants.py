@@ -11,14 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from exactcreep import (
-    Chain,
-    Creep,
-    Evidence,
-    Outcome,
-    creep,
-)
-from exactcreep import Path as ThetaPath
+from exactcreep import Chain, Creep, Evidence, Outcome, Targets, creep
 from exactcreep.quasistatic.creep import PhysicsWarning
 from tests.oracle.rearrangement import Undecided
 from tests.solvers.test_equations import require_followed
@@ -37,7 +30,7 @@ class Case:
 
     def run(self, **more: object) -> Creep:
         run = {"seed": self.seed, "max_events": MOST_EVENTS} | more
-        return creep(self.chain, ThetaPath(self.theta), **run)
+        return creep(self.chain, Targets(self.theta), **run)
 
 
 def rationals(low: int, high: int, over: int) -> st.SearchStrategy[Fraction]:
@@ -101,7 +94,7 @@ def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) 
         broken += [before + cut * (theta - before) for cut in sorted(cuts)] + [theta] * 2
         before = theta
     others = (
-        creep(case.chain, ThetaPath(broken), seed=case.seed, max_events=MOST_EVENTS),
+        creep(case.chain, Targets(broken), seed=case.seed, max_events=MOST_EVENTS),
         case.run(record=("x", "tension", "slips", "events")),
         case.run(record=()),
     )

@@ -14,16 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Chain,
-    Cycles,
-    Drive,
-    GaussianSteps,
-    Outcome,
-    creep,
-    fate,
-    threshold,
-)
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, Outcome, creep, fate, threshold
 from tests.conftest import Command
 from tests.paper import paper_chain
 from tests.processes import finished
@@ -125,7 +116,7 @@ def test_text_of_a_scene_reaches_the_terminal_without_control_characters(
 _SOAK = """
 import os, resource, sys, time, warnings
 from pathlib import Path
-from exactcreep import Creep, Cycles, Chain, InputError, creep, load_scene, sweep
+from exactcreep import Chain, Creep, Cycles, InputError, creep, load_scene, sweep
 
 folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
 os.chdir(folder)

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from PIL import Image
 
-from exactcreep import Creep, Cycles, Experiment, InputError, Progress, creep
+from exactcreep import Creep, Cycles, Experiment, InputError, creep
 from exactcreep.figures import avalanche_page
 from exactcreep.figures.animation import (
     RunAvalanche,
@@ -20,6 +20,7 @@ from exactcreep.figures.animation import (
     largest_avalanche,
     moments_of,
 )
+from exactcreep.results import Progress
 from tests.paper import paper_chain
 
 CHAIN = paper_chain(6)

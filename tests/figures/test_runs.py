@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep as ec
 from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
+from exactcreep.figures.style import DISPLACEMENT
 from exactcreep.laws import prediction
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data, line
@@ -52,12 +53,12 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
     assert not any("law" in str(each.get_label()) for each in sliding.lines)
 
 
-@pytest.mark.parametrize("drive", [DRIVE, ec.Path([[0.01, 0], [0.01, 0.01], [0, 0]])])
+@pytest.mark.parametrize("drive", [DRIVE, ec.Targets([[0.01, 0], [0.01, 0.01], [0, 0]])])
 def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(drive: ec.Drive) -> None:
     chain = paper_chain(3)
     full = ec.creep(chain, drive, seed=2, record=("x_G", "x", "rearrangements", "slip_table"))
     _, ramps, _, inside, durations = drawn(ec.creep(chain, drive, seed=2))
-    until, rows = min(4, drive.half_cycles), full.to_pandas("rearrangements")
+    until, rows = min(4, drive.target_count), full.to_pandas("rearrangements")
     rows = rows[rows.half_cycle <= until]
     for n in range(4):
         time, moved = line(inside, n)
@@ -95,13 +96,13 @@ def recorded(days: int) -> ec.TemperatureRecord:
     return ec.TemperatureRecord.of(degrees, "29e-6", 10, times=dates, unit="C")
 
 
-def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
+def test_a_record_is_drawn_in_dates_and_degrees() -> None:
     roof, record = ec.physical(**ROOF), recorded(30)
     run = ec.creep(roof.chain, record)
-    axes = run.plot(solid=roof)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
+    axes = run.plot()
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", DISPLACEMENT)
     assert_shows_data(axes.figure, framed=True)
-    assert_array_equal(line(axes, 0)[1], 1000 * roof.metres(run.recorded["x_G"]))
+    assert_array_equal(line(axes, 0)[1], run.recorded["x_G"])
     (beside,) = (each for each in axes.figure.axes if each is not axes)
     assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
     assert_allclose(beside.lines[0].get_ydata(), record.temperatures)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +17,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 import exactcreep
 from exactcreep import InputError, load_scene, sweep
 from exactcreep.figures.style import VELOCITY
-from exactcreep.figures.sweep import STAIRCASE, draw_sweep, points_of
-from exactcreep.laws import differing_velocity, sliding_velocity, sliding_velocity_random
+from exactcreep.figures.sweep import STAIRCASE, deviation, draw_sweep
+from exactcreep.laws import (
+    creep_velocity_random,
+    differing_velocity,
+    sliding_velocity,
+    sliding_velocity_random,
+)
+from exactcreep.model.numbers import exact_number
 from tests.pictures import assert_shows_data
 
 
@@ -123,15 +131,61 @@ def test_a_sweep_of_which_a_part_is_gone_says_so_instead_of_being_drawn() -> Non
         exactcreep.plot_sweep(swept({"vary.run.seed": [1, 2]}))
 
 
-def test_the_sliding_limit_of_the_same_random_steps_takes_their_scatter_out() -> None:
-    vary = {"vary.chain.tan_alpha": ["0.2"], "vary.run.seed": [*range(8)]}
-    grid = swept(vary, "angle", length=4)
-    scatter = np.random.default_rng(1).normal(0, 5, grid.velocity.shape)
-    given = {"n": 2, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.2, "sigma_theta": 0.01}
-    law = float(sliding_velocity_random(**given))
-    own = grid.assign(velocity=grid.velocity * 0 + scatter + law + 0.25)
-    known = own.assign(velocity_sliding=own.velocity * 0 + scatter + law)
-    (alone,), (beside,) = points_of(own), points_of(known)
-    assert beside.measured == pytest.approx(law + 0.25, abs=1e-12)
-    assert beside.error < 1e-12
-    assert alone.measured == pytest.approx(law + 0.25 + scatter.mean(), abs=1e-12)
+@pytest.mark.parametrize(
+    ("measured", "error", "law", "expected"),
+    [
+        (1.0, 0.1, (0.5,), 5.0),
+        (1.0, 0.1, (0.5, 1.2), 0.0),  # two values of a plateau that is not unique
+        (0.4, 0.1, (1.2, 0.5), -1.0),
+        (1.0, 1e-16, (1.1,), -math.inf),  # rounding is no scatter
+        (1.0, 0.1, (), math.nan),
+    ],
+)
+def test_a_deviation_counts_standard_errors_outside_of_the_law(
+    measured: float, error: float, law: tuple, expected: float
+) -> None:
+    assert deviation(measured, error, law) == pytest.approx(expected, rel=1e-12, nan_ok=True)
+
+
+CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
+SLOPE = {"tan_alpha": "0.25"}
+PAGE = Path(__file__).parents[2] / "notebooks"
+
+
+@pytest.mark.parametrize(
+    ("scene", "caption"),
+    [
+        ("two-sliders-trace", {"n": 2, "sigma_theta": "0.1", **SLOPE}),
+        ("two-sliders-angle", {"n": 2, "sigma_theta": "0.01"}),
+        ("two-sliders-amplitude", {"n": 2, **SLOPE}),
+        ("chain-plateaus", {"sigma_theta": "0.01"}),
+        ("chain-amplitude", {"n": 30, **SLOPE}),
+        ("chain-amplitude-random", {"n": 30, **SLOPE}),
+        ("chain-size", {"amplitude": "0.005", **SLOPE}),
+        # such dilations go as far as those cycles
+        ("chain-size-random", {"sigma_theta": repr(0.005 * math.sqrt(math.pi)), **SLOPE}),
+        ("chain-jumps", {"n": 30, "sigma_mu": 0, **SLOPE}),
+    ],
+)
+def test_a_scene_of_the_paper_has_the_parameters_of_the_caption(
+    scene: str, caption: dict[str, Any]
+) -> None:
+    loaded = load_scene(scene)
+    given = {**loaded.tables["chain"], **loaded.tables["drive"]}
+    for name, value in {**CAPTION, **caption}.items():
+        assert float(exact_number(given[name], name)) == float(exact_number(value, name))
+    page, kept = (PAGE / "reference/figures.md", PAGE / f"pictures/paper/{scene}.txt")
+    assert f"$ exactcreep run {scene} " in page.read_text(encoding="utf-8")
+    assert "nan" not in kept.read_text(encoding="utf-8")
+
+
+def test_a_sweep_over_decades_has_logarithmic_axes_and_the_line_of_the_paper() -> None:
+    sizes = ["0.0001", "0.001", "0.1"]
+    grid = swept({"vary.drive.sigma_theta": sizes}, "amplitude", length=40)
+    (axes,) = assert_shows_data(draw_sweep(grid, "")).axes
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    ((places, values),) = lines_of(axes, ":")
+    given = {"n": 2, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    laws = [creep_velocity_random(**given, sigma_theta=float(one)) for one in places]
+    assert_allclose(values, [law if law > 0 else np.nan for law in laws], rtol=1e-12)
+    assert "paper, Eq. 24" in [text.get_text() for text in axes.get_legend().get_texts()]

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep import Chain, Cycles, GaussianSteps, PhysicsWarning, State, creep, laws
+from exactcreep import Chain, Cycles, GaussianSteps, State, creep, laws
+from exactcreep.results import PhysicsWarning
 from tests.laws.kept import renew
 
 FILE = Path(__file__).parents[1] / "data" / "drawn.csv"

@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep import Chain, Cycles, GaussianSteps, PhysicsWarning, creep
+from exactcreep import Chain, Cycles, GaussianSteps, creep
 from exactcreep.laws import pivots
 from exactcreep.laws.sticking import forces
+from exactcreep.results import PhysicsWarning
 from tests.laws.kept import Row, renew
 
 FILE = Path(__file__).parents[2] / "notebooks" / "pictures" / "sticking.csv"

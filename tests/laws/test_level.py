@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Drive, GaussianSteps, Path, creep
+from exactcreep import Chain, Cycles, Drive, GaussianSteps, Targets, creep
 from exactcreep.laws import level, level_displacement, level_increment
 
 
@@ -111,7 +111,7 @@ def test_increments_of_gaussian_steps_forget_the_place_of_the_spring_within_a_fe
         (pair(tan_alpha="0.1"), Cycles("0.005", 1), 10, "no slope"),
         (pair(end_forces=("0.1", "-0.1")), Cycles("0.005", 1), 10, "no end forces"),
         (pair(sigma_mu="0"), Cycles("0.005", 1), 10, "sigma_mu > 0"),
-        (pair(), Path(["0.1"]), 10, "Cycles or GaussianSteps"),
+        (pair(), Targets(["0.1"]), 10, "Cycles or GaussianSteps"),
         (pair(), Cycles("0.0019", 1), 10, "amplitude = '0.0019': must be at least 0.002"),
         (pair("2", "3"), GaussianSteps("0.0025", 1), 10, "must be at least 0.003"),
         (pair(), Cycles("0.005", 1), 9, "t = 9: must hold whole numbers from 10 on"),

@@ -17,8 +17,8 @@ from exactcreep.laws import gaussian_integral, law_values, prediction, staircase
 from exactcreep.laws.number_types import floor_of_surd
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.path import Path as Dilations
 from exactcreep.model.state import State
+from exactcreep.model.targets import Targets
 from tests.paper import captions
 
 ROUGH = partial(captions, sigma_mu="0.01")
@@ -89,7 +89,7 @@ def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(n: int)
         (captions(4, tan_alpha="0.276"), "0.01", [3], "sliding limit", UNKNOWN),
         (captions(9, tan_alpha="0.272"), "0.0012", [4.9324],
          "sliders that stick and slip", UNKNOWN),
-        (captions(2, tan_alpha=0), "0.004", [-1, 1], "sliding limit", UNKNOWN),
+        (captions(2, tan_alpha=0), "0.004", [0], "no mean drift, by symmetry", EXACT),
         (captions(10, mu_s="0.5"), "0.01", [5], "sliding limit, exact", EXACT),
         (ROUGH(2), "0.004", [1], "sliding limit", UNKNOWN),
         (ROUGH(10), "0.01", [5.004], STICK, MEASURED),
@@ -128,7 +128,7 @@ def test_two_relaxed_sliders_without_disorder_are_predicted_by_their_staircase()
 
 def test_theory_says_nothing_of_a_path_and_beyond_mu_d() -> None:
     steep = captions(3, tan_alpha="0.5")
-    assert prediction(captions(3), Dilations(["0.01", "0"])) is None
+    assert prediction(captions(3), Targets(["0.01", "0"])) is None
     assert prediction(steep, Cycles("0.01", 1)) is None
     assert not law_values(laws.sliding_velocity, steep.parameters() | {"amplitude": F(1)})
 
@@ -170,3 +170,10 @@ def test_the_floor_of_a_surd_is_exact(surd: F) -> None:
     for rational, radicand in ((F(1, 3), F(17, 16)), (F(-5, 2), F(25, 16)), (F(7), F(2))):
         expected = float(surd) * math.sqrt(float(radicand)) + float(rational)
         assert floor_of_surd(surd, radicand, rational) == math.floor(expected)
+
+
+def test_a_printed_law_ends_below_its_threshold_and_holds_on_a_plateau_of_zero() -> None:
+    below, above = (predicted(captions(6), Cycles(size, 1)).printed for size in ("0.0005", "0.001"))
+    assert below == ()
+    assert min(above) > 0
+    assert predicted(captions(5, tan_alpha="0.05"), Cycles("0.01", 1)).printed == (0.0,)

@@ -13,7 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exactcreep import Chain, Outcome, Path, State, creep
+from exactcreep import Chain, Outcome, State, Targets, creep
+from exactcreep.model.chain import surplus
+from exactcreep.model.state import owning
 from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(30)
@@ -31,7 +33,7 @@ def test_decimal_strings_are_kept_as_rationals_and_a_chain_cannot_be_changed():
 
 @given(tangent=st.fractions(min_value=-50, max_value=50, max_denominator=10**6))
 @settings(max_examples=100, deadline=None)
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 def test_sine_and_cosine_are_the_nearest_floats(tangent):
     chain = Chain(2, 1, "0.3", "0.7", tan_alpha=tangent)
     context = mpmath.mp.clone()
@@ -62,7 +64,7 @@ def test_sine_and_cosine_are_the_nearest_floats(tangent):
 def test_whether_friction_holds_a_chain_is_decided_exactly(push, tan_alpha, down, up, heading):
     """Three sliders are held by 3 mu_d = 3/2."""
     chain = captions(3, tan_alpha=tan_alpha, end_forces=(push, 0))
-    assert (chain.surplus(1), chain.surplus(-1), chain.heading) == (down, up, heading)
+    assert (surplus(chain, 1), surplus(chain, -1), chain.heading) == (down, up, heading)
     assert chain.may_run_away is (max(down, up) >= 0)
     mirrored = chain.mirrored()
     pulls = [[one.pull(slider) for slider in range(3)] for one in (chain, mirrored)]
@@ -86,7 +88,7 @@ def test_the_arrays_of_a_state_cannot_be_written_and_are_its_own_but_a_solver_s(
     tensions[0] = 9.0
     assert prepared.tensions[0] == 0.1
     arrays = np.zeros(2), np.zeros(3), np.full(3, 0.6), np.ones(3, dtype=np.int64)
-    owned = State.owning(*arrays, 0.0)
+    owned = owning(*arrays, 0.0)
     kept = owned.tensions, owned.displacements, owned.coefficients, owned.draws
     assert all(own is array for own, array in zip(kept, arrays, strict=True))
     for array in (prepared.tensions, *arrays):
@@ -127,7 +129,7 @@ def test_a_chain_runs_away_in_the_direction_of_its_heading():
         pull = n * chain.sin_alpha + float(sum(pulls))
         assert chain.heading == np.sign(pull)
         assert chain.may_run_away is (abs(pull) >= chain.cos_alpha * float(sum(friction)))
-        run = creep(chain, Path([0, "0.001"]), seed=seed, max_events=20_000)
+        run = creep(chain, Targets([0, "0.001"]), seed=seed, max_events=20_000)
         if run.outcome is Outcome.RUNAWAY:
             assert np.sign(run.velocity) == chain.heading == np.sign(run.x_G)
             seen[run.direction] += 1

@@ -7,7 +7,7 @@ import pytest
 
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError
-from exactcreep.model.path import Path
+from exactcreep.model.targets import Targets
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.creep_result import Creep
 from tests.paper import captions
@@ -15,13 +15,13 @@ from tests.paper import captions
 
 def test_cycles_alternate_and_begin_with_a_dilation():
     drive = Cycles("0.01", 3)
-    assert (drive.half_cycles, drive.cyclic, drive.random) == (6, True, False)
+    assert (drive.target_count, drive.cyclic, drive.random) == (6, True, False)
     assert drive.targets(1, 6).tolist() == [0.01, -0.01] * 3
     assert [drive.exact_target(q) for q in (1, 2)] == [Fraction(1, 100), Fraction(-1, 100)]
 
 
 def test_a_path_is_what_it_was_given():
-    drive = Path(["0.1", 0.25, "-1/3"])
+    drive = Targets(["0.1", 0.25, "-1/3"])
     targets = drive.targets(1, 3)
     assert targets.tolist() == [0.1, 0.25, -1 / 3]
     assert drive.exact_target(3) == Fraction(-1, 3)
@@ -31,7 +31,7 @@ def test_a_path_is_what_it_was_given():
 
 def test_random_steps_depend_on_the_seed_and_the_number_only():
     drive = GaussianSteps("0.1", 1000)
-    assert (drive.half_cycles, drive.random) == (1000, True)
+    assert (drive.target_count, drive.random) == (1000, True)
     whole = drive.targets(1, 1000, seed=3)
     assert whole[499:].tolist() == drive.targets(500, 501, seed=3).tolist()
     assert (whole != drive.targets(1, 1000, seed=4)).all()
@@ -46,7 +46,7 @@ class Growing(Drive):
         vars(self).update(step=step, count=count)
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return self.count
 
     def targets(self, first: int, count: int, seed: int = 0) -> np.ndarray:
@@ -57,9 +57,9 @@ class Growing(Drive):
 def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
     chain = captions(2)
     runs = [creep(chain, Growing(step, 20)) for step in (1e-4, 2e-4)]
-    assert runs[0].drive == Path([1e-4 * q * (-1) ** q for q in range(1, 21)])
+    assert runs[0].drive == Targets([1e-4 * q * (-1) ** q for q in range(1, 21)])
     assert runs[0].x_G != runs[1].x_G
     runs[0].save(tmp_path / "own.nc")
     assert Creep.load(tmp_path / "own.nc").drive == runs[0].drive
-    with pytest.raises(InputError, match=r"drive\.half_cycles = 2000000: must be a whole number"):
+    with pytest.raises(InputError, match=r"drive\.target_count = 2000000: must be a whole number"):
         creep(chain, Growing(1e-4, 2 * 10**6))

@@ -18,7 +18,7 @@ from exactcreep.model.numbers import (
     sign_of_surd,
     whole_number,
 )
-from exactcreep.model.path import Path
+from exactcreep.model.targets import Targets
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
 
@@ -55,7 +55,7 @@ def test_a_whole_number_may_be_written_in_any_way(value):
 
 @pytest.mark.parametrize(
     "made",
-    [CHAIN, Cycles("0.02", 7), GaussianSteps(0.1, 3), Path([0.1, "0.1", Fraction(1, 3)])],
+    [CHAIN, Cycles("0.02", 7), GaussianSteps(0.1, 3), Targets([0.1, "0.1", Fraction(1, 3)])],
     ids=repr,
 )
 def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):

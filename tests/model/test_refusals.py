@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import exactcreep as ec
-from exactcreep import Chain, Cycles, GaussianSteps, InputError, Path, State, disorder
+from exactcreep import Chain, Cycles, GaussianSteps, InputError, State, Targets, disorder
 from exactcreep.model.numbers import exact_number, whole_number
 from exactcreep.model.user_files import content_of, text_of, unpacked
 from exactcreep.solvers import Verlet
@@ -77,8 +77,8 @@ STATES = [
         (Cycles, ("0.1", 0), "cycles"),
         (GaussianSteps, (-0.1, 3), "sigma_theta"),
         (GaussianSteps, (0.1, 10**13), "steps"),
-        (Path, ([],), "theta"),
-        (Path, ([0.1, "warm"],), "theta[1]"),
+        (Targets, ([],), "theta"),
+        (Targets, ([0.1, "warm"],), "theta[1]"),
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 0), "q"),
         (disorder.dilation, (GaussianSteps("0.1", 100), 0, 2**62 + 1), "q"),
         (disorder.static_coefficient, (CHAIN, -1, 1, 0), "seed"),
@@ -153,5 +153,5 @@ def test_a_mistake_that_everybody_makes_is_answered_with_its_mend(mistaken, mend
     ],
 )
 def test_what_is_implausible_is_remarked_in_one_place(implausible, said):
-    with pytest.warns(ec.PhysicsWarning, match=said):
+    with pytest.warns(ec.results.PhysicsWarning, match=said):
         implausible()

@@ -8,9 +8,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Event, EventKind, State, rearrange
+from exactcreep import Chain, State, rearrange
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.amplified import LOST, MARGIN, amplified_error
+from exactcreep.results import Event, EventKind
 from exactcreep.solvers.rearrangement import Rearrangement
 
 ROUNDING = 2.0**-53

@@ -9,10 +9,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Event, EventKind, State, rearrange
+from exactcreep import Chain, State, rearrange
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of
 from exactcreep.motion.replay import Replay
+from exactcreep.results import Event, EventKind
 from exactcreep.solvers.rearrangement import Rearrangement
 
 

@@ -74,7 +74,7 @@ class Moving(NamedTuple):
         runs = flow.runs()
         room = BALLS.number(self.thresholds[slider]) - side * flow.forces[slider]
         at, _ = enclosed_event(runs, (slider, side), room, time, max(radius, 1e-9))
-        flow.advance(runs, at)
+        flow.move(runs, at)
         return at, flow
 
 

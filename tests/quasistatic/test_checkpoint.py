@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep, load_scene
-from exactcreep import Path as Targets
+from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, Targets, creep, load_scene
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from tests.paper import paper_chain
 from tests.processes import PROGRAM, begun, wait_until
@@ -95,7 +94,7 @@ def test_a_file_damaged_anywhere_goes_on_from_the_record_before(tmp_path: Path) 
     lost += [good + b"more", good + bytes(4096), good + good[first:]]
     for bad in lost:
         file.write_bytes(bad)
-        with pytest.warns(CheckpointWarning, match="ends within a record, or is damaged"):
+        with pytest.warns(CheckpointWarning, match="ends within an entry, or is damaged"):
             assert resume(file) == whole
         assert resume(file) == whole
 

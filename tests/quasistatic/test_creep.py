@@ -33,12 +33,12 @@ SHORT = Cycles("0.01", 5)
 
 def shortened(drive: Drive, targets: int) -> Drive:
     """Return a drive of the first targets, at least one (for cycles: one whole cycle)."""
-    targets = min(max(targets, 1), drive.half_cycles)
+    targets = min(max(targets, 1), drive.target_count)
     if isinstance(drive, Cycles):
         return Cycles(drive.amplitude, max(targets // 2, 1))
     if isinstance(drive, GaussianSteps):
         return GaussianSteps(drive.sigma_theta, targets)
-    return ec.Path([drive.exact_target(q) for q in range(1, targets + 1)])
+    return ec.Targets([drive.exact_target(q) for q in range(1, targets + 1)])
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_an_outcome_says_what_the_chain_does(
         told = result.summary()["velocity"]
         assert told == velocity if math.isfinite(velocity) else told is None
     assert result.dataset.sizes["spring"] == chain.n - 1
-    assert (result.half_cycles < drive.half_cycles) == (outcome is Outcome.RUNAWAY)
+    assert (result.half_cycles < drive.target_count) == (outcome is Outcome.RUNAWAY)
     if outcome in (Outcome.CREEPING, Outcome.CYCLING):
         known = result.known_until == result.half_cycles
         assert known == (outcome is Outcome.CREEPING) == (result.evidence is Evidence.COMPUTED)
@@ -111,7 +111,7 @@ def test_tensions_that_return_by_coefficients_of_the_start_are_no_limit_cycle(so
 LARGEST = 2**64 - 1
 SAVED: dict[str, dict[str, Any]] = {
     "verlet": {
-        "chain": SIX, "drive": ec.Path(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
+        "chain": SIX, "drive": ec.Targets(["0.01", "-1/300", 0.002, 0.01]), "seed": LARGEST,
         "start": State.prepared(SIX, [Fraction(1, 3), 0, "0.1", 0, 0], theta="0.001", seed=LARGEST),
         "record": RECORDS, "solver": "verlet", "dt": "1/20",
     },
@@ -124,7 +124,7 @@ SAVED: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("run", SAVED)
 def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
     run: str, tmp_path: Path
@@ -142,8 +142,8 @@ def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
     assert run_alone(known) == result
     for targets in (0, 1, 2, result.half_cycles // 2, result.half_cycles):
         short = replace(known, drive=shortened(known.drive, targets), accuracy=None)
-        assert short.drive.half_cycles in (targets, targets + 1, 2)
-        assert result.state_at(short.drive.half_cycles) == run_alone(short).state
+        assert short.drive.target_count in (targets, targets + 1, 2)
+        assert result.state_at(short.drive.target_count) == run_alone(short).state
     if "start" in given:
         assert known.initial.tensions[0] == Fraction(1, 3)
 

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, State, creep
-from exactcreep import Path as Targets
+from exactcreep import Chain, Cycles, State, Targets, creep
 from exactcreep.model.enclosure import same_numbers
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from tests.paper import paper_chain
@@ -20,7 +19,7 @@ from tests.paper import paper_chain
 RECORD = ("x_G", "x", "tension", "slips")
 SOLVERS = ("exact", "exact", "exact", "certified", "sliding", "verlet")
 
-pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 
 
 def some_run(rng: random.Random) -> tuple[dict[str, Any], Any, Any, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, Drive, GaussianSteps, Outcome, Path, State, creep
+from exactcreep import Chain, Creep, Cycles, Drive, GaussianSteps, Outcome, State, Targets, creep
 
 
 def level(n: int = 2, **other: Any) -> Chain:
@@ -21,7 +21,7 @@ def said(chain: Chain, drive: Drive, **given: Any) -> str:
 
 def test_level_runs_say_that_they_have_no_mean_drift_by_symmetry() -> None:
     assert said(level(), Cycles("0.005", 100)) == "the chain ages: no mean drift, by symmetry"
-    for drive in (GaussianSteps("0.005", 100), Path(["0.003", "-0.001"] * 20)):
+    for drive in (GaussianSteps("0.005", 100), Targets(["0.003", "-0.001"] * 20)):
         assert said(level(), drive) == "the chain ages: no mean drift, by symmetry"
         assert said(level(4), drive) == "no mean drift, by symmetry"
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, GaussianSteps, TemperatureRecord, creep
-from exactcreep import Path as ThetaPath
+from exactcreep import Chain, Cycles, GaussianSteps, Targets, TemperatureRecord, creep
 from exactcreep.laws import differing_intercept
 from exactcreep.model.drive import Drive
 from exactcreep.quasistatic.creep import AccuracyWarning
@@ -28,8 +27,8 @@ BRIEF = Cycles("0.01", 5)
         (Cycles("0.01", 5), None, 2),
         (Cycles("0.01", 55), None, 12),  # a tenth, at least two and even for cycles
         (Cycles("0.01", 50), 7, 8),
-        (ThetaPath(["0.01", "-0.01"] * 30), None, 0),
-        (ThetaPath(["0.01", "-0.01"] * 30), 4, 4),
+        (Targets(["0.01", "-0.01"] * 30), None, 0),
+        (Targets(["0.01", "-0.01"] * 30), 4, 4),
     ],
 )
 def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
@@ -38,12 +37,12 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_over_the_targets(
     result = creep(TWO, drive, seed=3, burn_in=asked)
     x = np.append(0, result.recorded["x_G"])
     assert result.burn_in == left_out
-    assert result.half_cycles == drive.half_cycles
-    mean = (x[-1] - x[left_out]) / (drive.half_cycles - left_out)
+    assert result.half_cycles == drive.target_count
+    mean = (x[-1] - x[left_out]) / (drive.target_count - left_out)
     assert result.velocity == pytest.approx(mean, rel=1e-13, abs=0)
     named = "half-cycle" if drive.cyclic else "target"
     assert result.velocity_units.endswith(named)
-    assert f"{named}s {left_out + 1} to {drive.half_cycles}" in result.finding
+    assert f"{named}s {left_out + 1} to {drive.target_count}" in result.finding
 
 
 def record_at(hours: list[float]) -> TemperatureRecord:
@@ -90,7 +89,7 @@ def test_an_error_near_the_threshold_covers_the_long_run_mean_or_is_unknown(
 ROUGHER = [f"{0.4 + 0.03 * k:.2f}" for k in (3, 0, 5, 1, 6, 2, 4, 3)]
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")  # a draw below mu_d
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")  # a draw below mu_d
 @pytest.mark.parametrize(
     "kind",
     [
@@ -134,7 +133,7 @@ def test_an_accuracy_stops_the_run_of_a_chain_that_differs() -> None:
     ("chain", "drive", "given", "reason"),
     [
         (TWO, BRIEF, {"burn_in": 10}, "no whole cycle"),
-        (TWO, ThetaPath(["0.01"]), {"burn_in": 1}, "no target"),
+        (TWO, Targets(["0.01"]), {"burn_in": 1}, "no target"),
         (paper_chain(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}, "the chain runs away"),
         (TWO, BRIEF, {}, "8 half-cycles"),
         (WEAK, GaussianSteps("0.01", 1000), {}, "900 targets"),
@@ -158,7 +157,7 @@ def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough
     run = creep(SIX, drive, seed=1, accuracy="0.02")
     while looks[-1] < run.half_cycles:
         looks.append(next_look(looks[-1]))
-    assert run.half_cycles == looks[-1] < drive.half_cycles
+    assert run.half_cycles == looks[-1] < drive.target_count
     assert run.report["accuracy_reached"]
     assert run.report["relative_error"] == 1.96 * run.velocity_error / run.velocity <= 0.02
     for look in looks[:-1]:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep import Chain, InputError, Path, TemperatureRecord, creep
+from exactcreep import Chain, InputError, Targets, TemperatureRecord, creep
 from exactcreep.quasistatic.creep_result import Creep
 from exactcreep.records.temperature_record import RecordWarning
 
@@ -37,7 +37,7 @@ def test_decimal_texts_are_kept_as_the_rationals_they_denote(write):
     kappa = Fraction(29, 10**6)
     assert drive.theta == (kappa / 10, -kappa / 20, kappa * Fraction(-103, 10))
     assert drive.exact_target(2) == -kappa / 20
-    assert (drive.half_cycles, drive.random, drive.cyclic) == (3, False, False)
+    assert (drive.target_count, drive.random, drive.cyclic) == (3, False, False)
     assert drive.times == (0.0, 1.0, 2.5)
     assert drive.targets(2, 2).tolist() == [float(drive.theta[1]), float(drive.theta[2])]
 
@@ -149,7 +149,7 @@ def test_a_minimum_above_its_maximum_is_a_warning_and_on_many_days_an_error(writ
         return record(write("\n".join(["day,high,low", *rows])), **DAYS)
 
     with pytest.warns(RecordWarning, match="on 1 of 100 days, first on 1990-01-01"):
-        assert swapped(1, 100).half_cycles == 200
+        assert swapped(1, 100).target_count == 200
     with pytest.raises(InputError, match=r"low': is above high on 2 of 199 days, .* be swapped"):
         swapped(2, 199)
 
@@ -167,7 +167,7 @@ def test_temperatures_of_another_unit_are_doubted(readings, said):
     with pytest.warns(RecordWarning, match=said):
         TemperatureRecord.of(readings, KAPPA, 0, times=[0, 1])
     hot_and_cold = TemperatureRecord.of((60.0, -59.0), KAPPA, 0, times=[0, 1])
-    assert hot_and_cold.half_cycles == 2
+    assert hot_and_cold.target_count == 2
 
 
 def test_a_gap_is_refused_by_its_first_row_and_filled_by_pandas(write):
@@ -200,7 +200,7 @@ def test_weather_that_changes_is_no_mistake(swing):
     fronts = np.cumsum(rng.normal(0, 3, 400) * (rng.random(400) < 0.2))
     hours = np.arange(400)
     values = 10 + fronts / 3 + swing * np.sin(hours / 24 * 2 * np.pi) + 12 * (hours > 200)
-    assert TemperatureRecord.of(values, KAPPA, 0, times=hours).half_cycles == 400
+    assert TemperatureRecord.of(values, KAPPA, 0, times=hours).target_count == 400
 
 
 def test_a_result_has_the_dates_of_its_record_and_keeps_them(write, tmp_path):
@@ -228,7 +228,7 @@ def test_records_of_springs_are_one_drive_that_files_keep(tmp_path):
     assert (finer.temperatures == np.linspace(*each, 5, axis=1)).all()
     chain = Chain(3, 5000, "0.5", "0.6", "0.01", tan_alpha="0.1")
     run = creep(chain, drive)
-    assert run.x_G == creep(chain, Path(drive.theta)).x_G != 0
+    assert run.x_G == creep(chain, Targets(drive.theta)).x_G != 0
     run.save(tmp_path / "roof.nc")
     assert Creep.load(tmp_path / "roof.nc").drive == drive
     late = TemperatureRecord.of(each[0], KAPPA, 10, times=[0, 1, 2])

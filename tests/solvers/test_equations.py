@@ -23,8 +23,8 @@ from exactcreep import (
     Evidence,
     GaussianSteps,
     Outcome,
-    Path,
     State,
+    Targets,
     creep,
     rearrange,
 )
@@ -119,8 +119,8 @@ RUNS: dict[str, tuple[Chain, Drive, dict[str, Any], float]] = {
     "random steps": (paper_chain(3), GaussianSteps("0.0008", 4), {"seed": 2}, 1e-10),
     "unstable": (STRETCHED, Cycles("0.0006", 1), {"start": UNSTABLE}, 1e-10),
     "ties": (LEVEL, Cycles("0.0014", 1), {"start": SYMMETRIC_START}, 1e-10),
-    "own coefficients": (captions(3), Path(["0.002"]), {"start": OWN}, 1e-12),
-    "draws below mu_d": (LOW, Path(["0.012"]), {}, 1e-10),
+    "own coefficients": (captions(3), Targets(["0.002"]), {"start": OWN}, 1e-12),
+    "draws below mu_d": (LOW, Targets(["0.012"]), {}, 1e-10),
 }  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def test_a_run_follows_the_equations_of_motion(name: str) -> None:
 def require_followed(run: Creep, bound: float) -> None:
     """Require that the events of a run, their times, and the places at targets are true."""
     drive, chain, start = run.drive, run.chain, run.experiment.initial
-    targets = [drive.exact_target(q, run.seed) for q in range(1, drive.half_cycles + 1)]
+    targets = [drive.exact_target(q, run.seed) for q in range(1, drive.target_count + 1)]
     log, places = follow(chain, start, targets, run.seed)
     events = [event for each in rearrangements(run.recorded) for event in each.events]
     assert [event.signature for event in events] == [signature for _, signature in log]
@@ -157,9 +157,9 @@ def test_several_cycles_of_certified_enclose_the_equations_of_motion(seed: int) 
             State.relaxed(chain, seed),
         )
         simulation = solver_named("certified", {}).simulation(chain, start, seed, ("x", "events"))
-        recorded = simulation.follow(drive, 1, drive.half_cycles).recorded
+        recorded = simulation.follow(drive, 1, drive.target_count).recorded
         events = simulation.tally.events
-    targets = [drive.exact_target(q) for q in range(1, drive.half_cycles + 1)]
+    targets = [drive.exact_target(q) for q in range(1, drive.target_count + 1)]
     log, places = follow(chain, start, targets, seed)
     assert simulation.evidence is Evidence.PROVED
     events = [event for each in rearrangements(recorded) for event in each.events]
@@ -170,9 +170,11 @@ def test_several_cycles_of_certified_enclose_the_equations_of_motion(seed: int) 
     )
 
 
-def vectors(rng: random.Random, springs: int, targets: int) -> Path:
+def vectors(rng: random.Random, springs: int, targets: int) -> Targets:
     """Return a path on which each spring has a dilation of its own."""
-    return Path([[F(rng.randint(-20, 20), 10**4) for _ in range(springs)] for _ in range(targets)])
+    return Targets(
+        [[F(rng.randint(-20, 20), 10**4) for _ in range(springs)] for _ in range(targets)]
+    )
 
 
 ALIKE: dict[str, Any] = {"n": 4, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": 0}
@@ -221,11 +223,11 @@ def test_vectors_along_one_profile_are_the_cycles_of_a_chain_that_has_it(solver:
         alike = ALIKE | {"sigma_mu": "0.01", "tan_alpha": F(seed, 20)}
         targets = [F(rng.randint(-30, 30), 10**4) for _ in range(3)]
         about: dict[str, Any] = {"solver": solver, "seed": seed, "record": ["slips", "tension"]}
-        one = creep(Chain(**alike, expansion=shares), Path(targets), **about, **options)
+        one = creep(Chain(**alike, expansion=shares), Targets(targets), **about, **options)
         # the way is cut in two: a target on it changes nothing
         halves = [(a + b) / 2 for a, b in zip([F(0), *targets], targets, strict=False)]
         both = [theta for pair in zip(halves, targets, strict=True) for theta in pair]
-        own = Path([[share * theta for share in shares] for theta in both])
+        own = Targets([[share * theta for share in shares] for theta in both])
         other = creep(Chain(**alike), own, **about, **options)
         slips = other.recorded["slips"]
         assert (slips[::2] + slips[1::2] == one.recorded["slips"]).all()

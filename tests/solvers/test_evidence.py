@@ -171,7 +171,7 @@ def test_a_run_beyond_the_events_of_its_copies_is_known_as_far_as_a_twin_shows()
 def test_copies_of_a_chain_that_mirrors_itself_mirror_themselves(n: int) -> None:
     """Else a rounding decides which end slips first, and they part at once."""
     run = ObservedRun(Experiment(captions(n, tan_alpha="0"), Cycles("0.003", 8)))
-    run.advance(NO_LIMITS, lambda: None, pause=0.1)
+    run.go_on(NO_LIMITS, lambda: None, pause=0.1)
     assert run.copy.agreed == 16
 
 

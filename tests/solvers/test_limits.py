@@ -12,13 +12,10 @@ import pytest
 
 from exactcreep import (
     Cycles,
-    EventKind,
     Evidence,
-    Interrupted,
     Outcome,
-    Path,
-    Progress,
     State,
+    Targets,
     creep,
     fate,
     rearrange,
@@ -26,9 +23,10 @@ from exactcreep import (
     threshold,
 )
 from exactcreep.motion.runaway import NEVER_STOPS
+from exactcreep.results import EventKind, Interrupted, Progress
 from tests.paper import captions, paper_chain
 
-pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 EVENT_SOLVERS = ["exact", "certified"]
 each_solver = pytest.mark.parametrize("solver", EVENT_SOLVERS)
 
@@ -85,7 +83,7 @@ def test_at_mu_d_no_avalanche_is_a_runaway_and_it_stops_at_the_events_asked_for(
         assert (found.outcome is Outcome.LIMIT) == any(float(v) != 0 for v in found.velocities)
 
 
-FAR = Path(["0.9"])
+FAR = Targets(["0.9"])
 RUNS: dict[str, tuple[int, Any, dict[str, Any], int]] = {
     "verlet": (2, Cycles("0.05", 9), {"dt": 1e-9}, 2),
     "sliding": (2000, Cycles("0.9", 10**9), {}, 10**5),

@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Path, State, creep, rearrange
+from exactcreep import Chain, State, Targets, creep, rearrange
 from exactcreep.solvers.rearrangement import Rearrangement
 
 SOLVERS = ("exact", "certified")
@@ -101,6 +101,6 @@ def test_a_rule_holds_in_the_situation_that_it_is_for(
 @pytest.mark.parametrize("solver", [*SOLVERS, "verlet"])
 def test_an_end_that_reaches_its_threshold_at_the_end_of_a_ramp_stays(solver: str) -> None:
     chain = Chain(2, 1000, "1/2", "3/4", tan_alpha=0)
-    there = creep(chain, Path(["3/4000"]), solver=solver)
-    beyond = creep(chain, Path(["3/4000", "3001/4000000"]), solver=solver)
+    there = creep(chain, Targets(["3/4000"]), solver=solver)
+    beyond = creep(chain, Targets(["3/4000", "3001/4000000"]), solver=solver)
     assert (there.event_count, beyond.event_count) == (0, 2)

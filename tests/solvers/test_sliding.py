@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, Path, State
+from exactcreep import Chain, Cycles, Evidence, State, Targets
 from exactcreep.laws import pivots, prediction
 from exactcreep.solvers.sliding import Sliding, relaxed_cycle
 from tests.laws.test_differing import chains, forces
@@ -26,8 +26,8 @@ def chain_of(n: int, tan_alpha: Fraction, mu_d: Fraction = Fraction(1, 2)) -> Ch
 def simulate(chain: Chain, drive: Any, *, start: State | None = None, seed: int = 0) -> Any:
     start = State.relaxed(chain) if start is None else start
     simulation = Sliding().simulation(chain, start, seed, ("x_G", "x", "tension", "slips"))
-    stretch = simulation.follow(drive, 1, drive.half_cycles)
-    assert stretch.completed == drive.half_cycles
+    stretch = simulation.follow(drive, 1, drive.target_count)
+    assert stretch.completed == drive.target_count
     return simulation, stretch.recorded
 
 
@@ -94,7 +94,7 @@ def test_any_path_from_any_start_minimises_energy_and_dissipation_step_by_step()
         start = [Fraction(rng.randint(-100, 100), 50) * (k % 2) for _ in range(n - 1)]
         path = [Fraction(rng.randint(-60, 60), 40) for _ in range(12)]
         simulation, recorded = simulate(
-            chain, Path(path), start=State.prepared(chain, start), seed=k
+            chain, Targets(path), start=State.prepared(chain, start), seed=k
         )
         places = [0.0, *(float(chain.l0 * target) for target in path)]
         x, tension = follow(*forces(given), places, tensions=start)

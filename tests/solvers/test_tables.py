@@ -19,7 +19,7 @@ from exactcreep.solvers.tables import COLUMNS, LOGS, RECORDS
 from exactcreep.studies.event_log import rearrangements
 from tests.paper import paper_chain
 
-pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 TABLES = ("rearrangements", "slip_table")
 
 

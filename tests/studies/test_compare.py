@@ -18,16 +18,16 @@ from exactcreep import (
     Chain,
     Cycles,
     Drive,
-    Event,
     Evidence,
     Experiment,
     GaussianSteps,
     InputError,
+    Targets,
     compare,
     creep,
     load_scene,
 )
-from exactcreep import Path as ThetaPath
+from exactcreep.results import Event
 from exactcreep.scene import Scene
 from exactcreep.studies import compare as studied
 from exactcreep.studies.compare import Track, agreement, drive_with_rests, label, ladder, track
@@ -37,7 +37,7 @@ from tests.conftest import Command
 from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(3)
-EXPERIMENT = Experiment(CHAIN, ThetaPath(["0.001", "-0.001", "0.001"]), seed=5)
+EXPERIMENT = Experiment(CHAIN, Targets(["0.001", "-0.001", "0.001"]), seed=5)
 ENDS = (1, 2, 3)
 
 

@@ -16,8 +16,9 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_equal
 
-from exactcreep import Creep, Cycles, InputError, Progress, Scene, creep, load_scene, sweep
+from exactcreep import Creep, Cycles, InputError, Scene, creep, load_scene, sweep
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
+from exactcreep.results import Progress
 from exactcreep.studies.sweep import swept
 from exactcreep.watch.limits import Limits
 from tests.paper import paper_chain

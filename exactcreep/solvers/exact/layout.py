@@ -200,7 +200,7 @@ NOW = np.dtype(
         ("logged", np.int64),  # rows of the log in use
     ]
 )
-"""The loop's scalars: three records of their own, and where the chain stands."""
+"""The loop's scalars: three structures of their own, and where the chain stands."""
 LOGGED_REST = np.dtype([(name, column.dtype) for name, column in REST_LOG.items()], align=True)
 """A row for each rearrangement, with l0 theta for theta."""
 LOGGED_EVENT = np.dtype([*EVENT_TABLE.dtype, ("theta_low", np.float64)])
@@ -234,10 +234,10 @@ class Tables(NamedTuple):
 
 
 class Log(NamedTuple):
-    """What the loop records; without tables the code that writes them is not compiled."""
+    """What the loop records; a table without room is not written."""
 
     events: NDArray[Any]  # of LOGGED_EVENT: one for each slider of an event
-    tables: Tables | None
+    tables: Tables
 
 
 LOGS_EVENTS, LOGS_AVALANCHES = 1, 2

@@ -412,8 +412,8 @@ def at_once(cell, clock, now):
 
 
 @compiled
-def advance(cell, whole, clock, series, now):
-    """Advance a long cluster to its first event, or to the end of the epoch.
+def cluster_step(cell, whole, clock, series, now):
+    """Take a long cluster to its first event, or to the end of the epoch.
 
     Returns t, events and blur like `taylor.step`; `events` is -1 if that function has to do it.
     """

@@ -1,7 +1,7 @@
 """The compiled event loop of the exact solver: from target to target, float64, event by event.
 
 **Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone
-mover's by energy, a cluster's from its series, see `taylor`); **advance** to it; **resolve** it by
+mover's by energy, a cluster's from its series, see `taylor`); **move** to it; **resolve** it by
 the rules of the model; repeat until rest. Around it: ramp to theta_c, rearrange, repeat to the
 target.
 
@@ -30,7 +30,7 @@ from exactcreep.solvers.exact.double_double import add, plus, two_sum
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips
 from exactcreep.solvers.exact.layout import PAD, ULP
-from exactcreep.solvers.exact.local_clocks import advance, at_once
+from exactcreep.solvers.exact.local_clocks import at_once, cluster_step
 from exactcreep.solvers.exact.ramps import next_start
 from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
@@ -238,7 +238,7 @@ def _room_of(cell, i, side, length):
 
 @inlined
 def _lone(cell, whole, deviate, now, log):
-    """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
+    """Take a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
     side = cell[layout.SIDE, i]
     stiff = cell[layout.STIFFNESS, i]
@@ -355,7 +355,7 @@ def _never_stops(cell, now):
 
 @inlined
 def _to_first_event(cell, whole, clock, series, now):
-    """Advance several movers to their first event; return its number of sliders and time error."""
+    """Take several movers to their first event; return its number of sliders and time error."""
     now.counts.calm += 1
     now.counts.work += STEP_WORK
     events = np.int64(-1)
@@ -363,7 +363,7 @@ def _to_first_event(cell, whole, clock, series, now):
         # whether the movers are far enough apart to have their own clocks
         long = now.last - now.first >= layout.LEAST_LONG and now.chain.downhill == 0
         if now.epoch.on == 1 or (long and now.epoch.retry == 0):
-            t, events, blur = advance(cell, whole, clock, series, now)
+            t, events, blur = cluster_step(cell, whole, clock, series, now)
             if events < 0:
                 now.time += t
                 now.epoch.retry = 1
@@ -442,7 +442,7 @@ def _resolve(cell, whole, deviate, now, log, events, blur):
 
 @inlined
 def _cluster(cell, whole, deviate, clock, series, now, log):
-    """Advance several movers to their first event and resolve it; return True for a runaway."""
+    """Take several movers to their first event and resolve it; return True for a runaway."""
     if now.moving == now.chain.n and _never_stops(cell, now):
         return True
     events, blur = _to_first_event(cell, whole, clock, series, now)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import compiled
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, mean_mu_d, surplus
 from exactcreep.model.drive import Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
@@ -186,7 +186,7 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     friction = _of_chain(chain)[0][0]
     constants["friction"] = friction[friction <= _NAIL * np.median(friction)].max()
     constants["least_friction"] = friction.min()
-    constants["mean_friction"] = chain.times_cosine(chain.mean_mu_d)
+    constants["mean_friction"] = chain.times_cosine(mean_mu_d(chain))
     pull = sum(chain.end_forces, Fraction(0)) / chain.n
     constants["mean_weight"] = chain.sin_alpha + nearest_float(pull)
     constants["cosine"] = chain.cos_alpha
@@ -194,7 +194,7 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     constants["n"] = chain.n
     constants["constant"] = chain.sigma_mu == 0
     constants["even"] = not chain.expansion
-    constants["downhill"] = next((way for way in (1, -1) if chain.surplus(way) >= 0), 0)
+    constants["downhill"] = next((way for way in (1, -1) if surplus(chain, way) >= 0), 0)
     constants["longest"] = longest_avalanche(chain)
     return made.view(np.int64)
 
@@ -239,9 +239,7 @@ def _room(n: int, logging: int) -> Workspace:
 def _log(n: int, m: int, logging: int) -> Log:
     most = 4 * n + _ROWS if logging & layout.LOGS_EVENTS else 0
     events = np.empty(most, dtype=layout.LOGGED_EVENT)
-    if not logging & layout.LOGS_AVALANCHES:
-        return Log(events, None)
-    most = 2 * n + _ROWS
+    most = 2 * n + _ROWS if logging & layout.LOGS_AVALANCHES else 0
     tables = Tables(
         rests=np.empty(most, dtype=layout.LOGGED_REST),
         slips=np.empty(most, dtype=SLIP_TABLE.dtype),

@@ -115,9 +115,15 @@ def at_target(cell, whole, now, targets, q):
 
 
 @inlined
+def logged(tables):
+    """Return whether slips and rests are logged, that is, whether there is room for them."""
+    return tables.rests.size > 0
+
+
+@inlined
 def room(tables):
     """Return how many more rearrangements, or slips, can be written."""
-    if tables is None:  # here and below: known when this is compiled
+    if not logged(tables):
         return _BOUNDLESS
     left = tables.rests.size - tables.used[0]
     return min(left, tables.slips.size - tables.used[1])
@@ -126,7 +132,7 @@ def room(tables):
 @inlined
 def at_theta(cell, now, tables):
     """Update the elastic energy and the sum of the tensions to the present theta, at rest."""
-    if tables is None:
+    if not logged(tables):
         return
     sums = tables.sums[0]
     n = now.chain.n
@@ -160,7 +166,7 @@ def at_theta(cell, now, tables):
 @inlined
 def begin(cell, now, tables, way):
     """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
-    if tables is None:
+    if not logged(tables):
         return
     at_theta(cell, now, tables)
     sums = tables.sums[0]
@@ -174,7 +180,7 @@ def begin(cell, now, tables, way):
 @inlined
 def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
-    if tables is None:
+    if not logged(tables):
         return
     tables.track[layout.T_TIME, i] = now.time
     tables.track[layout.T_X, i] = cell[layout.X, i]
@@ -188,7 +194,7 @@ def start(cell, now, tables, i):
 @inlined
 def stop(cell, now, tables, i):
     """Log the slip of the slider in column i, which has drawn a new coefficient."""
-    if tables is None:
+    if not logged(tables):
         return
     row = tables.slips[tables.used[1]]
     row.slider = i + 1 - PAD
@@ -206,7 +212,7 @@ def stop(cell, now, tables, i):
 @inlined
 def end(cell, now, tables):
     """Log a rest; the displacements of the rearrangement are not yet forces at rest."""
-    if tables is None:
+    if not logged(tables):
         return
     moved = 0.0
     gained = 0.0

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import compiled, inlined
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, no_advance, rounding_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
@@ -42,6 +42,7 @@ from exactcreep.solvers.return_map import (
     repeats_since,
     returns,
 )
+from exactcreep.watch import interrupts
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
 _TRIES = 64  # earlier cycles with the same slips that are compared
@@ -59,7 +60,7 @@ SEARCH = np.dtype(
         ("events", np.int64),  # up to the end of the last whole cycle
         ("total", np.float64),  # of all displacements there
         ("total_low", np.float64),
-        ("last_advance", np.int64),  # cycle (up to `since` once settled) with one of x_G, 0: none
+        ("advanced_until", np.int64),  # cycle (up to `since` once settled) with one of x_G, 0: none
         ("lowest", np.float64),  # least and largest sum of displacements
         ("highest", np.float64),
         ("furthest", np.int64),  # the last cycle with a new extreme of x_G
@@ -68,10 +69,10 @@ SEARCH = np.dtype(
         ("dormant_after", np.int64),  # cycles after which it was first dormant, -1: never
         ("mark", np.uint64),  # hash of the events and slips of the last cycle
         ("alike", np.int64),  # cycles in a row with the same mark
-        ("advance_before", np.int64),  # the last advance before these
+        ("advanced_before", np.int64),  # the last advance before these
         ("near", np.int64),  # the period with which the forces nearly return, 0: none
         ("streak", np.int64),  # number of successive cycles with such a return
-        ("advance_near", np.int64),  # the last advance up to a period before these
+        ("advanced_near", np.int64),  # the last advance up to a period before these
         ("since", np.int64),  # cycles after which it is periodic, -1: not yet
         ("period", np.int64),
         ("apart", np.float64),  # how nearly the forces have returned, 0: bit for bit
@@ -84,7 +85,7 @@ class Memory(NamedTuple):
     """The past cycles that `settle` remembers; cycle c is in row c % rows."""
 
     ring: NDArray[np.float64]  # (rows, 3, n): the states at their ends
-    advances: NDArray[np.int64]  # (rows,): the last cycle that had advanced
+    advanced: NDArray[np.int64]  # (rows,): the last cycle that had advanced
     # (rows + slots,): the previous cycle with the same hash, and the last cycle of each hash
     same_state: NDArray[np.int64]
     same_slips: NDArray[np.int64]
@@ -140,14 +141,14 @@ def _returned(cell, now, search, memory):
             ring[here, k, i] = cell[kind, layout.PAD + i]
             if k < 2:  # ignore the sign of the number, and of zero
                 state = _mixed(state, bits[kind, layout.PAD + i] << np.uint64(1))
-    memory.advances[here] = search.last_advance
+    memory.advanced[here] = search.advanced_until
     earlier = _chained(memory.same_state, rows, state, cycle)
     while earlier > 0 and cycle - earlier < rows:
         if _apart(ring, cycle, earlier) == 0.0:
             search.since = earlier
             search.period = cycle - earlier
             search.apart = 0.0
-            search.last_advance = memory.advances[earlier % rows]
+            search.advanced_until = memory.advanced[earlier % rows]
             return
         earlier = memory.same_state[earlier % rows]
 
@@ -171,13 +172,13 @@ def _nearly_returned(search, memory):
         if search.apart <= search.close:
             search.near = cycle - earlier
             search.streak = 1
-            search.advance_near = memory.advances[earlier % rows]
+            search.advanced_near = memory.advanced[earlier % rows]
         earlier = memory.same_slips[earlier % rows]
         tries += 1
     if search.near > 0 and search.streak >= max(PATIENCE, 2 * search.near):
         search.period = search.near
         search.since = cycle - search.streak + 1 - search.near
-        search.last_advance = search.advance_near
+        search.advanced_until = search.advanced_near
 
 
 @inlined
@@ -194,7 +195,7 @@ def _note(whole, now, search, memory):
     if mark != search.mark:
         search.mark = mark
         search.alike = 0
-        search.advance_before = search.last_advance
+        search.advanced_before = search.advanced_until
     search.alike += 1
     if inner > 0:
         search.stirred = cycle
@@ -205,7 +206,7 @@ def _note(whole, now, search, memory):
     search.total_low = now.total_low
     rounded = search.rounding * slips
     if abs(moved) > max(rounded, search.still):
-        search.last_advance = cycle
+        search.advanced_until = cycle
     if now.total > search.highest + rounded:
         search.highest = now.total
         search.furthest = cycle
@@ -259,12 +260,12 @@ class _Noted:
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
 
-    def __get__(self, course: SettlingChain, owner: type) -> int:
-        return int(course._searches[self.name][0])
+    def __get__(self, search: SettlingSearch, owner: type) -> int:
+        return int(search._searches[self.name][0])
 
 
-class SettlingChain:
-    """A chain that follows temperature cycles of one amplitude, until it has settled.
+class SettlingSearch:
+    """The search for the cycle to which temperature cycles of one amplitude take a chain.
 
     Parameters
     ----------
@@ -280,13 +281,13 @@ class SettlingChain:
     ----------
     simulation : ExactSimulation
         The present chain.
-    cycles, last_advance, furthest, heading, dormant_after, alike, advance_before, since, period
+    cycles, advanced_until, furthest, heading, dormant_after, alike, advanced_before, since, period
         Notes about its cycles; see `SEARCH`.
     """
 
-    cycles, last_advance, furthest, heading = _Noted(), _Noted(), _Noted(), _Noted()
+    cycles, advanced_until, furthest, heading = _Noted(), _Noted(), _Noted(), _Noted()
     stirred, calm, dormant_after = _Noted(), _Noted(), _Noted()
-    alike, advance_before = _Noted(), _Noted()
+    alike, advanced_before = _Noted(), _Noted()
     since, period = _Noted(), _Noted()
 
     def __init__(
@@ -300,13 +301,20 @@ class SettlingChain:
         self._searches = np.zeros(1, dtype=SEARCH)
         search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
-        search["rounding"] = chain.n * nearest_float(chain.rounding)
-        search["still"] = chain.n * nearest_float(chain.no_advance)
+        search["rounding"] = chain.n * nearest_float(rounding_of(chain))
+        search["still"] = chain.n * nearest_float(no_advance(chain))
         search["close"] = nearness(chain)
         search["calm"] = dormant
         search["since"] = search["dormant_after"] = -1
         search["total"], search["total_low"] = total, low
         search["lowest"] = search["highest"] = total
+
+    @classmethod
+    def compile(cls) -> None:
+        """Compile or load the search; a signal ends the wait for the compiler."""
+        if not settle.signatures:
+            pair = Chain(2, 1000, "1/2", "3/5", tan_alpha=0)
+            interrupts.prepare(lambda: cls(pair, Cycles("1/10", 1), State.relaxed(pair)).follow())
 
     @property
     def settled(self) -> LimitCycle | None:
@@ -343,7 +351,7 @@ class SettlingChain:
         if shorter:
             since = kept[repeats_since(ends, shorter[0], close)]
             search["period"], search["since"] = shorter[0], since
-            search["last_advance"] = self._memory.advances[since % len(self._memory.ring)]
+            search["advanced_until"] = self._memory.advanced[since % len(self._memory.ring)]
 
     @property
     def dormant(self) -> bool:

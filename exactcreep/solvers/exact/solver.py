@@ -16,8 +16,8 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Cycles, Drive, Leg
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
-from exactcreep.model.path import Path
-from exactcreep.model.state import State
+from exactcreep.model.state import State, owning
+from exactcreep.model.targets import Targets
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers import tables
@@ -127,7 +127,7 @@ class ExactSimulation(Simulation):
         if drive.springs:  # to the end of each leg
             full = np.tile(split(self.chain.l0), (count, 1))
             return full[:, 0], full[:, 1]
-        if isinstance(drive, Path):  # the bits of Cycles with the same targets
+        if isinstance(drive, Targets):  # the bits of Cycles with the same targets
             top, bottom = self.chain.l0.as_integer_ratio()
             listed = drive.theta[first - 1 : first - 1 + count]
             pairs = [
@@ -231,7 +231,7 @@ class ExactSimulation(Simulation):
             events["theta"] = (events["theta"] + events["theta_low"]) / l0
             columns |= tables.EVENT_TABLE.arrays(events)
         logs = self.work.log.tables
-        if logs is not None:
+        if logs.rests.size:
             rests, slips = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
             logs.used[:] = 0
             if "rearrangements" in self.record:
@@ -262,7 +262,7 @@ class ExactSimulation(Simulation):
         theta: Any = dilation(self.chain, self.load())
         if self.leg is not None:
             theta = np.array(self.leg.at(theta, nearest_float))
-        return State.owning(*self.origin.read(self._present), theta)
+        return owning(*self.origin.read(self._present), theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -313,7 +313,7 @@ class ExactSimulation(Simulation):
         """Return a snapshot at rest; see `Simulation.snapshot`."""
         counts = self.work.now["counts"].view(np.int64).copy()
         taken = {"unrounded": self._unrounded(), "counts": counts}
-        if (tables := self.work.log.tables) is not None:
+        if (tables := self.work.log.tables).rests.size:
             taken["energy"] = tables.sums.view(np.float64).copy()
         return taken
 
@@ -322,7 +322,7 @@ class ExactSimulation(Simulation):
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
         self.work.now["counts"].view(np.int64)[:] = snapshot["counts"]
-        if (tables := self.work.log.tables) is not None:
+        if (tables := self.work.log.tables).rests.size:
             tables.sums.view(np.float64)[:] = snapshot["energy"]
         cell = self.work.cell[:, self._own]
         held = cell[layout.FRICTION] + cell[layout.EXCESS]
@@ -371,29 +371,29 @@ class ExactSimulation(Simulation):
 class Logged(Estimated):
     """A rearrangement by `Exact`: events and initial state are made on demand.
 
-    `origin`: the state from which theta was ramped; `load`: ``l0 theta_c``, as two floats; `log`
+    `_origin`: the state from which theta was ramped; `_load`: ``l0 theta_c``, as two floats; `_log`
     (ndarray of layout.LOGGED_EVENT): a row for each slider of each event.
     """
 
-    origin: Origin
-    load: tuple[float, float]
-    log: NDArray[Any]
+    _origin: Origin
+    _load: tuple[float, float]
+    _log: NDArray[Any]
 
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def events(self) -> tuple[Event, ...]:
         """The events, in order of time."""
-        return tuple(_events(self.log))
+        return tuple(_events(self._log))
 
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def initial(self) -> State:
         """The state at theta_c."""
-        before = self.origin.state
-        return State.owning(
-            self.origin.ramped(self.load),
+        before = self._origin.state
+        return owning(
+            self._origin.ramped(self._load),
             before.displacements,
             before.coefficients,
             before.draws,
-            dilation(self.chain, self.load) if len(self.log) else before.theta,
+            dilation(self.chain, self._load) if len(self._log) else before.theta,
         )
 
 
@@ -440,9 +440,9 @@ class Exact(Solver):
             simulation,
             self.name,
             ended,
-            origin=simulation.origin,
-            load=simulation.load(),
-            log=logs[0] if len(logs) == 1 else np.concatenate(logs),
+            _origin=simulation.origin,
+            _load=simulation.load(),
+            _log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
         if chain.n <= layout.LONGEST_SHORT:

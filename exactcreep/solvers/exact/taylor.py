@@ -556,7 +556,7 @@ def _count_possible_ties(cell, whole, series, now, first, strips, events, blur, 
 
 @inlined
 def step(cell, whole, series, now, first, last):
-    """Advance the movers of columns first + 1 .. last - 1 to their first event.
+    """Take the movers of columns first + 1 .. last - 1 to their first event.
 
     Returns the time t advanced, at most `HORIZON`; the number of sliders of the event, whose
     columns are in ``whole[EVENT]`` (0: no event within the horizon); and the uncertainty of t.

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Self
 
+import flint
 import numpy as np
 from numpy.typing import NDArray
 
@@ -138,6 +139,7 @@ class ChainAtRest(ABC):
         leg, chain, number = self.rest.leg, self.chain, nearest_float
         self.rates = chain.rates if leg is None else leg.rates(chain)
         self.speeds = {n: fmpq(rate) for n, rate in self.rates.items()}
+        self.near_rates = {n: number(rate) for n, rate in self.rates.items()}
         shares = chain.expansion if leg is None else leg.expansion(chain)
         self.expansion: Any = objects(map(fmpq, shares)) if shares else 1  # of each spring
         sizes = {n: abs(rate) for n, rate in self.rates.items()}
@@ -153,7 +155,7 @@ class ChainAtRest(ABC):
 
     def _sign(self, x: Any, slack: Any) -> tuple[int, bool]:
         """Return a sign, and whether it is in doubt; see `rules`."""
-        if isinstance(x, (Quadratic, Fraction)):
+        if type(x) is not flint.arb:
             return sign_of(x), False
         try:
             sign = certain_sign(x, slack)

@@ -191,7 +191,7 @@ class CertifiedSimulation(FieldSimulation):
                 self._go_back()
                 continue
             if self.ahead < q:
-                self.under_way = self._rows()
+                self._forget_rows()
             if stop is not None:
                 return stop
             self.ahead += 1
@@ -217,13 +217,13 @@ class CertifiedSimulation(FieldSimulation):
         self.tally = self.mechanics.tally
         target, self.theta_target = self.anchor_target
         self.ahead = target + 1
-        self.avalanche, self.undecided = None, self.tally.undecided
-        self.under_way = self._rows()
+        self.undecided = self.tally.undecided
 
     def _begin(self, bits: int) -> None:
         arithmetic = balls_of(bits)
         with arithmetic.active():
             self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
+        self._begin_log()
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         self.tally = self.mechanics.tally

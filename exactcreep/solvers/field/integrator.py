@@ -1,7 +1,7 @@
 """The readable event solver: a chain from rest to rest, in balls.
 
 *Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the rules. *Repeat* until
+their neighbours. *Move* to it by the closed form. *Resolve* it by the rules. *Repeat* until
 every slider is at rest.
 
 `solvers.field.at_rest` treats rest and ramps, and `motion.runaway` proves that an avalanche never
@@ -16,13 +16,12 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-import numpy as np
+import flint
 from numpy.typing import NDArray
 
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.rules import in_turn
 from exactcreep.motion.arithmetic import Balls, objects
-from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import (
     FirstEvent,
     Search,
@@ -57,7 +56,7 @@ class ChainIntegrator(ChainAtRest):
     def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
         self.time = self.arithmetic.number(0)
         self.flow = Flow(self.arithmetic, self.rest.forces, self.frictions)
-        self.flow.moved[:] = self.field.rational(Fraction(0))
+        self.flow.moved[:] = 0  # exactly
         self.ramped = ramped
         self.announced = False
         self.event_number = 0
@@ -71,7 +70,7 @@ class ChainIntegrator(ChainAtRest):
         """
         if self.flow is not None and not self.announced:
             self.announced = True
-            sliders = np.flatnonzero(self.flow.signs).tolist()
+            sliders = self.flow.moving
             signs = self.flow.signs[sliders].tolist()
             yield self._event(EventKind.START, sliders, signs)
             yield None
@@ -82,7 +81,7 @@ class ChainIntegrator(ChainAtRest):
                 self.runaway = True
                 return
             yield from self.resolve(self.flow, event)
-            if not self.flow.signs.any():
+            if not self.flow.moving:
                 self.steadily(self._to_rest)
             yield None
 
@@ -90,7 +89,7 @@ class ChainIntegrator(ChainAtRest):
         assert self.flow is not None
         event = self.first_event(self.flow)
         if event is not None:
-            self.advance(self.flow, event)
+            self.move(self.flow, event)
         return event
 
     def _to_rest(self) -> None:
@@ -118,18 +117,18 @@ class ChainIntegrator(ChainAtRest):
         numbers = [*rest.displacements, rest.theta, *rest.tensions]
         of = [rest.forces] if flow is None else [flow.forces, flow.velocities, flow.moved]
         numbers += [x for vector in of for x in vector.tolist()]
-        radii = [float(x.rad()) for x in numbers if type(x) is not Quadratic]
+        radii = [float(x.rad()) for x in numbers if type(x) is flint.arb]
         return max(radii, default=0.0), self.tally.undecided
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
-        moving, of = np.flatnonzero(flow.signs).tolist(), (self.thresholds, self.rules, self.ask)
+        moving, of = flow.moving, (self.thresholds, self.rules, self.ask)
         horizon = None
         if len(moving) > 1:
             slips = lone_slips(flow, moving, *of, symmetric=self.rest.symmetric)
             if slips is not None:
                 return slips
-        if flow.signs.all():
+        if len(moving) == self.chain.n:
             cosine = self.field.times_cosine(Fraction(1))
             horizon = escape_time(flow, self.runs[0], self.chain, cosine)
             if horizon is not None and bool(horizon == 0):
@@ -144,7 +143,7 @@ class ChainIntegrator(ChainAtRest):
         if not first:
             if horizon is None:
                 raise SearchLimit("nothing ever happens, and no bound proves it")
-            flow.advance(self.runs, horizon)
+            flow.move(self.runs, horizon)
             self.time = self.time + horizon
             return None
         time = root_time(search, first[0])
@@ -154,13 +153,13 @@ class ChainIntegrator(ChainAtRest):
         starts = [(root.slider, root.side) for root in first if root.side != 0]
         return event_of(time, stops, starts, self.chain.n if self.rest.symmetric else None)
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event."""
         if bool(event.time == 0):
             return
         later = self.time + event.time
         if event.shifts is None:
-            flow.advance(self.runs, event.time)
+            flow.move(self.runs, event.time)
         for first, displacements, velocities in event.shifts or ():
             flow.shift(first, objects(displacements))
             flow.velocities[first : first + len(velocities)] = velocities
@@ -182,7 +181,8 @@ class ChainIntegrator(ChainAtRest):
         if stops:
             in_turn(lambda n: flow.stop([n]), self._draw, test)(stops)
             self.tally.slips += len(stops)
-            self.rest.slips[stops] += 1
+            for n in stops:
+                self.rest.slips[n] += 1
             yield self._event(EventKind.STOP, stops, list(ways.values()))
         if starts:
             for n, sign in event.starts:  # exactly at threshold
@@ -224,14 +224,20 @@ class ChainIntegrator(ChainAtRest):
     # -- the present state ---------------------------------------------------------------------
 
     def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        tensions, displacements = (x.copy() for x in super()._shape())
-        if (flow := self.flow) is not None:
-            first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
-            change = np.diff(flow.moved[first : last + 1])
-            tensions[first:last] = tensions[first:last] + change
-            for n in flow.touched:
-                displacements[n] = displacements[n] + flow.moved[n]
-        return tensions, displacements
+        if (flow := self.flow) is None:
+            return super()._shape()
+        displacements = self.rest.displacements.copy()
+        for n in flow.touched:
+            displacements[n] = displacements[n] + flow.moved[n]
+        return self._strained(flow), displacements
+
+    def _strained(self, flow: Flow) -> NDArray[Any]:
+        """Return the present tensions."""
+        tensions = self.rest.tensions.copy()
+        first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
+        moved = flow.moved[first : last + 1]
+        tensions[first:last] = tensions[first:last] + (moved[1:] - moved[:-1])
+        return tensions
 
     def velocities(self) -> NDArray[Any]:
         """Return the present velocities."""

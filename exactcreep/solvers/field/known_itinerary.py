@@ -78,9 +78,9 @@ class KnownItinerary(ChainIntegrator):
         guess, self._now = then - self._now, then
         return FirstEvent(self._root(function, guess), tuple(stops), tuple(starts))
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the sliders move to the event; the trajectory consists of points."""
-        super().advance(flow, event)
+        super().move(flow, event)
         for numbers in (flow.forces, flow.velocities, flow.moved):
             numbers[:] = [self.arithmetic.number(x).mid() for x in numbers.tolist()]
 

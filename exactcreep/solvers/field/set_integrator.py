@@ -13,7 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -21,6 +21,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import surplus
 from exactcreep.model.contacts import Event
 from exactcreep.model.rules import rules
 from exactcreep.model.state import State
@@ -45,7 +46,7 @@ MOST_ERROR = 2.0**-10
 _OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
 
 
-class Kind(Enum):
+class Kind(StrEnum):
     """The kind of zero of an event function, and how it is known."""
 
     TRANSVERSE = "transverse"
@@ -135,7 +136,7 @@ class SetIntegrator(ChainIntegrator):
         if states is None:
             return numbers.copy()
         wide = states.widened(numbers, of(states))
-        exact = [type(x) is Quadratic for x in numbers.tolist()]  # the same in all states
+        exact = [type(x) is not flint.arb for x in numbers.tolist()]  # the same in all states
         wide[exact] = numbers[exact]
         return wide
 
@@ -166,8 +167,7 @@ class SetIntegrator(ChainIntegrator):
         """Return the velocities of the sliders that are not exactly at rest."""
         if self.flow is None:
             return {}
-        moving = np.flatnonzero(self.flow.signs).tolist()
-        speeds = {n: self.flow.velocities[n] for n in moving}
+        speeds = {n: self.flow.velocities[n] for n in self.flow.moving}
         return {n: speed for n, speed in speeds.items() if not bool(speed == 0)}
 
     def _renew(self) -> None:
@@ -203,12 +203,9 @@ class SetIntegrator(ChainIntegrator):
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
         return self.arithmetic.vector(accumulate((forces - self.loads).tolist()[:-1]))
 
-    def _shape(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        tensions, displacements = super()._shape()
-        if self.rest.set is not None and self.flow is not None:
-            # the middle is renewed from time to time, by its forces
-            tensions = self._tensions(self.flow.forces)
-        return tensions, displacements
+    def _strained(self, flow: Flow) -> NDArray[Any]:
+        # the middle of a set is renewed from time to time, by its forces
+        return super()._strained(flow) if self.rest.set is None else self._tensions(flow.forces)
 
     # -- the present state ---------------------------------------------------------------------
 
@@ -254,9 +251,9 @@ class SetIntegrator(ChainIntegrator):
         if self.rest.set is not None and self.chain.n > 1:
             for rows in filter(None, (self.rest.set, self.tangent)):
                 if self.ends:
-                    rows.at_start(self.ends, self.rates)
+                    rows.at_start(self.ends, self.near_rates)
                 elif not moves and target is not None:
-                    rows.at_target(self.rates)
+                    rows.at_target(self.near_rates)
             self._look_around()
         return moves
 
@@ -309,11 +306,11 @@ class SetIntegrator(ChainIntegrator):
 
         None for another motion, or if the neighbour may start before it ends.
         """
-        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        n, moving = self.chain.n, flow.moving
         end, force = moving[0], flow.forces[moving[0]]
-        if self.rest.symmetric or n == 1 or len(moving) > 1 or end not in (0, n - 1):
+        if len(moving) > 1 or type(force) is not Quadratic or end not in (0, n - 1):
             return None
-        if type(force) is not Quadratic or not bool(flow.velocities[end] == 0):
+        if self.rest.symmetric or n == 1 or not bool(flow.velocities[end] == 0):
             return None
         beside, way = abs(end - 1), int(flow.signs[end])
         length = 2 * (way * force - self.frictions[end])
@@ -329,8 +326,8 @@ class SetIntegrator(ChainIntegrator):
         flow = self.flow
         if flow is None:
             return self.rest.exact
-        known = all(type(x) is Quadratic for x in (self.rest.theta, *flow.forces))
-        return known and all(bool(v == 0) for v in flow.velocities.tolist())
+        known = (type(x) is Quadratic for x in (self.rest.theta, *flow.forces.tolist()))
+        return all(known) and all(bool(v == 0) for v in flow.velocities.tolist())
 
     def _touched(self, flow: Flow, event: FirstEvent) -> bool:
         """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
@@ -342,12 +339,12 @@ class SetIntegrator(ChainIntegrator):
         return any(abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items())
 
     def _may_run_away(self, flow: Flow) -> bool:
-        whole = bool(flow.signs.all())
-        return whole and self.chain.surplus(int(flow.signs[0])) >= 0
+        whole = len(flow.moving) == self.chain.n
+        return whole and surplus(self.chain, int(flow.signs[0])) >= 0
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return the event that float64 proves to be first, at the middle's time; or None."""
-        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        n, moving = self.chain.n, flow.moving
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds = flow.velocities[window].tolist()
         pulls = list(map(self.arithmetic.number, flow.forces[window].tolist()))
@@ -364,7 +361,7 @@ class SetIntegrator(ChainIntegrator):
             np.array([bool(x == 0) for x in speeds]),
             np.array([fast, bare, forces]),
             held,
-            unsure + self.far + 2.0**-50 * float(held.max()),
+            unsure + self.far + 2.0**-50 * max(held.tolist()),
             min(n // 2 if self.rest.symmetric else n, window.stop) - window.start,
         )
         if at < 0:
@@ -428,11 +425,12 @@ class SetIntegrator(ChainIntegrator):
         """Return the motion of the middle to its event, in floats; `bare`: initial pulls."""
         n, time, radii = self.chain.n, float(event.time), [0.0]
         ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one more at either end
+        number = self.arithmetic.number
         for first, shifts, speeds in event.shifts or ():
-            k = first - window.start
+            k, shifts = first - window.start, list(map(number, shifts))
             ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
             fast[k : k + len(speeds)] = [float(v) for v in speeds]
-            radii += [float(radius(x)) for x in (*shifts, *speeds)]
+            radii += [float(x.rad()) for x in (*shifts, *speeds)]
         numbers = zip(bare, self.springs[window].tolist(), flow.signs[window].tolist(), strict=True)
         pulls = [
             pull - springs * ways[k] + ways[k - 1] + ways[k + 1] if sign else 0.0
@@ -449,11 +447,11 @@ class SetIntegrator(ChainIntegrator):
             *acting, image,
         )  # fmt: skip
 
-    def advance(self, flow: Flow, event: FirstEvent) -> None:
+    def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
         rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
-        super().advance(flow, event)
+        super().move(flow, event)
         if moves and not event.alike:
             rest.since = 0 if self.exact else rest.since + 1
             if rest.set is not None:
@@ -480,8 +478,8 @@ class SetIntegrator(ChainIntegrator):
 
 
 def radius(x: Any) -> Any:
-    return flint.arb(0) if type(x) is Quadratic else x.rad()
+    return x.rad() if type(x) is flint.arb else flint.arb(0)
 
 
 def middle(x: Any) -> Any:
-    return x if type(x) is Quadratic else x.mid()
+    return x.mid() if type(x) is flint.arb else x

@@ -20,7 +20,7 @@ from exactcreep.motion.arithmetic import Balls, Disturbance, certain_sign
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
-from exactcreep.solvers.avalanche_table import Avalanche, rearrangement_rows
+from exactcreep.solvers.avalanche_table import AvalancheLog
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.interface import (
     Ending,
@@ -94,8 +94,7 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
-        self.under_way = self._rows()  # rows, and avalanches, on the way to the next target
-        self.avalanche: Avalanche | None = None
+        self._begin_log()
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
         with suppress(InputError):
@@ -121,7 +120,7 @@ class FieldSimulation(Simulation):
                 doubts.append(self.tally.undecided)
                 for name, values in self._made().items():
                     rows[name] += values
-                self.under_way = self._rows()
+                self._forget_rows()
                 stop = early() if done < count else None
             if stop is not None:
                 runaway = stop is Stop.RUNAWAY
@@ -138,13 +137,19 @@ class FieldSimulation(Simulation):
         """Return an empty list for every recorded quantity; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
 
+    def _begin_log(self) -> None:
+        self.log = AvalancheLog(self.start.chain, self.record, self.mechanics.arithmetic)
+        self.under_way = self._rows()
+
+    def _forget_rows(self) -> None:
+        """Begin the rows on the way to the next target."""
+        self.under_way = self._rows()
+        self.log.forget()
+
     def _made(self) -> dict[str, list[Any]]:
         """Return the rows on the way to the next target, with one ledger of all its avalanches."""
-        rows = dict(self.under_way)
-        if "rearrangements" in rows:
-            with self.mechanics.arithmetic.active():
-                rows["rearrangements"] = rearrangement_rows(rows["rearrangements"])
-        return rows
+        with self.mechanics.arithmetic.active():
+            return self.under_way | self.log.tables()
 
     def _to_target(
         self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
@@ -216,27 +221,19 @@ class FieldSimulation(Simulation):
         rows = self.under_way
         if rows.keys().isdisjoint(LOGS):
             return
-        mechanics, arithmetic = self.mechanics, self.mechanics.arithmetic
+        mechanics = self.mechanics
         number, theta = mechanics.tally.rearrangements - 1, mechanics.known_theta()
-        if "events" in rows:
-            rows["events"] += rows_of(event, q, number, mechanics.event_number - 1, theta)
-        if "rearrangements" not in rows and "slip_table" not in rows:
-            return
-        if mechanics.event_number == 1:
+        logged = rows_of(event, q, number, mechanics.event_number - 1, theta)
+        rows.get("events", []).extend(logged)
+        if self.log.wanted:
+            moved, drawn = mechanics.known_moves(), mechanics.rest.coefficients
             way = mechanics.way if mechanics.ramped else 0
-            ramp = {"half_cycle": q, "theta": theta, "direction": way}
-            tensions = mechanics.state().tensions
-            self.avalanche = Avalanche(mechanics.chain, arithmetic, ramp, tensions)
-        assert self.avalanche is not None
-        coefficient = mechanics.rest.coefficients.__getitem__
-        slips = self.avalanche.take(event, number, mechanics.known_moves(), coefficient)
-        rows.get("slip_table", []).extend(slips)
+            for row, k in ((row, row.slider - 1) for row in logged):
+                self.log.take(row, lambda: mechanics.state().tensions, moved[k], drawn[k], way)
 
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided
-        if self.avalanche is not None and "rearrangements" in self.under_way:
-            self.under_way["rearrangements"].append((self.avalanche, self.undecided - before))
-        self.avalanche = None
+        self.log.rest(self.undecided - before)
 
     def state(self) -> State:
         with self.mechanics.arithmetic.active():

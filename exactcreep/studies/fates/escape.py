@@ -123,8 +123,9 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     lives = _Lives.of(ends, others)
     if lives.lived == lives.arrests:  # no start lived longer than one cycle
         if not ends.size:
-            return _refused("no rate: no start was followed for a cycle")
-        return _refused(f"no rate: every start was arrested up to cycle {ends.max(initial=0):.0f}")
+            return _refused("no rate yet: no start was followed for a cycle; try --cycles 1000")
+        by = f"all {ends.size} starts stopped by cycle {ends.max(initial=0):.0f}"
+        return _refused(f"no rate: {by}; try a larger --amplitude")
     if not lives.arrests:
         return Rate(0.0, 0.0, -math.expm1(math.log(_TAIL) / lives.lived))
     profile = _profile(lives)
@@ -137,21 +138,19 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     before = int((ends <= cut).sum())
     likely = _geometric(ends[ends > cut] - cut, others[others > cut] - cut)
     if likely < _DOUBTED:
-        after = f"after cycle {cut}, too," if cut else "early or late"
-        why = f"{after} arrests do not come at a constant rate (probability {likely:.1g})"
-        return _refused(f"no rate: {why}", cut, before, likely)
+        why = f"after cycle {cut} starts do not stop at a constant rate (p = {likely:.1g})"
+        return _refused(f"no rate: {why}; --plot draws how many still move", cut, before, likely)
     below = _deviations_below(profile.told)
     longest = int(lives.cycles.max())
     too_short = cut >= longest
     if too_short or not below < profile.told:
         late = max(profile.late[best], 1 / lives.lived)
         needed = max(2 * longest, 2 / late, 20 / profile.early[best] if cut else 0)
-        why = f"lives up to a horizon of {longest} cycles do not tell late arrests from early ones"
-        helps = f"one of {_rounded_up(needed)}"
+        told = f"{ends.size} of {ends.size + others.size} starts stopped"
+        helps = f"--cycles {_rounded_up(needed)}"
         if not others.size:  # a longer horizon would show the same
-            why = f"the lives of {ends.size} starts, all arrested, do not tell late from early ones"
-            helps = f"{4 * ends.size} starts"
-        return _refused(f"no rate: {why}; {helps} would do", cut, before, likely)
+            helps = f"--starts {4 * ends.size}"
+        return _refused(f"no rate yet: {told}; try {helps}", cut, before, likely)
     return Rate(
         float(profile.late[best]), profile.at(-below), profile.at(_WIDTH), cut, before, likely
     )

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from exactcreep import solvers
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, rounding_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, cycles_text
@@ -100,7 +100,8 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    computed, stop = numerical_fate(solvers.SettlingChain(chain, drive, begin), begin, limits, say)
+    solvers.SettlingSearch.compile()
+    computed, stop = numerical_fate(solvers.SettlingSearch(chain, drive, begin), begin, limits, say)
     if solver == "exact":
         return computed
     why = _obstacle(computed, stop, drive.cycles)
@@ -129,25 +130,25 @@ def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
 
 
 def numerical_fate(
-    course: solvers.SettlingChain,
+    search: solvers.SettlingSearch,
     start: State,
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] = _SILENT,
 ) -> tuple[Fate, Stop]:
     """Follow a trajectory from `start` until it settles; return its fate, and why it ended."""
     while True:
-        stop, reason = course.follow(replace(limits, pause=clock() + _SAYING))
-        so_far = f"not settled in {cycles_text(course.cycles)} so far ({Evidence.COMPUTED.value})"
-        say("cycles", course.cycles, course.drive.cycles, "cycles", so_far=so_far)
+        stop, reason = search.follow(replace(limits, pause=clock() + _SAYING))
+        so_far = f"not settled in {cycles_text(search.cycles)} so far ({Evidence.COMPUTED.value})"
+        say("cycles", search.cycles, search.drive.cycles, "cycles", so_far=so_far)
         if stop is not Stop.BUDGET:
             break
-    simulation, drive = course.simulation, course.drive
+    simulation, drive = search.simulation, search.drive
     evidence, outcome = simulation.evidence, Outcome.LIMIT
-    details: dict[str, Any] = {"last_advance": course.last_advance}
-    if (settled := course.settled) is not None:
-        moved, itinerary = _one_period(course, settled.period)
+    details: dict[str, Any] = {"advanced_until": search.advanced_until}
+    if (settled := search.settled) is not None:
+        moved, itinerary = _one_period(search, settled.period)
         count = sum(len(events) for _, events in itinerary)
-        noise = nearest_float(simulation.chain.rounding) * count
+        noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
         details |= {"settled_after": settled.since, "period": settled.period}
         details |= {"advance": advance, "itinerary": itinerary}
@@ -159,28 +160,28 @@ def numerical_fate(
             reason = f"the forces return to within {settled.apart:.1e} m g, not bit for bit"
     elif stop is Stop.RUNAWAY:
         outcome = Outcome.RUNAWAY
-    elif stop is Stop.DONE and (approach := _approach(course)):
+    elif stop is Stop.DONE and (approach := _approach(search)):
         outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
         reason, details = approach
     elif not reason:
         reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
     report = {"events": simulation.tally.events, "undecided": simulation.tally.undecided}
     fate = Fate(
-        simulation.chain, drive.amplitude, start, "exact", outcome, evidence, course.cycles,
+        simulation.chain, drive.amplitude, start, "exact", outcome, evidence, search.cycles,
         reason=reason, report=report, **details,
     )  # fmt: skip
     return fate, stop
 
 
-def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | None:
+def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | None:
     """Return how the forces approach a locked cycle, and the facts of the approach, or None."""
-    chain, approach = course.simulation.chain, course.approaching()
+    chain, approach = search.simulation.chain, search.approaching()
     if approach is None:
         return None
-    simulation = course.simulation.copied(("events",))
-    drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
+    simulation = search.simulation.copied(("events",))
+    drive, log, forces = Cycles(search.drive.amplitude, 1), [], []
     for half in (1, 2):
-        recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
+        recorded = simulation.follow(drive, 2 * search.cycles + half, 1).recorded
         log += [(half, logged.itinerary) for logged in rearrangements(recorded)]
         forces.append(simulation.state().forces(chain))
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
@@ -200,17 +201,17 @@ def _approach(course: solvers.SettlingChain) -> tuple[str, dict[str, Any]] | Non
         "marginal": True,
         "period": 1,
         "advance": 0.0,
-        "settled_after": course.cycles - course.alike,
-        "last_advance": course.advance_before,
+        "settled_after": search.cycles - search.alike,
+        "advanced_until": search.advanced_before,
         "itinerary": tuple(log),
     }
 
 
-def _one_period(course: solvers.SettlingChain, period: int) -> tuple[float, Period]:
-    simulation = course.simulation.copied(("events",))
+def _one_period(search: solvers.SettlingSearch, period: int) -> tuple[float, Period]:
+    simulation = search.simulation.copied(("events",))
     before = simulation.state().displacements
-    first = 2 * course.cycles + 1
-    events = simulation.follow(Cycles(course.drive.amplitude, period), first, 2 * period).recorded
+    first = 2 * search.cycles + 1
+    events = simulation.follow(Cycles(search.drive.amplitude, period), first, 2 * period).recorded
     moved = (simulation.state().displacements - before).mean()
     return float(moved), tuple(
         (one.half_cycle - first + 1, one.itinerary) for one in rearrangements(events)

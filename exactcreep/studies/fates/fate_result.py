@@ -44,7 +44,7 @@ class Fate(Result):
         and `advance_enclosure` holds the advance of every period. None: not settled.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
-    last_advance : int
+    advanced_until : int
         Last cycle (up to `settled_after` if known) in which x_G moved, down or up the incline, by
         more than 2**-40 (mu_s + |tan_alpha|) cos(alpha); 0: none.
     marginal : bool
@@ -76,7 +76,7 @@ class Fate(Result):
     settled_after: int | None = None
     period: int | None = None
     advance: float | None = None
-    last_advance: int = 0
+    advanced_until: int = 0
     marginal: bool = False
     itinerary: Period | None = None
     advance_enclosure: Enclosure | None = None
@@ -94,7 +94,7 @@ class Fate(Result):
         """Advance of x_G per half-cycle once settled, ``g tau_dyn**2``; None: not settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
-    worded = ("outcome", "evidence", "direction", "settled_after", "reason")
+    _worded = ("outcome", "evidence", "direction", "settled_after", "reason")
 
     @property
     def finding(self) -> str:
@@ -106,9 +106,9 @@ class Fate(Result):
             when = f"settled after {cycles_text(self.settled_after)}"
         return found_text(self.outcome, self.direction, when, self.evidence)
 
-    told = (
+    _told = (
         "solver", "outcome", "evidence", "direction", "cycles", "settled_after", "period",
-        "advance", "velocity", "last_advance", "marginal", "reason",
+        "advance", "velocity", "advanced_until", "marginal", "reason",
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:

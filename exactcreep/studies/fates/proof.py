@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, no_advance
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
@@ -371,7 +371,7 @@ class _Proof:
         """Return the fate as far as it is known; search the last advance up to cycle `until`."""
         simulation, last = self.simulation, 0
         for cycle, (a, b) in enumerate(pairwise(self.travel[: until + 1]), 1):
-            if abs(b.middle - a.middle) > max(a.radius + b.radius, self.chain.no_advance):
+            if abs(b.middle - a.middle) > max(a.radius + b.radius, no_advance(self.chain)):
                 last = cycle
         certain = not reason or outcome is Outcome.RUNAWAY
         report = {
@@ -384,7 +384,8 @@ class _Proof:
         return Fate(
             self.chain, self.drive.amplitude, self.start, "certified", outcome,
             simulation.evidence if certain else Evidence.UNDECIDED,
-            cycles=len(self.halves) // 2, last_advance=last, reason=reason, report=report, **known,
+            cycles=len(self.halves) // 2, advanced_until=last, reason=reason, report=report,
+            **known,
         )  # fmt: skip
 
 

@@ -70,14 +70,14 @@ class Curve(NamedTuple):
     high: NDArray[np.float64]
 
 
-class StartRecord(NamedTuple):
+class Life(NamedTuple):
     """The result of one start; `_COLUMNS` describes most of the fields."""
 
     start: int  # its number, from 1
     outcome: str
     evidence: str
     cycles: int
-    last_advance: int
+    advanced_until: int
     furthest: int
     settled_after: int
     period: int
@@ -92,7 +92,7 @@ _COLUMNS = {
     "outcome": "what the start came to",
     "evidence": "how well that is known",
     "cycles": "cycles followed",
-    "last_advance": "last cycle in which x_G advanced, 0: none",
+    "advanced_until": "last cycle in which x_G advanced, 0: none",
     "furthest": "last cycle that took x_G further than ever, down or up",
     "direction": "which way it creeps; not settled: which way it went further than ever",
     "settled_after": "cycles after which it is periodic, -1: not settled",
@@ -110,7 +110,7 @@ class Survival(Result):
     ----------
     chain, amplitude, size, starts, cycles, seed, dormant
         The arguments.
-    records : tuple of StartRecord
+    lives : tuple of Life
         Results of the starts in order: all `starts`, unless a limit ended the computation.
     reason : str
         The limit that ended the computation and censored the running starts; or "".
@@ -129,11 +129,11 @@ class Survival(Result):
     cycles: int
     seed: int
     dormant: int
-    records: tuple[StartRecord, ...] = ()
+    lives: tuple[Life, ...] = ()
     reason: str = ""
 
     def _column(self, name: str) -> NDArray[Any]:
-        return np.array([getattr(record, name) for record in self.records])
+        return np.array([getattr(life, name) for life in self.lives])
 
     def _came_to(self, *outcomes: Outcome) -> NDArray[np.bool_]:
         return np.isin(self._column("outcome"), [outcome.value for outcome in outcomes])
@@ -147,7 +147,7 @@ class Survival(Result):
     def durations(self) -> NDArray[np.int64]:
         """Cycles up to the last advance of an arrested start, else observed cycles; (starts,)."""
         seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
-        return np.where(self.arrested, self._column("last_advance"), seen).astype(np.int64)
+        return np.where(self.arrested, self._column("advanced_until"), seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
@@ -182,7 +182,7 @@ class Survival(Result):
         return Curve(moving.quantiles.astype(float), moving.probabilities, low, high)
 
     def _share(self, which: NDArray[np.bool_]) -> Share:
-        count, of = int(which.sum()), len(self.records)
+        count, of = int(which.sum()), len(self.lives)
         between = scipy.stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
         return Share(count, count / of, float(between.low), float(between.high))
 
@@ -246,14 +246,14 @@ class Survival(Result):
     def finding(self) -> str:
         """How soon creep ends, with its interval, and the fates of the starts, in words."""
         rate = self.rate
-        ends = "it is not known how soon creep ends" + f" ({rate.reason})" * bool(rate.reason)
-        if self.records and self._kinds["runaway"].all():
+        ends = rate.reason or "no rate yet: no start stopped"
+        if self.lives and self._kinds["runaway"].all():
             ends = "friction holds no start"
         elif rate.rate > 0:
             longest = in_full(1 / rate.low) if rate.low > 0 else "any number"
             between = f"95 %: {in_full(1 / rate.high)} to {longest}"
             ends = f"creep ends once in {in_full(1 / rate.rate)} cycles ({between})"
-        shares = self.fractions if self.records else {}
+        shares = self.fractions if self.lives else {}
         came = [f"{share.starts} {_WORDS[kind]}" for kind, share in shares.items() if share.starts]
         return f"{ends}; {'starts: ' + ', '.join(came) if came else 'no start was followed'}"
 
@@ -268,7 +268,7 @@ class Survival(Result):
         }
         return {
             **self._about(),
-            "followed": len(self.records),
+            "followed": len(self.lives),
             "deaths": self.lifetimes.size,
             "marginal": int(self._column("marginal").sum()),
             "cycles_lived": int(self.durations.sum()),
@@ -402,55 +402,57 @@ def survival(
                 return
             yield first, _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
 
-    records: list[StartRecord] = []
+    lives: list[Life] = []
 
     def so_far() -> str:
         none = f"none of {count} starts has ended so far"
-        return replace(asked, records=tuple(records)).finding if records else none
+        return replace(asked, lives=tuple(lives)).finding if lives else none
 
+    if executor is None:
+        solvers.SettlingSearch.compile()
     say("starts", 0, count, "starts")
-    with closing(in_parallel(records_of, tasks(), executor, workers)) as computed:
+    with closing(in_parallel(lives_of, tasks(), executor, workers)) as computed:
         for ended in computed:
-            records.extend(ended[1].result() if ended is not None else ())
-            say("starts", len(records), count, "starts", so_far=so_far)
-    if not records:  # another process was meant to follow the first start
+            lives.extend(ended[1].result() if ended is not None else ())
+            say("starts", len(lives), count, "starts", so_far=so_far)
+    if not lives:  # another process was meant to follow the first start
         raise KeyboardInterrupt
-    records.sort(key=lambda record: record.start)
-    over = len(records) < count or any(record.over for record in records)
+    lives.sort(key=lambda life: life.start)
+    over = len(lives) < count or any(life.over for life in lives)
     reason = limits.reason(Stop.DEADLINE) if over else ""
-    return replace(asked, records=tuple(records), reason=reason)
+    return replace(asked, lives=tuple(lives), reason=reason)
 
 
-def records_of(task: _Task, stopped: Callable[[], bool] | None = None) -> list[StartRecord]:
+def lives_of(task: _Task, stopped: Callable[[], bool] | None = None) -> list[Life]:
     """Follow the starts of a task; after the time limit only start 1 begins."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if stopped is not None:
         limits = replace(limits, interrupted=stopped)
     numbers = (number for number in task.numbers if number == 1 or not limits.passed())
-    return [_record(task.asked, number, limits) for number in numbers]
+    return [_life(task.asked, number, limits) for number in numbers]
 
 
-def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
+def _life(asked: Survival, number: int, limits: Limits) -> Life:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
     drive = Cycles(asked.amplitude, asked.cycles)
-    course = solvers.SettlingChain(chain, drive, start, seed, asked.dormant)
-    fate, stop = numerical_fate(course, start, limits)
-    return StartRecord(
+    search = solvers.SettlingSearch(chain, drive, start, seed, asked.dormant)
+    fate, stop = numerical_fate(search, start, limits)
+    return Life(
         number,
         fate.outcome.value,
         fate.evidence.value,
         fate.cycles,
-        fate.last_advance,
-        course.furthest,
+        fate.advanced_until,
+        search.furthest,
         -1 if fate.settled_after is None else fate.settled_after,
         fate.period or 0,
-        course.dormant_after,
+        search.dormant_after,
         marginal=fate.marginal,
-        dormant=chain.sigma_mu != 0 and course.dormant,
+        dormant=chain.sigma_mu != 0 and search.dormant,
         over=bool(limits.reason(stop)),
         direction=fate.direction
         if fate.outcome is not Outcome.LIMIT
-        else direction_of(course.heading, chain.tan_alpha),
+        else direction_of(search.heading, chain.tan_alpha),
     )

@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from exactcreep.model.chain import Chain
+from exactcreep.model.chain import Chain, first_start, mean_mu_d, require_dilation
 from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 
@@ -37,8 +37,8 @@ class Span(NamedTuple):
         cosine = Fraction(chain.cos_alpha)
         driven = abs(chain.n * chain.tan_alpha * cosine + sum(chain.end_forces))
         swing = sum(map(abs, chain.rates.values())) * chain.l0
-        law = (chain.n * chain.mean_mu_d * cosine - driven) / swing if swing else Fraction(0)
-        first_slip = chain.first_start / chain.l0
+        law = (chain.n * mean_mu_d(chain) * cosine - driven) / swing if swing else Fraction(0)
+        first_slip = first_start(chain) / chain.l0
         begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
         if begin < 0:
             raise InputError("from", low, "must not be negative")
@@ -47,7 +47,7 @@ class Span(NamedTuple):
         if high is not None and begin >= ends[0]:
             raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
         largest = max(between or (begin, *ends))
-        chain.require_dilation(largest, *(("bracket", bracket) if between else ("to", high)))
+        require_dilation(chain, largest, *(("bracket", bracket) if between else ("to", high)))
         steps = whole_number(points, "points", least=1, most=10**7)
         free = low is None and between is None
         return cls(between, list(pairwise([begin, *ends])), free, steps)

@@ -56,7 +56,7 @@ class CreepEdge(Threshold):
     deciding_event: Difference | None = None
     fates: tuple[Fate | None, Fate | None] | None = None
     sensitive: tuple[float, ...] = ()
-    windows: tuple[Edge, ...] | None = None
+    edges: tuple[Edge, ...] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
 
@@ -86,11 +86,11 @@ class CreepEdge(Threshold):
         what = "creep for ever" if self.kind == EDGE else self.what
         if self.lower is None or self.upper is None:
             return f"it is not known where {what} begins"
-        more = len(self.windows or ()) - 1
+        more = len(self.edges or ()) - 1
         first = f", the first of {more + 1} edges" if more > 0 else ""
         return Edge(self.lower, self.upper, evidence=self.evidence).text(what, first)
 
-    told = (
+    _told = (
         "kind", "lower", "upper", "cycles", "digits", "solver",
         "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
     )  # fmt: skip
@@ -108,12 +108,12 @@ class CreepEdge(Threshold):
         for name, one in zip(("fate_at_lower", "fate_at_upper"), self.fates or (), strict=False):
             known = one and one.summary()
             out[name] = known and {part: known[part] for part in _OF_A_SIDE}
-        if self.windows is not None:
-            out["windows"] = [edge.summary(what) for edge in self.windows]
+        if self.edges is not None:
+            out["edges"] = [edge.summary(what) for edge in self.edges]
         return out | ({"reason": self.reason} if self.reason else {})
 
     def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        columns, edges = ("lower", "upper", "begins"), self.windows or ()
+        columns, edges = ("lower", "upper", "begins"), self.edges or ()
         return {name: ("edge", [getattr(e, name) for e in edges]) for name in columns}, {}
 
 
@@ -128,7 +128,7 @@ def edge_of(
     high: Number | None = None,
     points: Number = 1000,
     bracket: tuple[Number, Number] | None = None,
-    windows: bool = False,
+    edges: bool = False,
     solver: str = "certified",
 ) -> CreepEdge:
     """Return the edge of a chain for which it makes sense; see `threshold`."""
@@ -137,18 +137,18 @@ def edge_of(
     span = Span.of(chain, low, high, bracket, points)
     if not isinstance(solver, str) or solver not in MOST_DIGITS:
         raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
-    if not isinstance(windows, bool):
-        raise InputError("windows", windows, "must be true or false")
+    if not isinstance(edges, bool):
+        raise InputError("edges", edges, "must be true or false")
     places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
-    if windows and span.bracket is not None:
-        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
-    edges: tuple[Edge, ...] = ()
+    if edges and span.bracket is not None:
+        raise InputError("edges", edges, "needs a scan, and a bracket skips it")
+    found: tuple[Edge, ...] = ()
     sensitive: tuple[float, ...] = ()
     report: dict[str, Any] = {}
     over = ""
     if chain.n == 1:
         rest, proved = Outcome.AT_REST, Evidence.PROVED
-        edges = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
+        found = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
     else:
         asked: Any = Lasting if lasting else Question
         if chain.slides:
@@ -156,16 +156,16 @@ def edge_of(
             solver, span = "sliding", span._replace(points=1)  # its advance grows with A
         question = asked(chain, most, State.relaxed(chain), limits, solver, say)
         try:
-            if windows:
-                edges = all_edges(question, span, places)
+            if edges:
+                found = all_edges(question, span, places)
             else:
-                edges = (first_edge(question, span, places),)
+                found = (first_edge(question, span, places),)
         except Unfinished as search:
-            edges, over = search.edges, str(search)
+            found, over = search.edges, str(search)
         report = question.report()
         if isinstance(question, Lasting):
             sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
-    edge = edges[0] if edges else Edge()
+    edge = found[0] if found else Edge()
     return CreepEdge(
         chain=chain,
         kind=EDGE if lasting else f"{IN_CYCLE} {after}",
@@ -182,7 +182,7 @@ def edge_of(
         deciding_event=edge.deciding_event,
         fates=edge.fates if lasting else None,
         sensitive=sensitive,
-        windows=(edges or None) if windows else None,
+        edges=(found or None) if edges else None,
         report=report,
         reason=over or edge.doubt,
     )

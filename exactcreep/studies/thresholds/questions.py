@@ -228,7 +228,7 @@ class Lasting(Question):
     sensitive: dict[Fraction, bool] = field(default_factory=dict, init=False)
     locked: Log = field(default_factory=list, init=False)
     """The last run that provably does not creep."""
-    windows: list[Observation] = field(default_factory=list, init=False)
+    between: list[Observation] = field(default_factory=list, init=False)
     """Proofs that hold between two amplitudes."""
 
     @property
@@ -242,12 +242,13 @@ class Lasting(Question):
         """Return the fate in float64, and x_G minus the steady part of its advance."""
         self.limits.require()  # a chain that settles at once never checks the time itself
         drive = Cycles(amplitude, self.cycles)
-        course = solvers.SettlingChain(self.chain, drive, start)
-        fate, stop = numerical_fate(course, start, self.limits)
+        solvers.SettlingSearch.compile()
+        search = solvers.SettlingSearch(self.chain, drive, start)
+        fate, stop = numerical_fate(search, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(fate.reason)
         steady = fate.cycles * (fate.advance or 0.0) / (fate.period or 1)
-        return fate, float(course.simulation.state().displacements.mean()) - steady
+        return fate, float(search.simulation.state().displacements.mean()) - steady
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
         for amplitude in (low, high, (low + high) / 2):
@@ -300,7 +301,7 @@ class Lasting(Question):
                 outcome_evidence=trial.evidence,
                 direction=in_floats.direction,
             )
-        for trial in self.windows:
+        for trial in self.between:
             if trial.fate and trial.between and trial.between[0] < amplitude < trial.between[1]:
                 return trial._replace(fate=replace(trial.fate, amplitude=amplitude))
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
@@ -323,7 +324,7 @@ class Lasting(Question):
         trial = Observation(creeps, fate.evidence, log, fate.outcome, fate.evidence,
                             fate.direction, fate, between)  # fmt: skip
         if between is not None:
-            self.windows.append(trial)
+            self.between.append(trial)
         return trial
 
 

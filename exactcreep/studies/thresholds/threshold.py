@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from exactcreep.laws import edges
+from exactcreep import laws
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, whole_number
 from exactcreep.quasistatic.creep import interruptible
@@ -32,7 +32,7 @@ def threshold(
     high: Number | None = None,
     points: Number | None = None,
     bracket: tuple[Number, Number] | None = None,
-    windows: bool = False,
+    edges: bool = False,
     solver: str | None = None,
     cycles: Number | None = None,
     fit: tuple[Number, Number] | None = None,
@@ -76,7 +76,7 @@ def threshold(
     bracket : pair of numbers, optional
         Edge: replaces the scan; the chain does not creep at the first number, and creeps at the
         second.
-    windows : bool
+    edges : bool
         Edge: whether to list all edges of the scan: the first to all digits, the others in float64.
     solver : str, optional
         Edge: ``certified`` (default) proves the digits; ``exact`` (float64) has at most 12, fewer
@@ -135,7 +135,7 @@ def threshold(
         after = whole_number(after, "after", least=1, most=10**7)
     own: dict[str, dict[str, Any]] = {
         EDGE: {"after": after, "digits": digits, "low": low, "high": high, "bracket": bracket,
-               "windows": windows or None, "solver": solver},
+               "edges": edges or None, "solver": solver},
         INTERCEPT: {"cycles": cycles, "fit": fit, "size": size, "seed": seed},
     }  # fmt: skip
     rough = isinstance(chain, Chain) and chain.sigma_mu != 0
@@ -150,7 +150,7 @@ def threshold(
     given = {name: value for name, value in own[chosen].items() if value is not None}
     given |= {} if points is None else {"points": points}
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    if chain.n >= _LONG and (least := edges(chain).get("no_lasting_creep")):
+    if chain.n >= _LONG and (least := laws.edges(chain).get("no_lasting_creep")):
         theorem = f"no start creeps for ever below A = {least:.6g} (proved)"
         say("scan", 0, 1, "amplitudes", answer=theorem)
     if chosen == INTERCEPT:

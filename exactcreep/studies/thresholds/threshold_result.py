@@ -104,7 +104,7 @@ class Threshold(Result):
     sensitive : tuple of float
         Edge: amplitudes at which starts 1e-13 apart differ in float64, and no certified run found
         the fate. The answer of float64 was taken there, and may be wrong.
-    windows : tuple or None
+    edges : tuple or None
         Edge, on request: every edge of the scan; only the first one is refined beyond float64.
     report : mapping
         Edge: numbers of runs.
@@ -150,7 +150,7 @@ class Threshold(Result):
     def dataset(self) -> xr.Dataset:
         """The searched amplitudes; the chain and all single numbers and texts are attributes.
 
-        An edge has its `windows` along ``edge``; an intercept has the velocities along
+        An edge has its `edges` along ``edge``; an intercept has the velocities along
         ``amplitude``, in the units of the fields.
         """
         single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}

@@ -22,7 +22,7 @@ ENDS = [
 def test_two_sliders_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(changed, amplitude):
     n, chain, drive = 2, paper_chain(2, **changed), Cycles(amplitude, 20)
     plain = ExactSimulation(chain, State.relaxed(chain, n), n)
-    stretch = plain.follow(drive, 1, drive.half_cycles)
+    stretch = plain.follow(drive, 1, drive.target_count)
     # where events are recorded every slip goes through the general loop
     for record, most in (
         (("x_G", "events"), 10**9),
@@ -31,8 +31,8 @@ def test_two_sliders_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(cha
     ):
         other = ExactSimulation(chain, State.relaxed(chain, n), n, record)
         done = 0
-        while done < drive.half_cycles:
-            part = other.follow(drive, 1 + done, drive.half_cycles - done, Limits(most))
+        while done < drive.target_count:
+            part = other.follow(drive, 1 + done, drive.target_count - done, Limits(most))
             done += part.completed
         known, own = (its.snapshot() for its in (plain, other))
         assert np.array_equal(known["counts"], own["counts"])

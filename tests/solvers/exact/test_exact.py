@@ -10,22 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Chain,
-    Cycles,
-    Evidence,
-    Outcome,
-    State,
-    creep,
-    laws,
-    rearrange,
-)
+from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, laws, rearrange
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.watch.limits import Limits, Stop
 from tests.paper import captions
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 def test_two_relaxed_sliders_climb_the_staircase_whatever_the_rational_chain():
     rng, creeping, decided = random.Random(20110603), 0, 0
     while decided < 200:

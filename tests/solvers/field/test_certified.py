@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from exactcreep import Chain, Creep, Cycles, Evidence, Path, State, creep
+from exactcreep import Chain, Creep, Cycles, Evidence, State, Targets, creep
 from exactcreep.motion.arithmetic import Undecided, balls_of
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.simulation import FieldSimulation
@@ -28,7 +28,7 @@ def relaxed(chain):
 def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
     solver = Certified(digits=digits)
     simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(max_events))
+    stretch = simulation.follow(drive, 1, drive.target_count, Limits(max_events))
     return simulation, stretch
 
 
@@ -94,7 +94,7 @@ def test_a_restart_with_more_digits_hands_out_no_row_twice():
     """Float64 finds the times of near-grazes too vaguely; no precision is asked for for ever."""
     chain = captions(2, tan_alpha="0.500000000001")
     known = {"solver": "certified", "record": tuple(LOGS), "max_events": 200}
-    run, expected = (creep(chain, Path(["0.0003"]), digits=d, **known) for d in (10, 60))
+    run, expected = (creep(chain, Targets(["0.0003"]), digits=d, **known) for d in (10, 60))
     assert 0 < run.report["restarts"] < 5
     assert (run.event_count, run.evidence) == (200, Evidence.PROVED)
     for name, truth in expected.recorded.items():

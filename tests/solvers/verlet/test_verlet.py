@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, GaussianSteps, Outcome, Path, State, creep, rearrange
+from exactcreep import Cycles, GaussianSteps, Outcome, State, Targets, creep, rearrange
 from exactcreep.model.drive import Drive
 from exactcreep.model.outcome import Evidence
 from exactcreep.solvers.rearrangement import Rearrangement
@@ -52,7 +52,7 @@ def test_verlet_is_of_first_order_across_events_and_of_second_if_it_locates_them
 
 
 UNLIKE = {"mu_d": [0.4, 0.5, 0.45], "mu_s": [0.5, 0.6, 0.5], "end_forces": (0.01, -0.02)}
-EACH_SPRING = Path([["0.002", "0.001"], ["-0.001", "-0.003"], ["0.001", "0.001"]])
+EACH_SPRING = Targets([["0.002", "0.001"], ["-0.001", "-0.003"], ["0.001", "0.001"]])
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_a_run_goes_on_from_its_state_bit_for_bit(locate: bool) -> None:
         (
             paper_chain(3, **UNLIKE),
             EACH_SPRING,
-            (Path(EACH_SPRING.theta[:1]), Path(EACH_SPRING.theta[1:])),
+            (Targets(EACH_SPRING.theta[:1]), Targets(EACH_SPRING.theta[1:])),
         ),
     ):
         known = {"solver": "verlet", "locate": locate, "seed": 4, "dt": "0.02"}

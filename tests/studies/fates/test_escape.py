@@ -1,6 +1,7 @@
 """The escape rate of mixtures of an early and a late phase whose rates are known."""
 
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +62,8 @@ def test_a_horizon_of_five_early_scales_is_refused_with_one_that_would_do() -> N
     helps = 0
     for rate in refused:
         assert np.isnan(rate[:3]).all()
-        named = int(rate.reason.removesuffix(" would do").split()[-1])
+        said = r"no rate yet: \d+ of 60 starts stopped; try --cycles (\d+)"
+        named = int(re.fullmatch(said, rate.reason)[1])
         helps += REFUSED.drawn(random, named).reason == ""
     assert helps >= 0.8 * len(refused)
 
@@ -81,10 +83,10 @@ def test_the_cut_leaves_no_early_start_and_counts_what_is_before_it() -> None:
 @pytest.mark.parametrize(
     ("lives", "said"),
     [
-        ([0, 0], "no rate: every start was arrested up to cycle 0"),
-        ([0, 1, 1], "no rate: every start was arrested up to cycle 1"),
-        ([40, 120, 200, 310, 440, 620, 900, 1500], "32 starts would do"),
-        (np.random.default_rng(3).integers(9000, 11_000, 200), "not come at a constant rate"),
+        ([0, 0], "no rate: all 2 starts stopped by cycle 0; try a larger --amplitude"),
+        ([0, 1, 1], "no rate: all 3 starts stopped by cycle 1; try a larger --amplitude"),
+        ([40, 120, 200, 310, 440, 620, 900, 1500], "8 of 8 starts stopped; try --starts 32"),
+        (np.random.default_rng(3).integers(9000, 11_000, 200), "do not stop at a constant rate"),
     ],
 )
 def test_lives_without_a_rate_have_no_interval_but_a_reason(lives: list[int], said: str) -> None:

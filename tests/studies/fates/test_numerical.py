@@ -28,7 +28,7 @@ def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude:
     for shorter in range(1, period):
         assert not np.array_equal(at_ends[settled - 1], at_ends[settled - 1 + shorter])
     advances = np.diff(x_g, prepend=0.0)[:settled]
-    assert found.last_advance == np.flatnonzero(advances > 1e-12)[-1] + 1
+    assert found.advanced_until == np.flatnonzero(advances > 1e-12)[-1] + 1
     advance = x_g[settled + period - 1] - x_g[settled - 1]
     assert found.advance == pytest.approx(advance, rel=1e-12, abs=1e-12)
     assert found.velocity == found.advance / (2 * period)
@@ -49,7 +49,7 @@ def test_forces_that_return_to_within_rounding_tell_the_proved_period_undecided(
 def test_a_chain_with_hardly_any_friction_advances_as_others_do(solver: str) -> None:
     for scale in (1, Fraction(1, 10**12), Fraction(1, 10**40)):
         chain = Chain(2, 1000, scale / 2, scale * 3 / 5, tan_alpha=scale / 4)
-        assert fate(chain, scale * Fraction("0.0004"), solver=solver).last_advance == 1
+        assert fate(chain, scale * Fraction("0.0004"), solver=solver).advanced_until == 1
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_chains_that_rest_lock_run_away_and_do_not_settle(
 def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
     chain = captions(2)
     found = fate(chain, 0, start=State.prepared(chain, ["1.5"]), solver="exact")
-    assert (found.outcome, found.settled_after, found.last_advance) == (Outcome.AT_REST, 1, 1)
+    assert (found.outcome, found.settled_after, found.advanced_until) == (Outcome.AT_REST, 1, 1)
     assert found.report["events"] > 0
 
 
@@ -85,7 +85,7 @@ AMPLITUDE = LAW * Fraction("1.225")
 
 def test_every_start_of_eight_sliders_is_locked_and_its_life_ends_at_its_last_advance() -> None:
     found = survival(EIGHT, AMPLITUDE, starts=16, cycles=1600)
-    marginal = np.array([record.marginal for record in found.records])
+    marginal = np.array([life.marginal for life in found.lives])
     assert found.summary()["marginal"] == marginal.sum() >= 6
     assert found.fractions["locked"].starts == 16
     assert found.evidence is Evidence.UNDECIDED
@@ -100,7 +100,7 @@ def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles() -> No
     found = fate(EIGHT, AMPLITUDE, start=start, cycles=4000, solver="exact")
     assert (found.outcome, found.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
     assert (found.marginal, found.period, found.advance) == (True, 1, 0.0)
-    assert found.last_advance <= found.settled_after
+    assert found.advanced_until <= found.settled_after
     assert found.reason.startswith("locked in the limit: forces that change by ")
     assert {half for half, _ in found.itinerary} == {1, 2}
     run = creep(EIGHT, drive, start=start, record=("tension", "slips"))

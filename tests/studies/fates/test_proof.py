@@ -8,19 +8,9 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import (
-    Chain,
-    Cycles,
-    Enclosure,
-    Evidence,
-    Fate,
-    Outcome,
-    Progress,
-    State,
-    creep,
-    fate,
-)
+from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.motion.arithmetic import Undecided
+from exactcreep.results import Enclosure, Fate, Progress
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.proof import (
     Passed,
@@ -92,7 +82,7 @@ def test_without_a_symmetry_no_proof_is_begun() -> None:
 ALIKE = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.15"}
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 @pytest.mark.parametrize(
     ("differs", "amplitude", "tensions"),
     [

@@ -7,10 +7,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Outcome, State, Survival, creep, fate, survival
+from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
 from exactcreep.laws.stopping import stopping_time
+from exactcreep.results import Survival
 from exactcreep.studies.fates import survival as study
-from exactcreep.studies.fates.survival import StartRecord
+from exactcreep.studies.fates.survival import Life
 from tests.paper import captions
 
 SIX = captions(6)
@@ -27,7 +28,7 @@ def made(lifetimes: Iterable[int], censored: Iterable[int]) -> Survival:
     """Return a survival of invented starts."""
     ended = [(Outcome.CYCLING, lifetimes), (Outcome.LIMIT, censored)]
     records = [
-        StartRecord(
+        Life(
             0, outcome.value, "computed", int(cycles), int(cycles), int(cycles), -1, 0, -1,
             marginal=False, dormant=False, over=False,
         )
@@ -44,10 +45,10 @@ def test_two_sliders_creep_from_the_starts_that_their_law_says(share: str) -> No
     a = float(chain.mu_s) * chain.cos_alpha - chain.sin_alpha
     load = a - (1 - float(share)) * size
     found = survival(chain, Fraction(load / 1000), starts=200, size=size, cycles=50)
-    for number, record in enumerate(found.records, 1):
+    for number, life in enumerate(found.lives, 1):
         state, _ = study.start_of(chain, Fraction(size), 0, number)
         creeps = load > a - abs(state.tensions[0])
-        assert (record.outcome == Outcome.CREEPING.value) == creeps
+        assert (life.outcome == Outcome.CREEPING.value) == creeps
     creeping = found.fractions["creeping"]
     assert creeping.low <= expected <= creeping.high
     assert found.fractions["unsettled"].starts == 0
@@ -58,7 +59,7 @@ def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
     found = survival(chain, "0.00085", starts=5, cycles=10**6)
     assert found.fractions["creeping"].starts == 5
     assert found.censored.tolist() == [10**6] * 5
-    assert max(record.cycles for record in found.records) < 1000
+    assert max(life.cycles for life in found.lives) < 1000
     assert found.rate.rate == found.rate.low == 0
     assert found.rate.high == pytest.approx(-np.log(0.025) / (5 * 10**6), rel=1e-6)
     assert np.isnan(found.rate.exponential)
@@ -72,18 +73,19 @@ def test_a_record_is_that_of_its_start_followed_alone(six: Survival) -> None:
         start, key = study.start_of(SIX, six.size, 0, number)
         assert start == State.perturbed(SIX, "1e-3", start_seed=key)
         found = fate(SIX, six.amplitude, start=start, cycles=2000, solver="exact")
-        record = six.records[number - 1]
-        assert (record.outcome, record.last_advance) == (found.outcome.value, found.last_advance)
-        assert record.settled_after == (-1 if found.settled_after is None else found.settled_after)
+        life = six.lives[number - 1]
+        assert life.outcome == found.outcome.value
+        assert life.advanced_until == found.advanced_until
+        assert life.settled_after == (-1 if found.settled_after is None else found.settled_after)
 
 
 def test_records_do_not_depend_on_who_follows_them(six: Survival) -> None:
     given = {"starts": 10, "cycles": 2000}
     with ThreadPoolExecutor(3) as pool:
         elsewhere = survival(SIX, six.amplitude, executor=pool, **given)
-    assert elsewhere.records == six.records[:10]
+    assert elsewhere.lives == six.lives[:10]
     others = survival(SIX, six.amplitude, seed=1, workers=1, **given)
-    assert not set(others.records) & set(six.records)
+    assert not set(others.lives) & set(six.lives)
 
 
 def test_with_disorder_rest_alone_is_death_and_dormancy_is_reported_apart() -> None:
@@ -93,21 +95,21 @@ def test_with_disorder_rest_alone_is_death_and_dormancy_is_reported_apart() -> N
     assert fractions["locked"].starts == fractions["creeping"].starts == 0
     assert fractions["dormant"].starts > 0
     assert fractions["at_rest"].starts > 0
-    for number, record in enumerate(found.records, 1):
+    for number, life in enumerate(found.lives, 1):
         start, key = study.start_of(chain, found.size, 0, number)
-        run = creep(chain, Cycles(found.amplitude, record.cycles), seed=key, start=start,
+        run = creep(chain, Cycles(found.amplitude, life.cycles), seed=key, start=start,
                     record=("slips",)).recorded["slips"]  # fmt: skip
         slips = run[0::2] + run[1::2]
-        assert (record.outcome == Outcome.AT_REST.value) == (slips[-1].sum() == 0)
+        assert (life.outcome == Outcome.AT_REST.value) == (slips[-1].sum() == 0)
         inner = np.flatnonzero(slips[:, 1:-1].sum(axis=1)) + 1
-        if record.dormant:
-            assert record.cycles - inner.max(initial=0) >= 500
-        if record.dormant_after >= 0:
-            pauses = np.diff([0, *inner, record.cycles + 1]) - 1
-            assert record.dormant_after == [0, *inner][np.flatnonzero(pauses >= 500)[0]]
+        if life.dormant:
+            assert life.cycles - inner.max(initial=0) >= 500
+        if life.dormant_after >= 0:
+            pauses = np.diff([0, *inner, life.cycles + 1]) - 1
+            assert life.dormant_after == [0, *inner][np.flatnonzero(pauses >= 500)[0]]
 
 
-@pytest.mark.filterwarnings("ignore::exactcreep.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
 def test_starts_that_rest_run_away_or_are_not_begun_are_counted_as_that() -> None:
     assert survival(SIX, 0, starts=3, cycles=5).lifetimes.tolist() == [0, 0, 0]
     steep = survival(captions(1, tan_alpha="0.7"), "0.001", starts=3, cycles=5)

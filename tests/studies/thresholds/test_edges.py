@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Evidence, Fate, InputError, Outcome, State, Threshold, threshold
+from exactcreep import Chain, Evidence, InputError, Outcome, State, threshold
+from exactcreep.results import Fate, Threshold
 from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import Observation, Question
 from exactcreep.studies.thresholds.search import Edge, first_edge
@@ -31,7 +32,7 @@ def bounds(found: Threshold | Edge) -> tuple[Fraction, Fraction]:
 
 @pytest.fixture(scope="module")
 def three() -> Threshold:
-    return after(captions(3), windows=True)
+    return after(captions(3), edges=True)
 
 
 # --- edges that are known beforehand ----------------------------------------------------------
@@ -123,7 +124,7 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
     three: Threshold,
 ) -> None:
     # between the second edge and the third two itineraries change within 5e-12 of each other
-    _, _, third = three.windows
+    _, _, third = three.edges
     found = threshold(captions(3), bracket=("0.0004771", "0.0004772"), digits=40, after=20)
     low, high = bounds(found)
     assert found.evidence is Evidence.PROVED

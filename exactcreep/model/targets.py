@@ -29,7 +29,7 @@ class Listed(Drive):
     theta: tuple[Any, ...]
 
     @property
-    def half_cycles(self) -> int:
+    def target_count(self) -> int:
         return len(self.theta)
 
     @property
@@ -64,7 +64,7 @@ class Listed(Drive):
 
 
 @dataclass(frozen=True, repr=False)
-class Path(Listed):
+class Targets(Listed):
     """A given sequence of dilations.
 
     Parameters
@@ -75,12 +75,12 @@ class Path(Listed):
 
     Examples
     --------
-    >>> Path(["0.001", 0, "-1/300"]).theta
+    >>> Targets(["0.001", 0, "-1/300"]).theta
     (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
 
     A warm front that passes along a level chain of three sliders moves it towards slider 1:
 
-    >>> front = Path([["0.001", 0], ["0.001", "0.001"], [0, "0.001"], [0, 0]])
+    >>> front = Targets([["0.001", 0], ["0.001", "0.001"], [0, "0.001"], [0, 0]])
     >>> round(creep(Chain(3, 1000, "0.5", "0.6", tan_alpha=0), front).x_G, 4)
     -0.1833
     """
@@ -93,7 +93,7 @@ class Path(Listed):
 
     @classmethod
     @refusing
-    def of(cls, drive: Drive, seed: int = 0) -> Path:
+    def of(cls, drive: Drive, seed: int = 0) -> Targets:
         """Return the targets of a drive of somebody's own class, which files cannot make again.
 
         Parameters
@@ -105,7 +105,7 @@ class Path(Listed):
 
         Returns
         -------
-        Path
+        Targets
             The same targets, exactly.
 
         Raises
@@ -116,12 +116,12 @@ class Path(Listed):
         name = type(drive).__name__
         if type(drive).clock is not Drive.clock or drive.dates is not None:
             raise InputError("drive", name, "must count its time in targets, as a path does")
-        count = whole_number(drive.half_cycles, "drive.half_cycles", least=1, most=10**6)
+        count = whole_number(drive.target_count, "drive.target_count", least=1, most=10**6)
         return cls(drive.exact_target(q, seed) for q in range(1, count + 1))
 
 
 def targets_of(theta: Any) -> tuple[Any, ...]:
-    """Return the targets of a list as rationals, or as tuples where springs differ; see `Path`."""
+    """Return listed targets as rationals, or as tuples where springs differ; see `Targets`."""
     given = listed(theta)
     if given is None:
         raise InputError("theta", theta, "must be a list of numbers")
