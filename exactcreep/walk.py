@@ -75,9 +75,7 @@ class Walk(Result):
     steps: int = 1
 
     @classmethod
-    def of(
-        cls, solid: Any, run: Creep, time_unit: Number | None = None, *, seeds: int = 0
-    ) -> Walk:
+    def of(cls, solid: Any, run: Creep, time_unit: Number | None = None, *, seeds: int = 0) -> Walk:
         """Return the walk of a solid in a run of its chain.
 
         Parameters

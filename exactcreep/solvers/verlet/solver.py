@@ -64,7 +64,12 @@ class VerletSimulation(Simulation):
         mine.expansion[:-1], mine.tension[:-1] = chain.floats("expansion"), state.tensions
         mine.place[:], mine.draws[:] = state.displacements, state.draws
         mine.coefficient[:], mine.friction[:] = state.coefficients, mine.mu_d * chain.cos_alpha
-        mine.threshold[:] = np.maximum(mine.coefficient, mine.mu_d) * chain.cos_alpha
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin at rest, with the present coefficients and tensions."""
+        mine = self.inner
+        mine.threshold[:] = np.maximum(mine.coefficient, mine.mu_d) * self.chain.cos_alpha
         steps.rest(self.all, self.now[0], 0.0)
 
     @property
@@ -116,8 +121,13 @@ class VerletSimulation(Simulation):
         """Set out on a leg, unless it is under way: theta is the part of it that is done."""
         if self.leg is None or self.now["theta"][0] == 1.0:
             begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
-            self.leg, self.now["theta"] = replace(leg, begin=begin), 0.0
-            self.inner.expansion[:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
+            self.now["theta"] = 0.0
+            self._set_out(replace(leg, begin=begin))
+
+    def _set_out(self, leg: Leg | None) -> None:
+        self.leg = leg
+        if leg is not None:
+            self.inner.expansion[:-1] = [*map(nearest_float, leg.expansion(self.chain))]
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
         return {} if self.at_rest else self.follow(None, 1, 0, limits).recorded
@@ -158,14 +168,20 @@ class VerletSimulation(Simulation):
         return bool(self.now["phase"][0] == steps.AT_REST)
 
     def snapshot(self) -> dict[str, Any]:
-        now, sliders = self.now.view(np.int64).copy(), self.numbers.copy()
-        return {"now": now, "sliders": sliders, "leg": Leg.kept(self.leg)}
+        rows = {name: getattr(self.inner, name).copy() for name in steps.AT_REST_ROWS}
+        now = {name: self.now[name].item() for name in steps.AT_REST_NOW}
+        return {"now": now, "leg": Leg.kept(self.leg)} | rows
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        self.leg = Leg.restored(snapshot["leg"], self.chain)
-        self.numbers[:] = snapshot["sliders"]
-        self.now.view(np.int64)[:] = snapshot["now"]
+        self._set_out(Leg.restored(snapshot["leg"], self.chain))
+        for name in steps.AT_REST_ROWS:
+            getattr(self.inner, name)[:] = snapshot[name]
+        self.inner.tension[-1] = 0.0
+        for name, value in snapshot["now"].items():
+            self.now[name] = value
+        self.now["phase"] = steps.AT_REST
+        self._begin()
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""

@@ -46,6 +46,9 @@ NOW = np.dtype(
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `number`: the events
 of the rearrangement; `written`: the logged rows."""
+AT_REST_NOW = (*COUNTS, "theta", "steps")
+AT_REST_ROWS = ("tension", "coefficient", "place", "draws", "slips")
+"""From these parts of `NOW` and `Sliders` a chain at rest goes on."""
 Sliders = namedtuple("Sliders", "tension expansion load pull coefficient threshold slack friction"
     " mu_d mu_s springs draws slips sign ceiling place x w b last_x last_v last_b")  # fmt: skip
 """Arrays of sliders 1 .. n, with a ghost at either end. `tension` and `expansion` are those of the
