@@ -110,7 +110,10 @@ def status(words: Sequence[str]) -> int:
     limit = re.search("--max-seconds[ =]([0-9.e+]+)", " ".join(arguments))
     try:
         if limit:
-            _enforce(limit[1])
+            from exactcreep.watch.limits import enforce, relent
+
+            with suppress(ValueError):  # no number, as the command says
+                enforce(float(limit[1]))
         try:
             program(arguments[:1])(
                 arguments, exit_on_error=False, print_error=False, result_action="return_value"
@@ -156,15 +159,8 @@ def status(words: Sequence[str]) -> int:
         return 2
     finally:
         if limit:
-            _enforce("inf")
+            relent()
     return code
-
-
-def _enforce(seconds: str) -> None:
-    from exactcreep.watch.limits import enforce
-
-    with suppress(ValueError):  # no number, as the command says
-        enforce(float(seconds))
 
 
 def _missing(arguments: Sequence[str], error: MissingArgumentError) -> str:

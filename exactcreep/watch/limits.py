@@ -23,6 +23,8 @@ _CONTAINERS = (
 )
 """Files in which Linux gives the memory limit and use of a container, and its file cache."""
 _GRACE = 0.5  # seconds
+_preparing: set[float] = set()
+"""When the preparation of the present command ends late; empty: it has ended."""
 _ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
 
 
@@ -91,6 +93,7 @@ class Limits:
 
     def passed(self) -> bool:
         """Return whether the time is over, or the user has interrupted."""
+        _preparing.clear()
         return self.interrupted() or (self.at < math.inf and clock() >= self.at)
 
     def require(self) -> None:
@@ -121,21 +124,28 @@ NO_LIMITS = Limits()
 
 
 def enforce(seconds: float) -> None:
-    """Let a command that ends late raise `OutOfTime`, wherever it is; inf: from now on it may.
+    """Let a command raise `OutOfTime` if its preparation, e.g. of a million cells, ends late.
 
-    Some preparations, e.g. of a million cells, do not look at their limits.
+    The preparation ends when the command first looks at its limits itself.
     """
     at = clock() + 1.5 * seconds + _GRACE
+    _preparing.add(at)
 
     def late(*_: object) -> None:
-        if clock() >= at:
+        if at in _preparing and clock() >= at:
+            relent()
             raise OutOfTime(f"max_seconds = {seconds:g} was reached before there was a result")
-        signal.setitimer(signal.ITIMER_REAL, max(at - clock(), _GRACE))
 
     if hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGALRM, late)
-        again = 0.0 if math.isinf(seconds) else min(at - clock(), 1e6)
-        signal.setitimer(signal.ITIMER_REAL, again, _GRACE)
+        signal.setitimer(signal.ITIMER_REAL, _GRACE, _GRACE)
+
+
+def relent() -> None:
+    """Let the preparation of the present command take any time."""
+    _preparing.clear()
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def free_memory() -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import signal
+import time
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from exactcreep import (
 )
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.results import EventKind, Interrupted, Progress
+from exactcreep.watch.limits import NO_LIMITS, OutOfTime, enforce, relent
 from tests.paper import captions, paper_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
@@ -135,3 +137,21 @@ def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(asked: str) -> 
     assert partial.reason == "interrupted"
     if asked not in STUDIES:
         assert 0 <= partial.event_count - reports[0] <= RUNS[asked][-1]
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is no timer")
+def test_a_preparation_that_looks_at_no_limit_is_ended_and_a_computation_is_not() -> None:
+    def waits(seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            time.sleep(0.01)
+
+    try:
+        enforce(0.01)
+        with pytest.raises(OutOfTime, match=r"max_seconds = 0\.01 was reached before"):
+            waits(20)
+        enforce(0.01)
+        assert not NO_LIMITS.passed()
+        waits(1.2)
+    finally:
+        relent()
