@@ -23,7 +23,7 @@ import lazy_loader
 from exactcreep import figures as _figures  # noqa: F401 - it registers how results are drawn
 from exactcreep.moved import NAMES
 
-__version__ = "0.4.0"
+__version__ = "0.5.0"
 
 # __init__.pyi names the module of each public name, also for type checkers. A module is imported
 # at its first use, so that a help text does not wait for a compiler.
