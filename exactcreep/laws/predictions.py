@@ -160,7 +160,7 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
             tuple(sign * value + 0.0 for value in law_values(law, downhill)) for law in _LAWS[size]
         )
         sliding = _values(sliding)
-        if slope and not any(value * slope > 0 for value in printed):
+        if any(value * slope < 0 for value in printed):
             printed = ()  # below its threshold the paper's line would lead uphill
     on, clean = forces(parameters), parameters["sigma_mu"] == 0
     held: tuple[float, ...]
