@@ -6,9 +6,11 @@ import codecs
 import io
 import math
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +107,10 @@ def status(words: Sequence[str]) -> int:
         complain(f"No such command {arguments[0]!r}{near}")
         return 2
     code = 0 if arguments else 2
+    limit = re.search("--max-seconds[ =]([0-9.e+]+)", " ".join(arguments))
     try:
+        if limit:
+            _enforce(limit[1])
         try:
             program(arguments[:1])(
                 arguments, exit_on_error=False, print_error=False, result_action="return_value"
@@ -121,7 +126,12 @@ def status(words: Sequence[str]) -> int:
         if debug:
             raise
         from exactcreep.model.numbers import InputError
+        from exactcreep.watch.limits import OutOfTime
 
+        late = error if isinstance(error, OutOfTime) else error.__cause__
+        if isinstance(late, OutOfTime):
+            complain(str(late))
+            return 3
         if isinstance(error, UnusedCliTokensError):
             told = "; --set takes KEY=VALUE" if "--set" in arguments else ""
             further = " ".join(error.unused_tokens or ())
@@ -144,7 +154,17 @@ def status(words: Sequence[str]) -> int:
             complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
             return 1
         return 2
+    finally:
+        if limit:
+            _enforce("inf")
     return code
+
+
+def _enforce(seconds: str) -> None:
+    from exactcreep.watch.limits import enforce
+
+    with suppress(ValueError):  # no number, as the command says
+        enforce(float(seconds))
 
 
 def _missing(arguments: Sequence[str], error: MissingArgumentError) -> str:

@@ -27,6 +27,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     positive_number,
+    refusing,
     whole_number,
 )
 from exactcreep.model.remarks import remark
@@ -283,6 +284,7 @@ def _sections(given: Any, length: Fraction) -> tuple[tuple[Fraction, Fraction], 
     return sections
 
 
+@refusing
 def pipeline(
     *,
     length: Number,

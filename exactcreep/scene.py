@@ -18,7 +18,7 @@ from typing import Any
 from exactcreep.model.chain import ANGLES, Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.names import meant, one_of
-from exactcreep.model.numbers import InputError, Shown, exact_number
+from exactcreep.model.numbers import InputError, Shown, exact_number, refusing
 from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
@@ -121,6 +121,7 @@ class Scene(Shown):
     folder: FilePath
 
     @classmethod
+    @refusing
     def from_text(cls, text: str, *, name: str = "scene", folder: FilePath | None = None) -> Scene:
         """Return the scene in a TOML text.
 

@@ -19,6 +19,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     positive_number,
+    refusing,
     whole_number,
 )
 from exactcreep.model.remarks import remark
@@ -82,6 +83,7 @@ class Solid(Shown):
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
     _units_in_line = True
 
+    @refusing
     def __post_init__(self) -> None:
         require_uniform(self.chain.parameters(), "a solid in SI units")
 

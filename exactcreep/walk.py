@@ -75,9 +75,7 @@ class Walk(Result):
     steps: int = 1
 
     @classmethod
-    def of(
-        cls, solid: Any, run: Creep, time_unit: Number | None = None, *, seeds: int = 0
-    ) -> Walk:
+    def of(cls, solid: Any, run: Creep, time_unit: Number | None = None, *, seeds: int = 0) -> Walk:
         """Return the walk of a solid in a run of its chain.
 
         Parameters
@@ -196,7 +194,7 @@ class Walk(Result):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The walk along ``target``, as far as the run recorded it; the summary is in `attrs`."""
+        """The walk along ``target``, as far as the run recorded it; the summary is in ``attrs``."""
         columns, known = dict[str, Any](), {*self.run.recorded, *["clock"] * self._has_clock, ""}
         for name, needed, across, unit in (
             ("temperatures", "", "spring", "K or as recorded"),

@@ -8,7 +8,8 @@ import io
 import json
 import time
 import tracemalloc
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -200,6 +201,52 @@ def test_a_forged_checkpoint_is_refused(
     path.write_bytes(lines_of(texts))
     said_of(lambda: creep(**RUN, checkpoint=path), path)
     assert "sent.ckpt" in command("run", "two-sliders-cycles", "--checkpoint", str(path)).sentence
+
+
+FORGED: list[Any] = [None, -1, 2**63, 10**400, 1e308, float("nan"), "text", [], [1], {"a": 1},
+                     {"$tuple": [1, 2]}, {"$array": ["<i8", [1], "AAAAAAAAAEA="]}]  # fmt: skip
+
+
+def places(tree: Any, *before: Any) -> Iterator[tuple[Any, ...]]:
+    """Yield the keys of every part of a record."""
+    pairs = tree.items() if isinstance(tree, dict) else ()
+    for key, part in enumerate(tree) if isinstance(tree, list) else pairs:
+        yield (*before, key)
+        yield from places(part, *before, key)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_every_number_of_a_checkpoint_is_used_or_refused(folder: Path, tmp_path: Path) -> None:
+    data, path, random = (folder / "run.ckpt").read_bytes(), tmp_path / "sent.ckpt", Random(1)
+    keys = [key for key in places(records_of(data)) if key[0] == 1]
+    for _ in range(250):
+        records, key = records_of(data), random.choice(keys)
+        put(*key, value=random.choice(FORGED))(records)
+        path.write_bytes(lines_of(map(json.dumps, records)))
+        begin = time.process_time()
+        with suppress(InputError):
+            assert creep(**RUN, checkpoint=path).dataset.sizes
+        assert time.process_time() - begin < MOST_SECONDS, key
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_every_attribute_of_a_result_is_used_or_refused(folder: Path, tmp_path: Path) -> None:
+    data, path = (folder / "run.nc").read_bytes()[:-84], tmp_path / "sent.nc"
+    with h5py.File(io.BytesIO(data), "r") as held:
+        names = [*held.attrs, *held]
+    for k, name in enumerate(names):
+        for value in (-1, np.int64(2**63 - 1), 1e308, "1/0", "{}", np.zeros((2, 2)))[k % 3 :: 3]:
+            forged = io.BytesIO(data)
+            with h5py.File(forged, "r+") as file:
+                if name in file:
+                    del file[name]
+                    file[name] = value
+                else:
+                    file.attrs[name] = value
+            path.write_bytes(sealed(forged.getvalue()))
+            with suppress(InputError):
+                found = Creep.load(path)
+                repr((found, found.summary(), found.dataset, found.finding))
 
 
 VALUES = {"velocity": "fast", "outcome": "dancing", "warnings": "[1]", "cell": "another"}

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,7 +25,7 @@ from exactcreep.watch.terminal import printable
 
 LIMIT, STALE, INTERRUPTED = 3, 4, 130
 """Exit statuses: a limit was reached, the checkpoint is stale, Ctrl-C."""
-_RATIO = re.compile(r"-?\d+/\d+")
+_RATIO = re.compile(r"-?\d+/0*[1-9]\d*")
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # most entries of a list that are printed
 _WITHOUT_END = 10**5  # columns, unless a terminal folds the lines
@@ -199,10 +198,13 @@ def _worded(value: Any) -> str:
 
 def _decimals(ends: Sequence[str]) -> str:
     """Return the ends of an interval as decimals, rounded outward, with just enough digits."""
-    low, high = map(Fraction, ends)
+    from exactcreep.model.numbers import ratio_of
+
+    low, high = map(ratio_of, ends)
     digits = 9
     if high > low:
-        digits = max(digits, 2 + len(str(int(max(abs(low), abs(high)) / (high - low)))))
+        wide = decimal.Decimal(int(max(abs(low), abs(high)) / (high - low)))
+        digits = max(digits, 3 + wide.adjusted())
     return ", ".join(
         str(decimal.Context(digits, way).divide(*map(decimal.Decimal, end.as_integer_ratio())))
         for end, way in ((low, decimal.ROUND_FLOOR), (high, decimal.ROUND_CEILING))
@@ -338,6 +340,10 @@ class Printed:
 
             style.save_picture(answer.draw(), path, force=force)
 
+        if self.out or self.plot:
+            from exactcreep.watch.limits import enforce
+
+            enforce(math.inf)  # what was found in time is saved
         written, failed = list[Path](), None
         for path, write in ((self.out, answer.save), (self.plot, draw)):
             if path is not None:

@@ -85,6 +85,7 @@ def show(
     *,
     half_cycle: Whole | None = None,
     window: Whole = "200",
+    max_seconds: Number = "60",
     out: File | None = None,
     force: Force = False,
 ) -> None:
@@ -98,6 +99,8 @@ def show(
         Show the end of half-cycle K. Default: the last.
     window : int
         Most half-cycles in the space-time diagram.
+    max_seconds : number
+        Stop computing again after this time. Default: 60.
     out : path
         PNG, PDF or SVG file. Default: RUN.png.
 
@@ -108,12 +111,13 @@ def show(
     """
     from exactcreep.commands.run import known_text
     from exactcreep.figures.run import draw_portrait, portrait
+    from exactcreep.watch.limits import Limits
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
     output.check(run=run)
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    view = portrait(seen, wanted, wide or 1)
+    view = portrait(seen, wanted, wide or 1, Limits.of(max_seconds=max_seconds))
     say_all = partial(put, f"trajectory {known_text(seen)}")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 

@@ -30,7 +30,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.tables import logged_events
-from exactcreep.watch.limits import NO_LIMITS, Limits
+from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import Hearer, reporter
 
 LOOKED_AT = 100
@@ -57,6 +57,8 @@ def largest_avalanche(
     total = min(half_cycles, experiment.drive.target_count)
     (seen,) = simulate(experiment.simulation(("events",)), experiment.drive, [total], limits)
     numbers, events = np.unique(seen.recorded.get("event_rearrangement", ()), return_counts=True)
+    if seen.stop is Stop.DEADLINE and not events.size:
+        raise OutOfTime(f"{seen.reason} in half-cycle 1, before a rearrangement was found")
     if not events.size:
         reason = f"nothing moves in {seen.completed} half-cycles"
         raise InputError("scene", experiment.solver, reason)
@@ -75,8 +77,8 @@ def find_avalanche(experiment: Experiment, number: int, limits: Limits = NO_LIMI
     if number not in numbers:
         count = simulation.tally.rearrangements
         reason = f"must be one of the run's {count}, from 0"
-        if early := limits.after(simulation.tally.events).reason(stretch.stop):
-            reason = f"was not reached: {early} after {count} rearrangements"
+        if early := limits.reason(stretch.stop):
+            raise OutOfTime(f"rearrangement {number} was not found: {early} after {count} others")
         raise InputError("rearrangement", number, reason)
     logged, half_cycle = logged_events(stretch.whole), int(stretch.whole["event_half_cycle"][0])
     itinerary = tuple(event.signature for row, event in logged if row.rearrangement == number)

@@ -51,7 +51,7 @@ from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
-from exactcreep.watch.limits import Limits
+from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 
 Floats = NDArray[np.float64]
 WINDOW = 200
@@ -403,7 +403,9 @@ class Portrait:
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
 
 
-def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
+def portrait(
+    result: Creep, half_cycle: int | None = None, window: int = WINDOW, limits: Limits = NO_LIMITS
+) -> Portrait:
     """Return a run around the end of a half-cycle (0: the start; default: the last).
 
     Values that the run did not record are computed again, bit for bit. Raises `InputError` if the
@@ -419,7 +421,9 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     shown: list[Any] = [{"x_G": np.empty(0), "slips": np.empty((0, experiment.chain.n), int)}]
     short = max(_NUMBERS_AT_ONCE // experiment.chain.n, 1)
     targets = sorted({*range(0, last, short), first - 1, asked, last})
-    for done, stretch in zip(targets, simulate(simulation, drive, targets), strict=True):
+    for done, stretch in zip(targets, simulate(simulation, drive, targets, limits), strict=True):
+        if stretch.stop is Stop.DEADLINE:
+            raise OutOfTime(f"{stretch.reason} before half-cycle {last} was computed again")
         _check_repeats(result, done - stretch.completed, floats(stretch.recorded["x_G"]))
         if done >= first:
             shown.append(stretch.recorded)

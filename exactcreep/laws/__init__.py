@@ -11,6 +11,9 @@ mpmath numbers of their context. On which side of a boundary an argument lies is
 exactly. `exactcreep.laws.paper` has the units and symbols, ``derivations/ledger.toml`` the proofs.
 """
 
+from inspect import isfunction
+from sys import modules
+
 from exactcreep.laws.differing import (
     PivotSliders,
     differing_intercept,
@@ -58,6 +61,7 @@ from exactcreep.laws.velocities import (
     sliding_velocity,
     sliding_velocity_random,
 )
+from exactcreep.model.numbers import refusing
 
 __all__ = [
     "PivotSliders", "PivotWindow", "Prediction", "at_rest_amplitude", "beyond_sticking", "cosine",
@@ -70,3 +74,8 @@ __all__ = [
     "sticking_deviation", "sticking_velocity", "threshold_amplitude", "threshold_width",
     "two_sliders_velocity", "two_sliders_velocity_random",
 ]  # fmt: skip
+
+for _name in __all__:
+    _of = globals()[_name]
+    if isfunction(_of):  # its module has the careful one, too, so that it can be pickled
+        globals()[_name] = vars(modules[_of.__module__])[_name] = refusing(_of)

@@ -30,16 +30,16 @@ def rational(value: Number) -> Fraction:
 
 
 def real(value: Number, name: str) -> Number:
-    """Return a real number, or an array of them; raise `TypeError` with its name for others."""
+    """Return a real number, or an array of them; raise `ValueError` with its name for others."""
     if isinstance(value, np.ndarray | list | tuple):
         array = np.asarray(value)
         rationals = all(isinstance(entry, int | float | Fraction) for entry in array.ravel())
         if array.dtype.kind not in "iuf" and not (array.dtype == object and rationals):
-            raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
+            raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
         return array.astype(np.float64)
     number = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
     if isinstance(value, bool) or not number:
-        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}")
+        raise ValueError(f"{name} must be a real number or an array of them, not {value!r}")
     return int(value) if isinstance(value, np.integer) else value
 
 
@@ -50,7 +50,7 @@ def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
     convert: Callable[[Number], Number] = Fraction
     if any(isinstance(value, np.ndarray) for value in values.values()):
         if contexts:
-            raise TypeError("arrays and mpmath numbers do not mix: call the law once per number")
+            raise ValueError("arrays and mpmath numbers do not mix: call the law once per number")
         convert = np.float64
     elif contexts:
         convert = contexts[-1].convert

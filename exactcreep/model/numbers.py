@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 import numbers
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
 from html import escape
-from typing import Any, ClassVar
+from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import numpy as np
 
+P = ParamSpec("P")
+T = TypeVar("T")
 Number = int | float | str | Fraction | Decimal
 """Types of numbers that a user may give; see `exact_number`."""
 
@@ -61,6 +66,32 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
         return (type(self), (self.field, self.value, self.allowed))
+
+
+def refusing(function: Callable[P, T]) -> Callable[P, T]:
+    """Let a function that cannot use its arguments raise `InputError`, whatever they are.
+
+    Of a wrong number of arguments, Python's own TypeError remains.
+    """
+
+    @functools.wraps(function)
+    def careful(*args: P.args, **words: P.kwargs) -> T:
+        try:
+            return function(*args, **words)
+        except (InputError, Warning, OSError):
+            raise
+        except Exception as error:
+            given = inspect.signature(function).bind(*args, **words).arguments
+            if function.__name__ == "__post_init__":
+                given = vars(given["self"])
+            usable = {name: value for name, value in given.items() if name != "cls"}
+            said = " ".join(str(error).split()) if type(error) is ValueError else ""
+            named = (name for name in usable if re.search(rf"\b{name}\b", said))
+            field = next(named, next(iter(usable)))
+            allowed = said[:200] or "is not of a type that can be used"
+            raise InputError(field, usable[field], allowed) from error
+
+    return careful
 
 
 def shown(value: Any) -> str:
@@ -163,7 +194,8 @@ def in_words(value: Any) -> str:
     ('0.6', '0.6', 'relaxed')
     """
     if isinstance(value, str) and _RATIO.fullmatch(value):
-        value = Fraction(value)
+        with suppress(ValueError):  # a text such as "1/0"
+            value = ratio_of(value)
     text = value if isinstance(value, str) else shown(value)
     return text.strip("'") if isinstance(value, Fraction) else text
 

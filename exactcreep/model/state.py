@@ -22,6 +22,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     number_of_floats,
+    refusing,
 )
 
 _MOST_DRAWS = 2**62
@@ -133,6 +134,7 @@ class State(Shown):
         return cls.prepared(chain, seed=seed)
 
     @classmethod
+    @refusing
     def prepared(
         cls,
         chain: Chain,
@@ -179,6 +181,7 @@ class State(Shown):
         )
 
     @classmethod
+    @refusing
     def perturbed(cls, chain: Chain, size: Number, *, start_seed: int, seed: int = 0) -> State:
         """Return the relaxed chain with random tensions, uniform in (-size, size).
 

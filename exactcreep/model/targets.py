@@ -17,6 +17,7 @@ from exactcreep.model.numbers import (
     exact_number,
     listed,
     nearest_float,
+    refusing,
     whole_number,
 )
 
@@ -91,6 +92,7 @@ class Targets(Listed):
         vars(self).update(theta=targets_of(theta))
 
     @classmethod
+    @refusing
     def of(cls, drive: Drive, seed: int = 0) -> Targets:
         """Return the targets of a drive of somebody's own class, which files cannot make again.
 

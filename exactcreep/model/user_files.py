@@ -32,7 +32,7 @@ def refused(field: str, shown: str, why: str = "cannot be read") -> Iterator[Non
         yield
     except Exception as error:
         said = _WORDS.get(type(error), "{}").format(error)
-        if isinstance(error, InputError) and str(error.value) == str(shown):
+        if isinstance(error, InputError) and isinstance(error.value, str) and error.value == shown:
             if error.field == field:
                 raise
             said = error.allowed

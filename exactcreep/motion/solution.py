@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.model.numbers import InputError, Scalar
+from exactcreep.model.numbers import InputError, Scalar, refusing
 
 
 class Motion(NamedTuple):
@@ -75,6 +75,7 @@ class Solution:
            [0.   , 0.194]])
     """
 
+    @refusing
     def __init__(
         self, make: Callable[[], Sequence[Piece]], at_rest: Motion, times: Sequence[Scalar]
     ) -> None:
@@ -90,6 +91,7 @@ class Solution:
         )
 
     @classmethod
+    @refusing
     def of(cls, pieces: Sequence[Piece], at_rest: Motion) -> Solution:
         """Return the solution that consists of these pieces.
 

@@ -33,7 +33,7 @@ from exactcreep.quasistatic.observed_run import ObservedRun
 from exactcreep.quasistatic.writing import check_output, locked, write_file
 from exactcreep.solvers.registry import SOLVERS
 
-VERSION = 15
+VERSION = 16
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")

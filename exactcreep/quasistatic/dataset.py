@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
@@ -27,7 +28,8 @@ from exactcreep.model.state import State, near_theta
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_of_parameters
 from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
-from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
+from exactcreep.solvers.interface import require, require_like
+from exactcreep.solvers.tables import FORCE, LENGTH, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
     from exactcreep.quasistatic.creep_result import Creep
@@ -155,8 +157,6 @@ def fields_of(member: Group) -> dict[str, Any]:
     if "velocity_exact" in about:
         parts = about["velocity_exact"], about["velocity_exact_radius"]
         exact = Enclosure(*map(ratio_of, parts))
-    columns = COLUMNS.keys() - {"theta"}
-    recorded = {name: member[name] for name in member if quantity(name) in columns}
     fields: dict[str, Any] = {"since": None, "report": {}}
     for name in names(Place.FILE):
         if name in about:
@@ -171,12 +171,33 @@ def fields_of(member: Group) -> dict[str, Any]:
         known = Evidence.PROVED if lasts else Evidence.COMPUTED
         known = Evidence.UNDECIDED if fields["outcome"] is Outcome.LIMIT else known
         fields["outcome_evidence"] = fields["evidence"].and_then(known)
+    experiment, count = _experiment(member), fields["half_cycles"]
+    bounds = {"half_cycles": experiment.drive.target_count}
+    for name, most in (bounds | dict.fromkeys(("known_until", "burn_in", "since"), count)).items():
+        require((fields[name] or 0) <= most, f"{name} is larger than {most}")
+    require_like(0, fields["report"]["undecided"], "undecided")
     return fields | {
-        "experiment": _experiment(member),
+        "experiment": experiment,
         "velocity_enclosure": exact,
         "state": _state(member, "final", _dilation(member["final_theta"])),
-        "recorded": recorded,
+        "recorded": _recorded(member, count, experiment.chain.n),
     }
+
+
+def _recorded(member: Group, half_cycles: int, n: int) -> dict[str, NDArray[Any]]:
+    """Return the recorded columns; raise `ValueError` if types or shapes are wrong."""
+    recorded, sizes = dict[str, NDArray[Any]](), {"half_cycle": half_cycles}
+    for table in TABLES:
+        for name in member:
+            column = table.columns.get(quantity(name))
+            if column is None or name == "theta":  # the drive knows theta
+                continue
+            recorded[name], like = member[name], column.array([], n)
+            require_like(like if name == quantity(name) else None, recorded[name], name)
+            rows = sizes.setdefault(table.dimension, len(recorded[name]))
+            fits = recorded[name].shape == (rows, *like.shape[1:])
+            require(fits, f"{name} has another shape")
+    return recorded
 
 
 def _experiment(member: Group) -> Experiment:

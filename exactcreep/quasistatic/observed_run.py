@@ -7,7 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from exactcreep.model.enclosure import Enclosure, as_float
+import numpy as np
+
+from exactcreep.model.enclosure import Enclosure, as_float, floats
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
@@ -25,9 +27,10 @@ from exactcreep.solvers.interface import (
     Stretch,
     longest_avalanche,
     require,
+    require_at_rest,
     require_like,
 )
-from exactcreep.solvers.tables import RECORDS
+from exactcreep.solvers.tables import HALF_CYCLE_TABLE, RECORDS
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.preparation import clock
 
@@ -241,4 +244,10 @@ class ObservedRun:
         self.done, self.reason, self.seconds = kept["done"], kept["reason"], kept["seconds"]
         self.outcome = Outcome(kept["outcome"]) if kept["outcome"] else None
         require(0 <= self.done <= self.total, f"it has reached {self.done} of {self.total} targets")
+        chain, state = self.experiment.chain, self._state()
+        held = np.maximum(floats(state.coefficients), chain.floats("mu_d")) * chain.cos_alpha
+        require_at_rest(state.forces(chain), held)
+        counts = self.recorder.counts()
+        due = {name: self.done for name in counts if name in HALF_CYCLE_TABLE.columns}
+        require(counts == kept["rows"] | due, "it lacks recorded rows")
         self._save()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from exactcreep.solvers.interface import Simulation, Stretch, require_like
 
 NEVER = 1 << 62
@@ -29,7 +31,9 @@ class Observer:
         return {name: getattr(self, name) for name in self.state}
 
     def restore(self, kept: Any) -> None:
-        """Restore what `kept` returned, or raise `ValueError` if names differ."""
-        require_like(dict.fromkeys(self.state), kept)
+        """Restore what `kept` returned, or raise `ValueError`."""
+        mine = self.kept().items()
+        like = {name: own[:0] if isinstance(own, np.ndarray) else own for name, own in mine}
+        require_like(like, kept)
         for name, value in kept.items():
             setattr(self, name, value)

@@ -58,7 +58,7 @@ class Predictability(Observer):
         self.parted = False
         self.perturbed = self.following = experiment.algorithm.perturbs and self.n > 1
         self._tells = False  # whether the simulation says at each target if it is decided
-        self.copied: Any = {}  # snapshot of the copies; {}: at their start, None: they have ended
+        self.copied: Any = []  # snapshot of the copies; []: at their start, None: they have ended
 
     def next(self, done: int) -> int:
         if self.following:
@@ -106,7 +106,7 @@ class Predictability(Observer):
         return min(known, self.doubtful - 1) if self.doubtful else known
 
     def kept(self) -> dict[str, Any]:
-        self.copied = {} if self.following else None
+        self.copied = [] if self.following else None
         if self.copies is not None:
             self.copied = self.copies.snapshot()
         return super().kept()

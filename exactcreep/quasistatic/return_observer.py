@@ -20,7 +20,7 @@ class ReturnObserver(ReturnMap, Observer):
     """Feeds the return map of a run with its recorded data."""
 
     needs = ("tension", "slips")
-    state = ("ends", "known", "forgotten", "noted", "slipped", "alike_since", "not_slipped")
+    state = ("ends", "forgotten", "noted", "slipped", "alike_since", "not_slipped")
 
     def __init__(self, experiment: Experiment) -> None:
         chain, state, drive = experiment.chain, experiment.initial, experiment.drive
@@ -30,10 +30,10 @@ class ReturnObserver(ReturnMap, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp * chain.floats("expansion"))
         self.slipped = 0  # since the end of the last cycle
-        # sliders (from 0) that keep an initial coefficient until they slip; with disorder
+        # which sliders keep an initial coefficient until they slip; with disorder
         # coefficients never return, and are ignored
         unlike = state.coefficients != chain.floats("mu_s")
-        self.not_slipped = np.flatnonzero(unlike & (chain.sigma_mu == 0))
+        self.not_slipped = unlike & (chain.sigma_mu == 0)
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         recorded, begin = stretch.recorded, first % 2
@@ -55,4 +55,4 @@ class ReturnObserver(ReturnMap, Observer):
         if lose.any():
             half_cycle = first + int(slipped[:, lose].argmax(axis=0).max())
             self.alike_since = max(self.alike_since, (half_cycle + 1) // 2)
-            self.not_slipped = self.not_slipped[~lose]
+            self.not_slipped[np.flatnonzero(self.not_slipped)[lose]] = False

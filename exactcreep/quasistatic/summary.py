@@ -11,12 +11,14 @@ from enum import Flag, auto
 from functools import partial
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
+from exactcreep.model.numbers import whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.solvers.tables import LENGTH, NUMBER, Column, Schema
 
 _real = partial(Column, "float64")
 _count = partial(Column, "int64", NUMBER)
 _word = partial(Column, "str", "")
+_MOST = 2**62  # of a count
 _PER = f"{LENGTH} per {{per}}"
 
 
@@ -114,6 +116,11 @@ def attribute_of(name: str) -> str:
 def reader_of(name: str) -> Callable[[Any], Any]:
     """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
+    count = partial(whole_number, field=name, least=0, most=_MOST)
     if kind == int | None:
-        return lambda number: None if number < 0 else int(number)  # -1 in files of version 0.2.0
-    return json.loads if hasattr(kind, "__args__") else kind
+        return lambda number: (
+            None if number == -1 else count(number)
+        )  # -1 in files of version 0.2.0
+    if hasattr(kind, "__args__"):
+        return lambda text: dict(json.loads(text))
+    return count if kind is int else kind

@@ -124,6 +124,9 @@ class MeanVelocity(Observer):
         moved = self.values[-1] != self.values[0]
         return bool(moved) and rests_for_long(chain, (len(self.values) - begin) * self.spacing)
 
+    def kept(self) -> dict[str, Any]:
+        return super().kept() | {"marks": [*map(tuple, self.marks)]}
+
     def restore(self, kept: Any) -> None:
         super().restore(kept)
         self.marks = [Mark(*mark) for mark in self.marks]

@@ -26,6 +26,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     positive_number,
+    refusing,
     whole_number,
 )
 from exactcreep.model.remarks import warn
@@ -262,6 +263,7 @@ class TemperatureRecord(Listed):
         return record
 
     @classmethod
+    @refusing
     def along(
         cls, records: Sequence[TemperatureRecord], springs: int | None = None
     ) -> TemperatureRecord:

@@ -88,7 +88,9 @@ class AvalancheLog:
     `record`: the recorded quantities; `arithmetic`: the numbers of the solver.
     """
 
-    def __init__(self, chain: Chain, arithmetic: Arithmetic, record: Iterable[str]) -> None:
+    def __init__(
+        self, chain: Chain, record: Iterable[str], arithmetic: Arithmetic = FLOAT64
+    ) -> None:
         self.chain, self.arithmetic = chain, arithmetic
         self.wanted = {"rearrangements", "slip_table"}.intersection(record)
         self._rows: list[EventRow] = []  # of the present rearrangement
@@ -103,13 +105,17 @@ class AvalancheLog:
         self._rests: list[dict[str, Any]] = []
 
     def take(
-        self, row: EventRow, moved: Any, coefficient: Any, way: int,
+        self,
+        row: EventRow,
         tensions: Callable[[], NDArray[Any]],
-    ) -> None:  # fmt: skip
+        moved: Any,
+        coefficient: Any,
+        way: int,
+    ) -> None:
         """Process a slider's row of the log of events.
 
-        `moved`: its displacement in the rearrangement; `coefficient`: its last draw; `way`: the
-        direction of the ramp, 0 if there was none; `tensions`: returns those at theta_c.
+        `tensions`: returns those at theta_c; `moved`: its displacement in the rearrangement;
+        `coefficient`: its last draw; `way`: the direction of the ramp, 0 if there was none.
         """
         if not self.wanted:
             return
@@ -154,8 +160,10 @@ class AvalancheLog:
 
     def tables(self) -> dict[str, list[Any]]:
         """Return the rows of the recorded tables since the last call of `forget`."""
-        made = {"slip_table": lambda: self._slips, "rearrangements": self._rearrangements}
-        return {name: made[name]() for name in self.wanted}
+        made: dict[str, list[Any]] = {"slip_table": self._slips}
+        if "rearrangements" in self.wanted:
+            made["rearrangements"] = self._rearrangements()
+        return {name: made[name] for name in self.wanted}
 
     def _rearrangements(self) -> list[tuple[Any, ...]]:
         if not self._rests:

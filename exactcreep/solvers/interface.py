@@ -40,6 +40,8 @@ _SLIDES = (
     "equal to mu_d with sigma_mu = 0 lets this slider slide with theta while others slip, which no"
     " solver follows: give it a larger mu_s"
 )
+_SLACK = 1e-9  # of forces in a file
+_MOST, _LARGEST = 2**62, 2.0**1000  # of a count and a float in a file
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
@@ -165,7 +167,8 @@ def require(holds: bool, otherwise: str) -> None:
 def require_like(like: Any, held: Any, name: str = "it") -> None:
     """Raise `ValueError` unless data from a file have the names, types and shapes of `like`.
 
-    In `like`, an array without rows allows any number of rows; None and a list allow anything.
+    Floats must be below 2**1000, whole numbers below 2**62. In `like`, an array without rows allows
+    any number of rows, a list any number of items like its first; None and [] allow anything.
     """
     if isinstance(like, Mapping):
         require(isinstance(held, Mapping) and like.keys() == held.keys(), f"{name} lacks a name")
@@ -175,8 +178,28 @@ def require_like(like: Any, held: Any, name: str = "it") -> None:
         fits = isinstance(held, np.ndarray) and held.dtype == like.dtype
         begin = int(len(like) == 0)
         require(fits and held.shape[begin:] == like.shape[begin:], f"{name} has another shape")
-    elif like is not None and not isinstance(like, list):
+        require(_bounded(held), f"{name} is out of range")
+    elif like is not None and not (isinstance(like, list) and not like):
         require(type(held) is type(like), f"{name} is of another kind")
+        if isinstance(like, (int, float)):
+            require(_bounded(np.array(held)), f"{name} is out of range")
+        elif isinstance(like, (list, tuple)):
+            fits = len(held) > 0 if isinstance(like, list) else len(held) == len(like)
+            require(fits, f"{name} has another length")
+            for k, part in enumerate(held):
+                require_like(like[0 if isinstance(like, list) else k], part, name)
+
+
+def require_at_rest(forces: NDArray[np.float64], held: NDArray[np.float64]) -> None:
+    """Raise `ValueError` unless static friction holds these forces, up to rounding errors."""
+    slack = _SLACK * max(1.0, float(held.max()))
+    require(bool((np.abs(forces) <= held + slack).all()), "its forces hold no chain at rest")
+
+
+def _bounded(array: NDArray[Any]) -> bool:
+    """Return whether sums of these floats are finite, and counts of any use."""
+    most = _LARGEST if array.dtype.kind == "f" else _MOST
+    return bool(((array > -most) & (array < most)).all())
 
 
 @dataclass(frozen=True, eq=False)

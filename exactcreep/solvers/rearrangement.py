@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.enclosure import same_numbers
-from exactcreep.model.numbers import Scalar
+from exactcreep.model.numbers import Scalar, refusing
 from exactcreep.model.outcome import Evidence, Outcome, found_text
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
@@ -112,6 +112,7 @@ class Rearrangement(Result):
         vars(self).update(_USUAL, **attributes)
 
     @classmethod
+    @refusing
     def of(cls, moved: Any, solver: str, ended: Ending, **attributes: Any) -> Self:
         """Return the rearrangement from a solver's final state.
 

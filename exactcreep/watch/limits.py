@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+import signal
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,6 +22,7 @@ _CONTAINERS = (
     ("/sys/fs/cgroup/memory/", "memory.limit_in_bytes", "memory.usage_in_bytes", "cache"),
 )
 """Files in which Linux gives the memory limit and use of a container, and its file cache."""
+_GRACE = 0.5  # seconds
 _ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
 
 
@@ -115,6 +118,24 @@ class Limits:
 
 NO_LIMITS = Limits()
 """No limits at all."""
+
+
+def enforce(seconds: float) -> None:
+    """Let a command that ends late raise `OutOfTime`, wherever it is; inf: from now on it may.
+
+    Some preparations, e.g. of a million cells, do not look at their limits.
+    """
+    at = clock() + 1.5 * seconds + _GRACE
+
+    def late(*_: object) -> None:
+        if clock() >= at:
+            raise OutOfTime(f"max_seconds = {seconds:g} was reached before there was a result")
+        signal.setitimer(signal.ITIMER_REAL, max(at - clock(), _GRACE))
+
+    if hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGALRM, late)
+        again = 0.0 if math.isinf(seconds) else min(at - clock(), 1e6)
+        signal.setitimer(signal.ITIMER_REAL, again, _GRACE)
 
 
 def free_memory() -> float:

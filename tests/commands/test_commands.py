@@ -244,9 +244,7 @@ def test_a_setting_may_be_negative_and_a_scene_stand_behind_two_hyphens(command:
 def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Command) -> None:
     line = "run six-sliders-cycles --set drive.cycles=80 --seeds 4 --out cells"
     rows = command(*line.split(), "--set", "vary.drive.amplitude=[0.00001,0.01]").out.splitlines()
-    assert rows[1].split() == [
-        "amplitude", "velocity", "paper", "off", "law", "off", "outcome"
-    ]
+    assert rows[1].split() == ["amplitude", "velocity", "paper", "off", "law", "off", "outcome"]
     assert re.fullmatch(r" 1e-05 +0.* +none +- +0 +\S+ +4 (at_rest|cycling)", rows[2])
     value, error, law, off = map(float, re.fullmatch(
         r" 0\.01 +(\S+) ± (\S+) +(\S+) +([+-]\S+) +\S+ +[+-]\d\.\d +4 creeping downhill", rows[3]

@@ -18,6 +18,7 @@ from derivations.ledger import entries
 from derivations.notation import evaluated, read, symbol
 from exactcreep import laws
 from exactcreep.laws import creep_velocity, pivots, threshold_amplitude
+from exactcreep.model.numbers import InputError
 
 BY_NAME = {entry.name: entry for entry in entries()}
 CODE = {entry.name: entry.law for entry in entries() if entry.law}
@@ -188,10 +189,10 @@ def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
 @pytest.mark.parametrize(
     ("call", "error", "match"),
     [
-        (partial(threshold_amplitude, **SEUIL | {"mu_d": "0.5"}), TypeError, "mu_d"),
+        (partial(threshold_amplitude, **SEUIL | {"mu_d": "0.5"}), InputError, "mu_d"),
         (partial(threshold_amplitude, **SEUIL, mu=0.5), TypeError, "argument 'mu'"),
         (partial(threshold_amplitude, **SEUIL | {"mu_d": context(20).mpf(1), "l0": [1, 2]}),
-         TypeError, "do not mix"),
+         InputError, "do not mix"),
         (partial(threshold_amplitude, **SEUIL | {"l0": [1, 0]}), ValueError, "l0 must be positive"),
         (partial(laws.solid_velocity, **SEUIL | {"mu_d": 0}, amplitude=1), ValueError, "mu_d must"),
         (partial(creep_velocity, **TIE), ValueError, "i = 2 or i = 3"),

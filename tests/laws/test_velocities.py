@@ -170,3 +170,10 @@ def test_the_floor_of_a_surd_is_exact(surd: F) -> None:
     for rational, radicand in ((F(1, 3), F(17, 16)), (F(-5, 2), F(25, 16)), (F(7), F(2))):
         expected = float(surd) * math.sqrt(float(radicand)) + float(rational)
         assert floor_of_surd(surd, radicand, rational) == math.floor(expected)
+
+
+def test_a_printed_law_ends_below_its_threshold_and_holds_on_a_plateau_of_zero() -> None:
+    below, above = (predicted(captions(6), Cycles(size, 1)).printed for size in ("0.0005", "0.001"))
+    assert below == ()
+    assert min(above) > 0
+    assert predicted(captions(5, tan_alpha="0.05"), Cycles("0.01", 1)).printed == (0.0,)

@@ -45,6 +45,7 @@ from exactcreep.solvers.interface import (
     Start,
     Stretch,
     Tally,
+    require_at_rest,
     require_like,
 )
 from exactcreep.solvers.rearrangement import Ending, Rearrangement
@@ -323,6 +324,12 @@ class ExactSimulation(Simulation):
         self.work.now["counts"].view(np.int64)[:] = snapshot["counts"]
         if (tables := self.work.log.tables).rests.size:
             tables.sums.view(np.float64)[:] = snapshot["energy"]
+        cell = self.work.cell[:, self._own]
+        held = cell[layout.FRICTION] + cell[layout.EXCESS]
+        rate = cell[layout.RATE] + cell[layout.RATE_LOW]
+        require_at_rest(cell[layout.FORCE] + self.load()[0] * rate, held)
+        for sum_of in (cell[layout.FORCE] - cell[layout.WEIGHT], rate):  # springs pull both ways
+            require_at_rest(sum_of.sum(), 0.0 * held)
 
     def copied(self, record: tuple[str, ...]) -> ExactSimulation:
         """Return a simulation that continues from here bit for bit, with other records."""

@@ -191,7 +191,7 @@ class CertifiedSimulation(FieldSimulation):
                 self._go_back()
                 continue
             if self.ahead < q:
-                self._begin_rows()
+                self._forget_rows()
             if stop is not None:
                 return stop
             self.ahead += 1
@@ -223,7 +223,7 @@ class CertifiedSimulation(FieldSimulation):
         arithmetic = balls_of(bits)
         with arithmetic.active():
             self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
-        self._begin_rows()
+        self._begin_log()
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         self.tally = self.mechanics.tally

@@ -94,7 +94,7 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
-        self._begin_rows()
+        self._begin_log()
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
         with suppress(InputError):
@@ -120,7 +120,7 @@ class FieldSimulation(Simulation):
                 doubts.append(self.tally.undecided)
                 for name, values in self._made().items():
                     rows[name] += values
-                self._begin_rows()
+                self._forget_rows()
                 stop = early() if done < count else None
             if stop is not None:
                 runaway = stop is Stop.RUNAWAY
@@ -137,10 +137,14 @@ class FieldSimulation(Simulation):
         """Return an empty list for every recorded quantity; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
 
-    def _begin_rows(self) -> None:
+    def _begin_log(self) -> None:
+        self.log = AvalancheLog(self.start.chain, self.record, self.mechanics.arithmetic)
+        self.under_way = self._rows()
+
+    def _forget_rows(self) -> None:
         """Begin the rows on the way to the next target."""
         self.under_way = self._rows()
-        self.log = AvalancheLog(self.start.chain, self.mechanics.arithmetic, self.record)
+        self.log.forget()
 
     def _made(self) -> dict[str, list[Any]]:
         """Return the rows on the way to the next target, with one ledger of all its avalanches."""
@@ -224,9 +228,8 @@ class FieldSimulation(Simulation):
         if self.log.wanted:
             moved, drawn = mechanics.known_moves(), mechanics.rest.coefficients
             way = mechanics.way if mechanics.ramped else 0
-            for row in logged:
-                k = row.slider - 1
-                self.log.take(row, moved[k], drawn[k], way, lambda: mechanics.state().tensions)
+            for row, k in ((row, row.slider - 1) for row in logged):
+                self.log.take(row, lambda: mechanics.state().tensions, moved[k], drawn[k], way)
 
     def _log_rest(self) -> None:
         before, self.undecided = self.undecided, self.mechanics.tally.undecided

@@ -19,23 +19,21 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.drive import Drive, Leg
+from exactcreep.model.drive import Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.remarks import remark
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
-from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
+from exactcreep.solvers import tables
 from exactcreep.solvers.avalanche_table import AvalancheLog
 from exactcreep.solvers.interface import Simulation, Solver, Start, Stretch, Tally, require_like
 from exactcreep.solvers.rearrangement import Ending, Rearrangement
-from exactcreep.solvers.tables import LOGS, TargetRows, joined, logged_events, record_arrays
 from exactcreep.solvers.verlet import steps
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 
-_MOST_STEPS = 10**9
-_TOO_LONG = f"a rearrangement did not end within {_MOST_STEPS:.0e} steps; change dt"
+_TOO_LONG = "a rearrangement did not end within 1e9 steps; change dt"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
 
 
@@ -47,44 +45,41 @@ class VerletSimulation(Simulation):
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
-        n, cosine = chain.n, chain.cos_alpha
-        self.numbers = np.zeros((len(steps.Sliders._fields), n + 2))
+        self.numbers = np.zeros((len(steps.Sliders._fields), chain.n + 2))
         self.all, mine = steps.Sliders(*self.numbers), steps.Sliders(*self.numbers[:, 1:-1])
         self.inner, self.now = mine, np.zeros(1, steps.NOW)
-        rows = 2 * n + 4096 if any(name in record for name in LOGS) else 0
-        self.log = np.zeros((rows, len(steps.Row._fields)))
+        rows = 2 * chain.n + 4096 if any(name in record for name in tables.LOGS) else 0
+        self.log = np.zeros((rows, steps.COLUMNS))
         self.leg: Leg | None = None  # if each spring has its own dilation
-        self._given = state.theta
-        self.avalanches = AvalancheLog(chain, FLOAT64, record)
-        for name, value in {
-            "n": n, "l0": nearest_float(chain.l0), "cosine": cosine, "seed": start.seed,
-            "sigma": nearest_float(chain.sigma_mu), "dt": dt, "locate": locate,
-            "one_by_one": any(name != "x_G" for name in record),
-            "theta": 0.0 if state.springs else float(state.theta),
-        }.items():  # fmt: skip
-            self.now[name] = value
-        mine.springs[:], mine.load[:] = 2.0, State.relaxed(chain).forces(chain)
-        for end in (0, -1):
-            mine.springs[end] -= 1.0
+        self._given, self.avalanches = state.theta, AvalancheLog(chain, record)
+        now = self.now[0]
+        now["n"], now["l0"], now["cosine"] = chain.n, nearest_float(chain.l0), chain.cos_alpha
+        now["sigma"], now["seed"] = nearest_float(chain.sigma_mu), start.seed
+        now["dt"], now["locate"], now["one_by_one"] = dt, locate, {*record} - {"x_G"} != set()
+        now["theta"] = 0.0 if state.springs else float(state.theta)
+        mine.springs[1:] += 1.0  # above
+        mine.springs[:-1] += 1.0  # below
+        mine.load[:] = State.relaxed(chain).forces(chain)
         mine.mu_d[:], mine.mu_s[:] = chain.floats("mu_d"), chain.floats("mu_s")
         mine.expansion[:-1], mine.tension[:-1] = chain.floats("expansion"), state.tensions
         mine.place[:], mine.draws[:] = state.displacements, state.draws
-        mine.coefficient[:], mine.friction[:] = state.coefficients, mine.mu_d * cosine
-        mine.threshold[:] = np.maximum(mine.coefficient, mine.mu_d) * cosine
+        mine.coefficient[:], mine.friction[:] = state.coefficients, mine.mu_d * chain.cos_alpha
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin at rest, with the present coefficients and tensions."""
+        mine = self.inner
+        mine.threshold[:] = np.maximum(mine.coefficient, mine.mu_d) * self.chain.cos_alpha
         steps.rest(self.all, self.now[0], 0.0)
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        counts = {name: int(self.now[name][0]) for name in steps.COUNTS}
-        counts["rearrangements"] += int(self.now["phase"][0] == steps.MOVING)
-        return Tally(**counts)
+        return Tally(**{name: int(self.now[name][0]) for name in steps.COUNTS})
 
-    def follow(
-        self, drive: Drive | None, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Any, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Step to the targets; without a drive, until the present rearrangement ends."""
         before, done, logs = self.tally.events, 0, list[dict[str, NDArray[Any]]]()
-        rows = TargetRows.empty(self.record, count, self.chain.n)
+        rows = tables.TargetRows.empty(self.record, count, self.chain.n)
         targets = np.empty(0) if drive is None else drive.targets(first, count, self.seed)
         ended: Ending | None = None
         while ended is None:
@@ -96,22 +91,21 @@ class VerletSimulation(Simulation):
             reached = steps.follow(self.all, self.now, self.log, ahead, first + done, last, x_G)
             logs.append(self._tables())
             if reached and self.now["one_by_one"][0]:
-                for name, of in (("x", "place"), ("tension", "tension"), ("slips", "slips")):
-                    row = getattr(rows, name)[done : done + 1]
-                    row[:] = getattr(self.inner, of)[: row.shape[1]]
+                now = self.inner.place, self.inner.tension, self.inner.slips
+                for table, values in zip(rows[1:], now, strict=True):
+                    table[done : done + 1] = values[: table.shape[1]]
                 self.inner.slips[:] = 0
             done += reached
-            ended = self._ending(limits, self.tally.events - before)
-            if done == count and self.at_rest:
-                ended = Ending(Stop.DONE)
-        return Stretch(done, rows.recorded(self.record, done) | joined(logs), *ended)
+            arrived = done == count and self.at_rest
+            ended = Ending(Stop.DONE) if arrived else self._ending(limits, before)
+        return Stretch(done, rows.recorded(self.record, done) | tables.joined(logs), *ended)
 
-    def _ending(self, limits: Limits, events: int) -> Ending | None:
+    def _ending(self, limits: Limits, before: int) -> Ending | None:
         """Return why the chain does not reach another target, or None."""
         tensions, _, velocities = self._motion()
         if not (np.isfinite(tensions).all() and np.isfinite(velocities).all()):
             return Ending(Stop.LIMIT, _INFINITE)
-        if self.now["steps"][0] - self.now["begun"][0] >= _MOST_STEPS:
+        if self.now["time"][0] >= 1e9 * self.now["dt"][0]:
             return Ending(Stop.LIMIT, _TOO_LONG)
         # all sliders move down, and the internal motion has not the energy to stop any of them
         n, way = self.chain.n, self.chain.heading
@@ -120,32 +114,36 @@ class VerletSimulation(Simulation):
         forever = self.chain.may_run_away and (way * velocities > 0).all()
         if forever and way * mean > math.sqrt((1 - 1 / n) * energy):
             return Ending(Stop.RUNAWAY, NEVER_STOPS)
-        stop = limits.stop(events)
+        stop = limits.stop(self.tally.events - before)
         return None if stop is None else Ending(stop, limits.reason(stop))
 
     def _take(self, leg: Leg) -> None:
         """Set out on a leg, unless it is under way: theta is the part of it that is done."""
-        if self.leg is not None and self.now["theta"][0] != 1.0:
-            return
-        begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
-        self.leg, self.now["theta"] = replace(leg, begin=begin), 0.0
-        self.inner.expansion[:-1] = [*map(nearest_float, self.leg.expansion(self.chain))]
+        if self.leg is None or self.now["theta"][0] == 1.0:
+            begin = tuple(Fraction(nearest_float(theta)) for theta in leg.begin)  # as in a state
+            self.now["theta"] = 0.0
+            self._set_out(replace(leg, begin=begin))
+
+    def _set_out(self, leg: Leg | None) -> None:
+        self.leg = leg
+        if leg is not None:
+            self.inner.expansion[:-1] = [*map(nearest_float, leg.expansion(self.chain))]
 
     def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
         return {} if self.at_rest else self.follow(None, 1, 0, limits).recorded
 
     def _tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of tables since the last call."""
-        rows = [steps.Row._make(row) for row in self.log[: self.now["written"][0]].tolist()]
-        self.now["written"] = 0
-        for row in rows:
-            at_theta_c = self.inner.tension[:-1].copy
-            self.avalanches.take(row, row.moved, row.coefficient, row.way, at_theta_c)
+        logged = self.log[: self.now["written"][0]].tolist()
+        self.now["written"], events = 0, [tables.EventRow._make(row[:8]) for row in logged]
+        for event, row in zip(events, logged, strict=True):
+            self.avalanches.take(event, self.inner.tension[:-1].copy, *row[8:])
         if not self.now["movers"][0]:
             self.avalanches.rest(0)
-        made = {"events": [row[:8] for row in rows]} | self.avalanches.tables()
+        made = {"events": events} | self.avalanches.tables()
         self.avalanches.forget()
-        return record_arrays({name: made[name] for name in LOGS if name in self.record}, 1)
+        kept = {name: made[name] for name in tables.LOGS if name in self.record}
+        return tables.record_arrays(kept, 1)
 
     def _motion(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """Return tensions, displacements and velocities; not finite if dt was too large."""
@@ -156,11 +154,9 @@ class VerletSimulation(Simulation):
 
     def state(self) -> State:
         tensions, places, _ = self._motion()
-        theta: Any = float(self.now["theta"][0])
+        theta = self._given if isinstance(self._given, np.ndarray) else self.now["theta"].item()
         if self.leg is not None:
-            theta = np.array(self.leg.at(theta, nearest_float))
-        elif isinstance(self._given, np.ndarray):
-            theta = self._given
+            theta = np.array(self.leg.at(self.now["theta"].item(), nearest_float))
         return State(tensions, places, self.inner.coefficient, self.inner.draws, theta)
 
     def velocities(self) -> NDArray[np.float64]:
@@ -172,14 +168,20 @@ class VerletSimulation(Simulation):
         return bool(self.now["phase"][0] == steps.AT_REST)
 
     def snapshot(self) -> dict[str, Any]:
-        now, sliders = self.now.view(np.int64).copy(), self.numbers.copy()
-        return {"now": now, "sliders": sliders, "leg": Leg.kept(self.leg)}
+        rows = {name: getattr(self.inner, name).copy() for name in steps.AT_REST_ROWS}
+        now = {name: self.now[name].item() for name in steps.AT_REST_NOW}
+        return {"now": now, "leg": Leg.kept(self.leg)} | rows
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
-        self.leg = Leg.restored(snapshot["leg"], self.chain)
-        self.numbers[:] = snapshot["sliders"]
-        self.now.view(np.int64)[:] = snapshot["now"]
+        self._set_out(Leg.restored(snapshot["leg"], self.chain))
+        for name in steps.AT_REST_ROWS:
+            getattr(self.inner, name)[:] = snapshot[name]
+        self.inner.tension[-1] = 0.0
+        for name, value in snapshot["now"].items():
+            self.now[name] = value
+        self.now["phase"] = steps.AT_REST
+        self._begin()
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
@@ -234,14 +236,11 @@ class Verlet(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange in time steps; `Replay` gives the motion between the events."""
         simulation = self.simulation_from(start, ("events",))
-        kernel = simulation.all, simulation.now[0], simulation.log
-        steps.release(*kernel)
-        if simulation.at_rest and direction != 0:
-            steps.ramp(*kernel, float(direction), math.inf)
+        steps.release(simulation.all, simulation.now[0], simulation.log, float(direction))
         present = simulation.state()
         initial = replace(start.state, tensions=present.tensions, theta=present.theta)
         moved = simulation.follow(None, 1, 0, limits.after(simulation.tally.events))
-        events = tuple(event for _, event in logged_events(moved.recorded))
+        events = tuple(event for _, event in tables.logged_events(moved.recorded))
         about = {"initial": initial, "events": events, "report": simulation.report()}
         ended, decided = Ending(moved.stop, moved.reason), simulation.evidence
         return Rearrangement.of(simulation, self.name, ended, decided=decided, **about)

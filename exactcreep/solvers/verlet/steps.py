@@ -25,7 +25,6 @@ import numpy as np
 from exactcreep.compiling import njit
 from exactcreep.model.deviates import normal_deviate, philox
 from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
-from exactcreep.solvers.tables import EVENT_TABLE
 
 UNTESTED, AT_REST, MOVING = range(3)
 """Phases: a start that may not be at rest, a chain at rest, a rearrangement."""
@@ -38,26 +37,27 @@ _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
 COUNTS = ("rearrangements", "events", "slips", "draws_below_mu_d")
-_WHOLE = "n locate one_by_one phase steps begun movers low high target way number written"
+_WHOLE = "n locate one_by_one phase steps movers low high target way number written"
 NOW = np.dtype(
     [(name, np.float64) for name in ("l0", "cosine", "sigma", "dt", "theta", "time")]
     + [(name, np.int64) for name in (*COUNTS, *_WHOLE.split())]
     + [("seed", np.uint64)]
 )
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
-`low`, `high`: the ends of the window; `way`: the direction of the last ramp; `begun`: the steps
-before this rearrangement; `number`: its events; `written`: the logged rows."""
-Sliders = namedtuple(
-    "Sliders",
-    "tension expansion pull load slack coefficient threshold friction mu_d mu_s springs sign"
-    " ceiling place x w b last_x last_v last_b draws slips",
-)
+`low`, `high`: the ends of the window; `way`: the direction of the last ramp; `number`: the events
+of the rearrangement; `written`: the logged rows."""
+AT_REST_NOW = (*COUNTS, "theta", "steps")
+AT_REST_ROWS = ("tension", "coefficient", "place", "draws", "slips")
+"""From these parts of `NOW` and `Sliders` a chain at rest goes on."""
+Sliders = namedtuple("Sliders", "tension expansion load pull coefficient threshold slack friction"
+    " mu_d mu_s springs draws slips sign ceiling place x w b last_x last_v last_b")  # fmt: skip
 """Arrays of sliders 1 .. n, with a ghost at either end. `tension` and `expansion` are those of the
 spring below; `tension`, `place` and `pull` (F) those of the last rest; `x` is the displacement
 since then, `sign` is S of a slider that moves, else 0, `springs` counts the springs, a force above
 `ceiling` is a start, `last_` means the end of a step, `slips` those since the last target."""
-Row = namedtuple("Row", (*EVENT_TABLE.fields, "moved", "coefficient", "way"))  # type: ignore[misc]
-"""Logged columns of each slider of an event; `moved` since the last rest, `way` of the ramp."""
+COLUMNS = 11
+"""Logged for each slider of an event: those of `EventRow`, the displacement since the last rest,
+the present coefficient, and the direction of the ramp."""
 
 
 @_compiled
@@ -65,7 +65,7 @@ def _write(s, now, log, kind, i):
     """Log one slider of an event, if events are logged."""
     if len(log) > 0:
         row = log[now.written]
-        row[0], row[1], row[2], row[3] = now.target, now.rearrangements, now.number, now.theta
+        row[0], row[1], row[2], row[3] = now.target, now.rearrangements - 1, now.number, now.theta
         row[4], row[5], row[6], row[7] = now.time, kind, i, s.sign[i]
         row[8], row[9], row[10] = s.x[i], s.coefficient[i], now.way
         now.written += 1
@@ -93,10 +93,9 @@ def _start(s, now, log, i, force):
 def _stop(s, now, log, i):
     """Bring slider i to rest and draw its next static coefficient."""
     s.coefficient[i] = s.mu_s[i]
-    if now.sigma > 0.0:
-        draw = int(s.draws[i])
-        words = philox(now.seed, STREAM_COEFFICIENT, i, draw // 4)
-        s.coefficient[i] += now.sigma * normal_deviate(words[draw % 4])
+    draw = int(s.draws[i])
+    words = philox(now.seed, STREAM_COEFFICIENT, i, draw // 4)
+    s.coefficient[i] += now.sigma * normal_deviate(words[draw % 4])
     now.draws_below_mu_d += s.coefficient[i] < s.mu_d[i]
     s.threshold[i] = max(s.coefficient[i], s.mu_d[i]) * now.cosine
     s.draws[i] += 1
@@ -109,10 +108,10 @@ def _stop(s, now, log, i):
 
 
 @_compiled
-def _close(s, now):
+def _close(s, now, happened):
     """Count an event, and find the window: the movers and a neighbour on either side."""
-    now.events += 1
-    now.number += 1
+    now.events += happened
+    now.number += happened
     now.low, now.high = now.n, 1
     for i in range(1, now.n + 1):
         if s.sign[i] != 0.0:
@@ -126,15 +125,13 @@ def _resolve(s, now, log):
     for i in range(low, high + 1):
         if s.sign[i] != 0.0 and s.sign[i] * (s.w[i] + 0.5 * s.b[i]) <= 0.0:
             _stop(s, now, log, i)
-    if now.slips > before:
-        _close(s, now)
+    _close(s, now, now.slips > before)
     before = now.movers
     for i in range(low, high + 1):
         force = _push(s, i, now.dt * now.dt)
         if s.sign[i] == 0.0 and abs(force) > s.ceiling[i]:  # it may just have stopped
             _start(s, now, log, i, force)
-    if now.movers > before:
-        _close(s, now)
+    _close(s, now, now.movers > before)
 
 
 @_compiled
@@ -166,12 +163,12 @@ def ramp(s, now, log, way, most):
         return False
     rest(s, now, way * nearest)
     now.theta += way * nearest / now.l0
-    now.way, now.phase = int(way), MOVING
+    now.way, now.phase, now.rearrangements = int(way), MOVING, now.rearrangements + 1
     for i in range(1, now.n + 1):
         rises = way * (s.expansion[i - 1] - s.expansion[i]) * s.pull[i] > 0.0
         if rises and abs(s.pull[i]) >= s.threshold[i]:
             _start(s, now, log, i, s.pull[i])
-    _close(s, now)
+    _close(s, now, True)
     return True
 
 
@@ -190,8 +187,8 @@ def _steps(s, low, high, square, most):
         for i in range(1, inside):
             force = pull[i] + ((x[i - 1] + x[i + 1]) - springs[i] * x[i])
             b[i] = square * sign[i] * (sign[i] * force - friction[i])
-            late = (sign[i] != 0.0) & (sign[i] * (w[i] + 0.5 * b[i]) <= 0.0)
-            hit |= late | (abs(force) > ceiling[i])
+            velocity = w[i] + 0.5 * b[i]
+            hit |= (sign[i] != 0.0) & (sign[i] * velocity <= 0.0) | (abs(force) > ceiling[i])
     return steps, hit
 
 
@@ -205,8 +202,7 @@ def _back(s, now, way):
         force = _push(s, i, now.dt * now.dt)
         velocity = s.last_v[i] + 0.5 * way * (s.last_b[i] + s.b[i])
         s.w[i] = velocity - 0.5 * s.b[i]
-        late = (s.sign[i] != 0.0) & (s.sign[i] * velocity <= 0.0)
-        hit |= late | (abs(force) > s.ceiling[i])
+        hit |= (s.sign[i] != 0.0) & (s.sign[i] * velocity <= 0.0) | (abs(force) > s.ceiling[i])
     return hit
 
 
@@ -218,21 +214,20 @@ def _locate(s, now):
     before, after = -1.0, 0.0
     while after - before > _BISECTED:
         middle = 0.5 * (before + after)
-        if _back(s, now, middle):
-            after = middle
-        else:
-            before = middle
+        before, after = (before, middle) if _back(s, now, middle) else (middle, after)
     after += _BISECTED  # an event at the same instant is included
     _back(s, now, after)
     return after
 
 
 @_compiled
-def release(s, now, log):
-    """Start every slider that exceeds its threshold at the present theta."""
-    now.low, now.high = 1, now.n
+def release(s, now, log, way):
+    """Start every slider that exceeds its threshold; if none does, ramp in direction `way`."""
+    now.low, now.high, now.phase, now.rearrangements = 1, now.n, MOVING, now.rearrangements + 1
     _resolve(s, now, log)
-    now.phase = MOVING if now.movers > 0 else AT_REST
+    if now.movers == 0:
+        now.phase, now.rearrangements = AT_REST, now.rearrangements - 1
+        ramp(s, now, log, way, np.inf)
 
 
 @_compiled
@@ -243,13 +238,13 @@ def follow(s, nows, log, targets, first, last_event, x_G):
     read, and every so often; calling again changes no bit.
     """
     now, reached, spent = nows[0], 0, 0
-    while reached < len(targets) or now.phase != AT_REST:
+    while spent < _PAUSE and (reached < len(targets) or now.phase != AT_REST):
         full = len(log) > 0 and now.written + 2 * now.n > len(log)
         if full or now.events >= last_event:
             break
         now.target = first + reached if len(targets) > 0 else now.target
         if now.phase == UNTESTED:
-            release(s, now, log)
+            release(s, now, log, 0.0)
         elif now.phase == AT_REST:
             left = now.l0 * (targets[reached] - now.theta)
             if left == 0.0 or not ramp(s, now, log, math.copysign(1.0, left), abs(left)):
@@ -262,8 +257,6 @@ def follow(s, nows, log, targets, first, last_event, x_G):
                 if now.one_by_one:
                     break
         elif now.movers > 0:
-            if spent >= _PAUSE:
-                break
             steps, hit = _steps(s, now.low, now.high, now.dt * now.dt, _PAUSE // now.n + 1)
             spent += steps * (now.high - now.low + 1)
             now.steps += steps
@@ -277,6 +270,4 @@ def follow(s, nows, log, targets, first, last_event, x_G):
         else:
             rest(s, now, 0.0)
             now.phase, now.time, now.number, now.way = AT_REST, 0.0, 0, 0
-            now.rearrangements += 1
-            now.begun = now.steps
     return reached

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import flint
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from exactcreep import Chain, Creep, Cycles, Evidence, State, Targets, creep
-from exactcreep.motion.arithmetic import Undecided, balls_of
+from exactcreep import Chain, Creep, Cycles, Evidence, Outcome, State, Targets, creep
+from exactcreep.motion.arithmetic import DISTURBED, Undecided, balls_of
+from exactcreep.motion.modes import Flow
 from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.field.set_integrator import SetIntegrator
 from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
 from exactcreep.solvers.tables import LOGS
@@ -104,8 +109,9 @@ def test_a_restart_with_more_digits_hands_out_no_row_twice():
             assert np.array_equal(run.recorded[name], truth)
 
 
-@pytest.mark.parametrize("bits", [20, 64, 300])
-def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(bits: int) -> None:
+@contextmanager
+def beside_a_thread_with(bits: int) -> Iterator[None]:
+    """Let another thread change the precision of python-flint again and again."""
     ended, before = threading.Event(), flint.ctx.prec
 
     def other() -> None:
@@ -113,22 +119,49 @@ def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(b
             with flint.ctx.workprec(bits):
                 flint.arb(2).sqrt()
 
-    def run() -> Creep:
-        return creep(paper_chain(6), Cycles("0.002", 1), solver="certified", digits=30)
-
     thread = threading.Thread(target=other)
     thread.start()
     try:
-        beside = run()
+        yield
     finally:
         ended.set()
         thread.join()
         flint.ctx.prec = before
+
+
+@pytest.mark.parametrize("bits", [20, 64, 300])
+def test_the_precision_of_another_thread_changes_neither_this_run_nor_the_next(bits: int) -> None:
+    def run() -> Creep:
+        return creep(paper_chain(6), Cycles("0.002", 1), solver="certified", digits=30)
+
+    with beside_a_thread_with(bits):
+        beside = run()
     after = run()
     assert beside.event_count == after.event_count > 200
     assert beside.evidence is after.evidence is Evidence.PROVED
     assert float(beside.x_G) == float(after.x_G)
     assert beside.report["restarts"] == after.report["restarts"] == 0
+
+
+def test_a_run_disturbed_in_every_attempt_at_a_step_ends_in_a_limit_that_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, attempts = SetIntegrator.first_event, []
+
+    def disturbed(self: SetIntegrator, flow: Flow) -> Any:
+        event = found(self, flow)
+        flint.ctx.prec = 64
+        attempts.append(event)
+        return event
+
+    monkeypatch.setattr(SetIntegrator, "first_event", disturbed)
+    with beside_a_thread_with(64):
+        run = creep(paper_chain(3), Cycles("0.002", 1), solver="certified")
+    assert run.outcome is Outcome.LIMIT
+    assert run.outcome_evidence is Evidence.UNDECIDED
+    assert run.reason == DISTURBED
+    assert len(attempts) == 40
+    assert run.half_cycles == run.slip_count == 0
 
 
 def test_tensions_in_mpmath_are_taken_with_all_their_digits():
