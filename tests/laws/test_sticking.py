@@ -21,13 +21,16 @@ Compared = list[tuple[dict[str, Any], float]]
 """Chains, and by how many stated deviations the law is off; the run's own error counts, too."""
 
 
-def compared(cases: Iterator[tuple[dict[str, Any], dict[str, str]]]) -> Compared:
+def compared(
+    cases: Iterator[tuple[dict[str, Any], dict[str, str]]], largest: float = 0.7
+) -> Compared:
+    """Compare with the law; skip runs whose error exceeds `largest` deviations."""
     found: Compared = []
     for about, row in cases:
         law = laws.prediction_of(about)
         assert law is not None
         error = float(row["error"])
-        if law.deviation > 0 and error < 0.7 * law.deviation:
+        if law.deviation > 0 and error < largest * law.deviation:
             off = law.values[0] - float(row["velocity"])
             found.append((about, off / math.hypot(law.deviation, error)))
     return found
@@ -86,6 +89,17 @@ def test_the_deviation_holds_for_equal_chains_above_and_below_a_gain_of_eight() 
         one, two, _ = shares(part)
         assert 0.6 <= one <= 0.8
         assert two >= 0.9
+
+
+def test_the_deviation_and_the_error_of_each_run_hold_for_long_chains_under_cycles() -> None:
+    """None is left out because its run has a large error."""
+    long = [row for row in EQUAL.values() if row["kind"] == "cycles" and int(row["n"]) > 40]
+    found = compared(((sticking_chains.parameters(row), row) for row in long), math.inf)
+    one, two, four = shares(found)
+    assert len(found) > 35
+    assert one >= 0.6
+    assert two >= 0.9
+    assert four == 1
 
 
 def test_a_friction_or_a_force_that_changes_by_1e_9_hardly_changes_the_law() -> None:
