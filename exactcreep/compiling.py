@@ -127,6 +127,8 @@ inlined = njit(cache=True, **_WITHIN)
 """Compile into the caller, and store the function itself too, which halves the time to compile
 another variant of the caller. Only for functions of a module, not for nested functions.
 """
+apart = njit(cache=True, **_WITHIN | {"forceinline": False})
+"""Compile as a function of its own, so that rare work does not burden its callers."""
 
 
 class _Listener(event.Listener):  # type: ignore[misc]

@@ -89,9 +89,11 @@ def _start(cell, now, log, i, sign, drive):
     now.last = max(now.last, i)
     now.touched_first = min(now.touched_first, i)
     now.touched_last = max(now.touched_last, i)
-    rows.start(cell, now, log.tables, i)
-    if now.chain.logging & layout.LOGS_EVENTS != 0:
-        _write(now, log.events, layout.START, i, sign)
+    if now.chain.logging != 0:
+        if now.chain.logging & layout.LOGS_AVALANCHES != 0:
+            rows.start(cell, now, log.tables, i)
+        if now.chain.logging & layout.LOGS_EVENTS != 0:
+            _write(now, log.events, layout.START, i, sign)
 
 
 @inlined
@@ -110,7 +112,8 @@ def _freeze(cell, whole, now, log, i):
 @inlined
 def _renew(cell, whole, deviate, now, log, i):
     draw(cell, whole, deviate, now, i)
-    rows.stop(cell, now, log.tables, i)
+    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
+        rows.stop(cell, now, log.tables, i)
 
 
 @inlined
@@ -122,13 +125,15 @@ def _begin(cell, now, log, way):
     now.time = 0.0
     now.size = now.inherited = 0.0
     now.epoch.retry = 0
-    rows.begin(cell, now, log.tables, way)
+    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
+        rows.begin(cell, now, log.tables, way)
 
 
 @inlined
 def _settle(cell, now, log):
     """Turn the displacements of the rearrangement into forces at rest."""
-    rows.end(cell, now, log.tables)
+    if now.chain.logging & layout.LOGS_AVALANCHES != 0:
+        rows.end(cell, now, log.tables)
     first = now.touched_first
     last = now.touched_last
     for i in range(max(first - 1, PAD), min(last + 2, PAD + now.chain.n)):
@@ -491,10 +496,12 @@ def follow(
             return layout.ENDLESS, reached  # no further step, in later calls either
         if now.counts.events >= stop_at or now.counts.work >= work_limit:
             return layout.BUDGET, reached
-        if now.chain.logging & layout.LOGS_EVENTS != 0 and now.logged > room:
-            return layout.LOG_FULL, reached
-        if rows.room(log.tables) <= now.chain.n:
-            return layout.LOG_FULL, reached
+        if now.chain.logging != 0:
+            if now.chain.logging & layout.LOGS_EVENTS != 0 and now.logged > room:
+                return layout.LOG_FULL, reached
+            tables = now.chain.logging & layout.LOGS_AVALANCHES != 0
+            if tables and rows.room(log.tables) <= now.chain.n:
+                return layout.LOG_FULL, reached
         if stage == layout.AT_REST:
             if (
                 now.chain.logging == 0

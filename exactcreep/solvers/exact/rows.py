@@ -15,14 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.compiling import inlined
+from exactcreep.compiling import apart, inlined
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus, times, two_sum
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.simd import fused
 from exactcreep.solvers.tables import TargetRows
 
-_BOUNDLESS = 2**60
 _LEAST_FRESH = 64
 """Least rearrangements until the elastic energy is summed anew, which limits its rounding."""
 
@@ -115,16 +114,8 @@ def at_target(cell, whole, now, targets, q):
 
 
 @inlined
-def logged(tables):
-    """Return whether slips and rests are logged, that is, whether there is room for them."""
-    return tables.rests.size > 0
-
-
-@inlined
 def room(tables):
     """Return how many more rearrangements, or slips, can be written."""
-    if not logged(tables):
-        return _BOUNDLESS
     left = tables.rests.size - tables.used[0]
     return min(left, tables.slips.size - tables.used[1])
 
@@ -132,8 +123,6 @@ def room(tables):
 @inlined
 def at_theta(cell, now, tables):
     """Update the elastic energy and the sum of the tensions to the present theta, at rest."""
-    if not logged(tables):
-        return
     sums = tables.sums[0]
     n = now.chain.n
     if sums.left_for > 0.0 and now.chain.even == 1:
@@ -163,11 +152,9 @@ def at_theta(cell, now, tables):
     sums.at_load_low = now.theta_low
 
 
-@inlined
+@apart
 def begin(cell, now, tables, way):
     """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
-    if not logged(tables):
-        return
     at_theta(cell, now, tables)
     sums = tables.sums[0]
     sums.way = way
@@ -177,11 +164,9 @@ def begin(cell, now, tables, way):
     sums.sliders = 0.0
 
 
-@inlined
+@apart
 def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
-    if not logged(tables):
-        return
     tables.track[layout.T_TIME, i] = now.time
     tables.track[layout.T_X, i] = cell[layout.X, i]
     if now.number == 0:
@@ -191,11 +176,9 @@ def start(cell, now, tables, i):
         sums.began_last = max(sums.began_last, slider)
 
 
-@inlined
+@apart
 def stop(cell, now, tables, i):
     """Log the slip of the slider in column i, which has drawn a new coefficient."""
-    if not logged(tables):
-        return
     row = tables.slips[tables.used[1]]
     row.slider = i + 1 - PAD
     row.rearrangement = now.counts.rearrangements - 1
@@ -209,11 +192,9 @@ def stop(cell, now, tables, i):
         tables.sums[0].sliders += 1.0
 
 
-@inlined
+@apart
 def end(cell, now, tables):
     """Log a rest; the displacements of the rearrangement are not yet forces at rest."""
-    if not logged(tables):
-        return
     moved = 0.0
     gained = 0.0
     for i in range(now.touched_first, now.touched_last + 1):
