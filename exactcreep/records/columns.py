@@ -244,7 +244,8 @@ def _unit(
         ):
             unsure = "other columns are in inches"
     if unsure and not (given["unit"] or given["scale"]):
-        allowed = f"is missing: {unsure} (in {table.shown}): unit is C, F or K, and scale = 0.1 reads tenths;"
+        allowed = f"is missing: {unsure} (in {table.shown}); unit is C, F or K, and scale = 0.1"
+        allowed += " reads tenths;"
         column = listed(table, [*places.values()])
         allowed += f" say one of them for column {column}"
         row = table.rows[0] + 1

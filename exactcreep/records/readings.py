@@ -274,10 +274,10 @@ class Readings:
             near = "its neighbours, " + " and ".join(map(str, beside)) if beside else "any weather"
             said = f"is far from {near}, or a code for missing, {at}{many}"
         where = f" (line {self._line(k)} of {self.file})" if self.file else ""
-        usual = mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
+        mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
         if self._clock_changes(k):
-            mend = 'summer time? series.tz_localize("Europe/Berlin", ambiguous="infer")'
-            mend += f'.tz_convert("UTC") mends it with your zone; otherwise {usual}'
+            summer = 'summer time? series.tz_localize("Europe/Berlin", ambiguous="infer")'
+            mend = f'{summer}.tz_convert("UTC") mends it with your zone; otherwise {mend}'
         column = self.numbers.get(self.names[k % width], 0)
         return CellError(name, entry, f"{said}{where}; {mend}", self._line(k), column)
 
@@ -286,7 +286,7 @@ class Readings:
         if not self.dated or abs(abs(self._steps[k] - self._usual) - 3600) > 1:
             return False
         date = self.times[k].astype("datetime64[us]").item()
-        return date.weekday() == _SUNDAY and date.hour <= 3
+        return bool(date.weekday() == _SUNDAY and date.hour <= 3)
 
     def _line(self, k: int) -> int:
         return self.lines[k] if len(self.lines) else k // len(self.names) + 1

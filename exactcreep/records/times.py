@@ -235,9 +235,10 @@ def listed(table: Table, columns: Sequence[int] = ()) -> str:
 
 def _unfound(table: Table, why: str) -> InputError:
     also = "" if table.named else " (and temperature_column)"
-    allowed = f"is missing: {why} (in {table.shown}); name the column{also}, or a list such as date,hour or"
-    allowed += f" year,month,day,hour; line {table.rows[0] + 1} begins the table, and its columns"
-    return CellError("time_column", None, f"{allowed} are {listed(table)}", table.rows[0] + 1)
+    allowed = f"is missing: {why} (in {table.shown}); name the column{also}, or a list such as"
+    allowed += f" date,hour or year,month,day,hour; line {table.rows[0] + 1} begins the table,"
+    allowed += f" and its columns are {listed(table)}"
+    return CellError("time_column", None, allowed, table.rows[0] + 1)
 
 
 # --- reading -------------------------------------------------------------------------------------
