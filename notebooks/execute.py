@@ -23,7 +23,7 @@ def is_progress(output):
     return (
         data.get("text/plain") == ""
         or "application/vnd.jupyter.widget-view+json" in data
-        or "compiling the kernel" in data.get("text/plain", "")
+        or "compiling for this kind of run" in data.get("text/plain", "")
     )
 
 

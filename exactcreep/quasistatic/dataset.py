@@ -147,6 +147,9 @@ def fields_of(member: Group) -> dict[str, Any]:
     """Return the fields of the result in a file; raise any exception if it has none."""
     about, exact = member.attributes, None
     written = str(about.get("format"))
+    if written.startswith("exactcreep sweep"):
+        told = "it is a whole sweep: read it with xarray.open_dataset; its variable file names"
+        raise ValueError(f"{told} the file of each run, which can be read here")
     if not written.startswith(FORMAT.rpartition(" ")[0]):
         raise ValueError("it is not a result of exactcreep")
     if written != FORMAT:

@@ -194,10 +194,10 @@ def _number(cell: str) -> float:
 
 def _unsure(table: Table, columns: Sequence[int], why: str, option: str) -> InputError:
     row = table.rows[0] + 1
-    allowed = f"is not found, {why}; name one of the columns (from line {row} on)"
+    allowed = f"is missing: {why} (in {table.shown}); name one of the columns (from line {row} on)"
     kinds = {statistic_of(table.names[k])[0] for k in columns}
     beside = " (or as minimum_column and maximum_column):" if {"min", "max"} <= kinds else ":"
-    return CellError(option, table.shown, f"{allowed}{beside} {listed(table, columns)}", row)
+    return CellError(option, None, f"{allowed}{beside} {listed(table, columns)}", row)
 
 
 # --- unit and scale ------------------------------------------------------------------------------
@@ -244,11 +244,12 @@ def _unit(
         ):
             unsure = "other columns are in inches"
     if unsure and not (given["unit"] or given["scale"]):
-        allowed = f"is not found, {unsure}: unit is C, F or K, and scale = 0.1 reads tenths;"
+        allowed = f"is missing: {unsure} (in {table.shown}); unit is C, F or K, and scale = 0.1"
+        allowed += " reads tenths;"
         column = listed(table, [*places.values()])
         allowed += f" say one of them for column {column}"
         row = table.rows[0] + 1
-        raise CellError("unit", table.shown, f"{allowed}, from line {row} on", row)
+        raise CellError("unit", None, f"{allowed}, from line {row} on", row)
     unit = given["unit"] or max(units - {""}, default="")
     scale = given["scale"] or max((each for each in scales if each), default=None)
     kelvin = not unit and any(re.fullmatch(r"t2m|2t", table.names[k]) for k in places.values())

@@ -44,6 +44,7 @@ _FEWEST_SWAPPED = 100  # one day in so many may have its minimum above its maxim
 _UNITS = {"C": "degrees Celsius", "K": "kelvin", "F": "degrees Fahrenheit"}
 _SHORT = {"C": "°C", "K": "K", "F": "°F"}
 _NONE = np.array([], np.intp)
+_SUNDAY = 6  # as `datetime.weekday` counts
 _YEAR = 360  # days in which every season is met
 
 
@@ -273,9 +274,19 @@ class Readings:
             near = "its neighbours, " + " and ".join(map(str, beside)) if beside else "any weather"
             said = f"is far from {near}, or a code for missing, {at}{many}"
         where = f" (line {self._line(k)} of {self.file})" if self.file else ""
-        mend = "pandas mends it (sort_index, dropna, resample, interpolate)"
+        mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
+        if self._clock_changes(k):
+            summer = 'summer time? series.tz_localize("Europe/Berlin", ambiguous="infer")'
+            mend = f'{summer}.tz_convert("UTC") mends it with your zone; otherwise {mend}'
         column = self.numbers.get(self.names[k % width], 0)
         return CellError(name, entry, f"{said}{where}; {mend}", self._line(k), column)
+
+    def _clock_changes(self, k: int) -> bool:
+        """Return whether a reading comes an hour early or late in the night of a Sunday."""
+        if not self.dated or abs(abs(self._steps[k] - self._usual) - 3600) > 1:
+            return False
+        date = self.times[k].astype("datetime64[us]").item()
+        return bool(date.weekday() == _SUNDAY and date.hour <= 3)
 
     def _line(self, k: int) -> int:
         return self.lines[k] if len(self.lines) else k // len(self.names) + 1
@@ -298,10 +309,10 @@ class Readings:
                               and np.quantile(known, 0.95, method="nearest") <= ROOFS):  # fmt: skip
             return None
         low, high = (f"{value:.6g}" for value in (known.min(), known.max()))
-        allowed = f"is not said, and {low} to {high} is no weather in {_UNITS[self.unit]} (column"
+        allowed = f"is missing, and {low} to {high} is no weather in {_UNITS[self.unit]} (column"
         allowed += f' {self.names[0]}, from line {self._line(0)} on): unit = "K" or "F", or scale ='
         allowed += " 0.1 for tenths (0.001 for thousandths), reads it"
-        return CellError("unit", self.file, allowed, self._line(0))
+        return CellError("unit", None, f"{allowed} ({self.file})", self._line(0))
 
     def doubts(self) -> Iterator[str]:
         """Yield reasons to doubt the unit of temperatures, or the order of the columns."""

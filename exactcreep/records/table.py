@@ -21,7 +21,7 @@ MOST_BYTES = 64 * 2**20
 MOST_ROWS = 1_000_000
 """Most rows of a record: a century of hours."""
 _MOST_CELLS, MOST_COLUMNS, _LONGEST_ROW = 20_000_000, 200, 20_000
-_SAMPLE = 3000  # lines that are looked at to find the table
+SAMPLE = 3000  # lines that are looked at to find the table
 _MOST_BELOW = 40  # lines below a table that may be left out
 _MOST_ABOVE = 6  # rows of names and units
 _DELIMITERS = (";", "\t", "|", ",", " ")
@@ -113,7 +113,7 @@ class Table:
     @cached_property
     def sample(self) -> list[list[str]]:
         """The cells of the first rows, by column."""
-        return self.cells(range(len(self.names)), self.rows[:_SAMPLE])
+        return self.cells(range(len(self.names)), self.rows[:SAMPLE])
 
     def cells(self, columns: Sequence[int], rows: Sequence[int] | None = None) -> list[list[str]]:
         """Return the cells of these columns, in every row."""
@@ -219,7 +219,7 @@ def _text_of(data: bytes, encoding: str, shown: str) -> tuple[str, str]:
 
 def _found(lines: list[str], shown: str, delimiter: str, encoding: str) -> Table:
     """Return the table that begins in the first thousands of lines."""
-    sample = lines[:_SAMPLE]
+    sample = lines[:SAMPLE]
     best = max((_layout(sample, each) for each in (delimiter or _DELIMITERS)), default=None)
     if best is None or best[0] <= 0:
         allowed = "is not found: no sign separates the columns of most rows in the same way, or"

@@ -19,7 +19,7 @@ from exactcreep.records.dates import (
     formats_of,
     moments_of,
 )
-from exactcreep.records.table import RECIPE, CellError, Table, printable
+from exactcreep.records.table import RECIPE, SAMPLE, CellError, Table, printable
 from exactcreep.records.words import EPOCH, is_temperature, is_time, part_of
 
 GAP = 1.5
@@ -229,16 +229,16 @@ def listed(table: Table, columns: Sequence[int] = ()) -> str:
         if len(known) > len(numbers) / 2:
             about = f"{known.min():.10g} to {known.max():.10g}"
         told.append(f"{table.names[k]} ({about})")
-    return ", ".join(told)
+    part = len(table.rows) > SAMPLE
+    return ", ".join(told) + f"; numbers of the first {SAMPLE} lines" * part
 
 
 def _unfound(table: Table, why: str) -> InputError:
     also = "" if table.named else " (and temperature_column)"
-    allowed = f"is not found, {why}; name the column{also}, or a list such as date,hour or"
-    allowed += f" year,month,day,hour; line {table.rows[0] + 1} begins the table, and its columns"
-    return CellError(
-        "time_column", table.shown, f"{allowed} are {listed(table)}", table.rows[0] + 1
-    )
+    allowed = f"is missing: {why} (in {table.shown}); name the column{also}, or a list such as"
+    allowed += f" date,hour or year,month,day,hour; line {table.rows[0] + 1} begins the table,"
+    allowed += f" and its columns are {listed(table)}"
+    return CellError("time_column", None, allowed, table.rows[0] + 1)
 
 
 # --- reading -------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from exactcreep.watch.progress import Hearer, Progress
 P = ParamSpec("P")
 T = TypeVar("T")
 
-COMPILING = "compiling the kernel, once; the next start finds it ready"
+COMPILING = "compiling for this kind of run, once; the next start finds it ready"
 _BETWEEN_LINES, _BETWEEN_FRAMES = 5.0, 0.1  # seconds
 _SHORT = 1.0  # seconds without a bar
 _telling: list[object] = []  # displays, or silence, that hold for all nested computations

@@ -24,6 +24,7 @@ from derivations.ledger import (
 )
 from derivations.model import MODEL, PREMISES, Model
 from derivations.notation import l0, theta
+from derivations.proof import STANDINGS
 
 ROOT = Path(__file__).parents[2]
 NAMED = {entry.name: entry for entry in entries()}
@@ -47,6 +48,17 @@ def test_every_line_of_a_chapter_holds(name: str) -> None:
     assert [line.text for line in proof.lines if line.fault] == []
     assert all(line.why for line in proof.lines if line.standing in ("checked", "argued"))
     assert set(proof.decisions) == {e.name for e in entries() if e.chapter == name}
+
+
+def test_the_page_on_claims_counts_the_statements_of_the_ledger() -> None:
+    page = (ROOT / "notebooks/explanation/claims.md").read_text(encoding="utf-8")
+    said = page.partition("`python -m derivations`")[2]
+    standings = [entry.standing for entry in entries()]
+    counts = [standings.count(word) for word in ("", *STANDINGS)]
+    beyond = sum(entry.place.startswith("Beyond") for entry in entries())
+    others = len(standings) - counts[0]
+    expected = [len(standings), beyond, counts[0], others, *counts[1:]]
+    assert [*map(int, re.findall(r"\b\d+", said))] == expected
 
 
 @pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)

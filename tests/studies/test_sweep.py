@@ -132,6 +132,8 @@ def test_a_folder_holds_runs_and_grid_and_the_same_call_computes_what_is_missing
     assert xr.load_dataset(tmp_path / "sweep.nc", engine="h5netcdf").identical(grid)
     files = sorted(cells_in(tmp_path))
     assert {str(tmp_path / name) for name in grid.file.values.flat} == {*map(str, files)}
+    with pytest.raises(InputError, match="whole sweep: read it with xarray"):
+        Creep.load(tmp_path / "sweep.nc")
     run = Creep.load(tmp_path / grid.file.sel(n=6, amplitude=0.01, seed=3).item())
     assert (run.chain.n, run.seed) == (6, 3)
     assert run == creep(run.chain, run.drive, seed=3, record=())
