@@ -295,11 +295,17 @@ class Walk(Result):
             }  # fmt: skip
         names = ("days", "millimetres_per_year", "disorder")
         rates = [
-            {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
+            {
+                "contacts": n,
+                "friction_factor": float(factor),
+                "mu_d": nearest_float(factor * self.body.chain.mu_d),
+                "millimetres_per_year": rate,
+            }
             for (n, factor), rate in self.rates.items()
         ]
         return (
             {name: getattr(self, name) for name in names}
+            | {"contacts": self.body.chain.n}
             | {"weather": self._weather, "pivot_step": self._pivot_step, "rates": rates}
             | {"millimetres": self.total, "artefact_of_contacts": self._artefact}
             | {"measured_millimetres_per_year": float(self.body.measured) or math.nan}

@@ -89,7 +89,9 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law() -> Non
     said = descent.summary()
     assert said["weather"] is None  # of one month
     n, many = descent.contacts
-    assert n == 20
+    assert n == said["contacts"] == 20
+    for rate in said["rates"]:
+        assert rate["mu_d"] == pytest.approx(rate["friction_factor"] * 0.5)
     finer = solid.altered(contacts=many).creep(month(solid))
     assert finer.contacts == (many, 2 * many)
     artefact = descent.millimetres_per_year / finer.millimetres_per_year - 1

@@ -50,6 +50,7 @@ _LABELS = {
     "locked_ends": "cycles with slips of the end sliders only exist up to A =",
 }
 """Printed names of keys of summaries that do not explain themselves."""
+_LABELS |= {name: name for name in ("mu_d", "mu_s", "sigma_mu", "tan_alpha", "end_forces")}
 _SENTENCES = {
     "exponential": "p = {} (Kolmogorov and Smirnov; below 0.01 the starts do not stop at one rate)",
     "dormant": "a start in which no inner slider has slipped for {} cycles; it may creep again",
@@ -146,19 +147,24 @@ def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
 
 def say_summary(summary: Mapping[str, Any]) -> None:
     """Print the summary of a result: one line for each key whose value is known and not zero."""
-    rows = [(key, _worded(_without(value, summary))) for key, value in summary.items()
-            if not _is_nothing(value)]  # fmt: skip
+    beside_the_point = set() if float(summary.get("sigma_mu") or 0) else {"dormant"}
+    rows = [(key, _worded(_without(value, summary, key))) for key, value in summary.items()
+            if not _is_nothing(value) and key not in beside_the_point]  # fmt: skip
     say_rows(
         (_LABELS.get(key, key.replace("_", " ")), _SENTENCES.get(key, "{}").format(text))
         for key, text in rows if text
     )  # fmt: skip
 
 
-def _without(value: Any, summary: Mapping[str, Any]) -> Any:
-    """Return a value without the parts that have a line of their own in the summary."""
+def _without(value: Any, summary: Mapping[str, Any], name: str) -> Any:
+    """Return a value without the parts that have a line of their own in the summary.
+
+    The part with the value's own name has the name "", since the line has it already.
+    """
     if not isinstance(value, Mapping):
         return value
-    return {key: part for key, part in value.items() if key not in summary or summary[key] != part}
+    parts = {key: p for key, p in value.items() if key not in summary or summary[key] != p}
+    return {"" if key == name else key: part for key, part in parts.items()}
 
 
 def _is_nothing(value: Any) -> bool:

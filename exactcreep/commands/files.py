@@ -117,7 +117,9 @@ def show(
     output.check(run=run)
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    view = portrait(seen, wanted, wide or 1, Limits.of(max_seconds=max_seconds))
+    limits = Limits.of(max_seconds=max_seconds)
+    with Display(after=1.0) as display:
+        view = portrait(seen, wanted, wide or 1, limits, display.show)
     say_all = partial(put, f"trajectory {known_text(seen)}")
     output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
 

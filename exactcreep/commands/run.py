@@ -197,7 +197,7 @@ DEFAULT = Session()
 
 
 def _foretelling(display: Display) -> Callable[[Progress], None]:
-    """Show the progress of a run, and say once in its first second what all of it will take."""
+    """Show the progress of a run, and say once in its first second what the rest will take."""
     untold = not display.quiet
 
     def show(progress: Progress) -> None:
@@ -205,8 +205,8 @@ def _foretelling(display: Display) -> Callable[[Progress], None]:
         if untold and progress.phase == "running" and progress.seconds >= _FORETOLD_AFTER:
             share, left = progress.share, progress.seconds_left
             if left >= _WORTH_TELLING:  # false if it is not known yet
-                events, seconds = progress.events / share, progress.seconds + left
-                display.write(f"expected: about {events:.2g} events in {duration(seconds)}")
+                events = progress.events * (1 - share) / share  # a checkpoint may hold some
+                display.write(f"expected: about {events:.2g} more events in {duration(left)}")
             untold = math.isnan(left)
         display.show(progress)
 

@@ -52,6 +52,7 @@ from exactcreep.solvers.sliding import Sliding, tension_bounds
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.watch.progress import Hearer, reporter
 
 Floats = NDArray[np.float64]
 WINDOW = 200
@@ -63,6 +64,7 @@ _INSIDE = 4  # half-cycles at the beginning of a run that are drawn from inside
 _MOST_EVENTS = 200_000  # most events that are computed again for them
 _MOST_STEPS = 20_000  # most rearrangements that are drawn as steps
 _NUMBERS_AT_ONCE = 1 << 20  # slips that `portrait` computes again before it drops them
+_REPORTS = 200  # of the progress of `portrait`, at least, in a long run
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
@@ -404,8 +406,9 @@ class Portrait:
 
 
 def portrait(
-    result: Creep, half_cycle: int | None = None, window: int = WINDOW, limits: Limits = NO_LIMITS
-) -> Portrait:
+    result: Creep, half_cycle: int | None = None, window: int = WINDOW,
+    limits: Limits = NO_LIMITS, progress: Hearer = None,
+) -> Portrait:  # fmt: skip
     """Return a run around the end of a half-cycle (0: the start; default: the last).
 
     Values that the run did not record are computed again, bit for bit. Raises `InputError` if the
@@ -419,11 +422,13 @@ def portrait(
     first = max(last - window, 0) + 1
     simulation, states = experiment.simulation(("x_G", "slips")), {0: experiment.initial}
     shown: list[Any] = [{"x_G": np.empty(0), "slips": np.empty((0, experiment.chain.n), int)}]
-    short = max(_NUMBERS_AT_ONCE // experiment.chain.n, 1)
+    short = max(min(_NUMBERS_AT_ONCE // experiment.chain.n, last // _REPORTS), 1)
+    say = reporter(progress)
     targets = sorted({*range(0, last, short), first - 1, asked, last})
     for done, stretch in zip(targets, simulate(simulation, drive, targets, limits), strict=True):
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(f"{stretch.reason} before half-cycle {last} was computed again")
+        say("computing again", done, last, "half-cycles")
         _check_repeats(result, done - stretch.completed, floats(stretch.recorded["x_G"]))
         if done >= first:
             shown.append(stretch.recorded)

@@ -39,6 +39,7 @@ _MOST_SKEWNESS = 0.8
 _CROSSOVER = 2.0
 """Creep and long rests alternate within so many D/l0 in amplitude of where ``l0 A = N m/2``."""
 _FEWEST_SEEDS = 6  # from this number on the scatter of the seeds gives the error
+_FEWEST_INSTEAD = 3  # the same, where a run has no error of its own
 
 
 def standard_error(
@@ -90,14 +91,19 @@ def mean_over_seeds(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return mean velocities over the last axis, the seeds, and the standard errors of the means.
 
-    The errors come from the scatter of six seeds or more, else from the errors of the runs.
+    Seeds without a velocity (nan) are left out, e.g. those that an interrupted sweep did not reach.
+    The errors come from the scatter of six seeds or more, else from the errors of the runs. If one
+    of these is unknown, they come from the scatter of three seeds or more, unless it is 0.
     """
-    count = velocities.shape[-1]
-    with np.errstate(invalid="ignore"):  # a runaway chain has no finite velocity
-        own = np.sqrt((errors**2).sum(axis=-1)) / count
-        if count >= _FEWEST_SEEDS:
-            own = velocities.std(axis=-1, ddof=1) / math.sqrt(count)
-        return velocities.mean(axis=-1), own
+    known = ~np.isnan(velocities)
+    count = known.sum(axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a runaway chain has no finite velocity
+        mean = velocities.sum(axis=-1, where=known) / count
+        own = np.sqrt((errors**2).sum(axis=-1, where=known)) / count
+        squares = ((velocities - mean[..., None]) ** 2).sum(axis=-1, where=known)
+        scatter = np.sqrt(squares / (count - 1) / count)
+        instead = np.isnan(own) & (count >= _FEWEST_INSTEAD) & (scatter > 0)
+        return mean, np.where((count >= _FEWEST_SEEDS) | instead, scatter, own)
 
 
 def ratio_of_sums(

@@ -13,7 +13,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep import Creep, Outcome, creep, load_scene
+from exactcreep.commands.run import _foretelling
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
+from exactcreep.results import Progress
+from exactcreep.watch.display import Display
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, wait_until
 from tests.test_book import README
@@ -31,6 +34,13 @@ QUICK = (*SIX, *cycles(10))
 
 def words(text: str) -> str:
     return " ".join(text.split())
+
+
+def test_what_a_run_still_takes_is_told_without_the_part_in_its_checkpoint(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    _foretelling(Display())(Progress("running", 75, 100, events=3000, seconds=60.0))
+    assert capsys.readouterr().err == "expected: about 1e+03 more events in 20 s\n"
 
 
 # --- what is printed -----------------------------------------------------------------------------

@@ -12,6 +12,7 @@ import exactcreep as ec
 from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
 from exactcreep.figures.style import DISPLACEMENT
 from exactcreep.laws import prediction
+from exactcreep.results import Progress
 from tests.paper import paper_chain
 from tests.pictures import assert_shows_data, line
 
@@ -142,7 +143,9 @@ def run():
 @pytest.mark.parametrize("half_cycle", [0, 7, 40])
 def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: int) -> None:
     full = ec.creep(SIX, DRIVE, seed=3, record=("x_G", "x", "tension", "slips")).recorded
-    seen = portrait(run, half_cycle, window=10)
+    heard: list[Progress] = []
+    seen = portrait(run, half_cycle, window=10, progress=heard.append)
+    assert heard[-1].done == heard[-1].total == seen.first + 9
     there = slice(seen.first - 1, seen.first - 1 + 10)
     assert seen.first - 1 <= half_cycle <= seen.first + 9
     assert_array_equal(seen.slips, full["slips"][there])

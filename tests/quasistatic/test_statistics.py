@@ -9,7 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import GaussianSteps, creep
-from exactcreep.quasistatic.statistics import FEWEST_STEPS, rests_for_long, standard_error
+from exactcreep.quasistatic.statistics import (
+    FEWEST_STEPS,
+    mean_over_seeds,
+    rests_for_long,
+    standard_error,
+)
 from exactcreep.solvers.return_map import approach
 from tests.paper import paper_chain
 
@@ -92,3 +97,25 @@ def test_a_single_jump_is_no_drift_wherever_it_lies(place: int) -> None:
         positions = np.concatenate([[0.0], np.cumsum(moves)])
         error = standard_error(positions, np.arange(steps + 1.0), least=True)
         assert positions[-1] / steps == pytest.approx(0.75 * error, rel=0.05)
+
+
+NAN = math.nan
+
+
+@pytest.mark.parametrize(
+    ("velocities", "errors", "mean", "error"),
+    [
+        ([1, 2, 3, 6], [0.3, 0.4, NAN, 0.1], 3, math.sqrt(14 / 3 / 4)),  # the scatter
+        ([1, 2, 3, 6], [0.3, 0.4, 0, 0], 3, 0.125),  # their own errors
+        ([1, 3, NAN, NAN], [0.3, 0.4, NAN, NAN], 2, 0.25),  # two were interrupted
+        ([1, 2, 6, NAN], [0.3, NAN, NAN, NAN], 3, math.sqrt(14 / 2 / 3)),
+        ([1, 3, NAN, NAN], [0.3, NAN, NAN, NAN], 2, NAN),  # two scatter by chance
+        ([2, 2, 2], [NAN, NAN, NAN], 2, NAN),  # no scatter is no error of 0
+        ([NAN, NAN], [NAN, NAN], NAN, NAN),
+    ],
+)
+def test_seeds_that_finished_are_averaged_and_their_scatter_stands_in_for_a_missing_error(
+    velocities: list[float], errors: list[float], mean: float, error: float
+) -> None:
+    found = mean_over_seeds(np.array([velocities] * 2, float), np.array([errors] * 2, float))
+    np.testing.assert_allclose(found, [[mean] * 2, [error] * 2], rtol=1e-14)

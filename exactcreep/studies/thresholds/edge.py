@@ -57,6 +57,7 @@ class CreepEdge(Threshold):
     fates: tuple[Fate | None, Fate | None] | None = None
     sensitive: tuple[float, ...] = ()
     edges: tuple[Edge, ...] | None = None
+    scanned: bool = False
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
 
@@ -86,9 +87,14 @@ class CreepEdge(Threshold):
         what = "creep for ever" if self.kind == EDGE else self.what
         if self.lower is None or self.upper is None:
             return f"it is not known where {what} begins"
-        more = len(self.edges or ()) - 1
-        first = f", the first of {more + 1} edges" if more > 0 else ""
-        return Edge(self.lower, self.upper, evidence=self.evidence).text(what, first)
+        where = Edge(self.lower, self.upper, evidence=self.evidence).text(what)
+        if not self.scanned:
+            return where
+        if self.edges is None:
+            return f"{where}, the first edge of a scan in float64 (--edges lists all)"
+        several = len(self.edges) > 1
+        which = f"first of {len(self.edges)} edges" if several else "only edge"
+        return f"{where}, the {which} of a scan in float64"
 
     _told = (
         "kind", "lower", "upper", "cycles", "digits", "solver",
@@ -183,6 +189,7 @@ def edge_of(
         fates=edge.fates if lasting else None,
         sensitive=sensitive,
         edges=(found or None) if edges else None,
+        scanned=span.bracket is None and not chain.slides,
         report=report,
         reason=over or edge.doubt,
     )

@@ -80,9 +80,9 @@ class Edge:
     def middle(self) -> Fraction:
         return sum(exact_number(end or 0, "edge") for end in (self.lower, self.upper)) / Fraction(2)
 
-    def text(self, what: str, first: str = "") -> str:
+    def text(self, what: str) -> str:
         """Return the edge in words; `what` begins there."""
-        where = f"{what} begins between A = {self.lower} and {self.upper}{first}"
+        where = f"{what} begins between A = {self.lower} and {self.upper}"
         return f"{where} ({self.evidence.value})"
 
     def summary(self, what: str = "creep") -> dict[str, Any]:

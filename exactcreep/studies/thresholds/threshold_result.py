@@ -106,6 +106,9 @@ class Threshold(Result):
         the fate. The answer of float64 was taken there, and may be wrong.
     edges : tuple or None
         Edge, on request: every edge of the scan; only the first one is refined beyond float64.
+    scanned : bool
+        Edge: whether a scan in float64 chose it. Evidence is about the edge alone; another edge may
+        lie below it, between two points of the scan.
     report : mapping
         Edge: numbers of runs.
     amplitudes, velocities, errors : ndarray, shape (points,)
@@ -126,7 +129,7 @@ class Threshold(Result):
 
     Examples
     --------
-    >>> threshold(pair, digits=12).finding
+    >>> threshold(pair, digits=12, bracket=("0.0003", "0.0004")).finding
     'creep for ever begins between A = 0.00033954987505086 and 0.00033954987505087 (proved)'
     """
 

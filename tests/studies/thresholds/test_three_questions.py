@@ -24,7 +24,7 @@ def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
         solver = "certified" if edge.evidence is ec.Evidence.PROVED else "exact"
         sides = [ec.fate(chain, side, solver=solver).outcome for side in (edge.lower, edge.upper)]
         assert [side is ec.Outcome.CREEPING for side in sides] == [not edge.begins, edge.begins]
-    assert "the first of 3 edges" in found.finding
+    assert "(proved), the first of 3 edges of a scan in float64" in found.finding
     told = found.summary()
     assert [one["creep"] for one in told["edges"]] == ["begins", "ends", "begins"]
     assert told["sensitive"] == [*found.sensitive]
