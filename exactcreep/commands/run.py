@@ -110,7 +110,7 @@ class Session(Output):
         with shown(quiet=self.json) as display:
             try:
                 result = run_alone(
-                    member.experiment, progress=_foretelling(display), limits=limits,
+                    member.experiment, progress=foretelling(display), limits=limits,
                     checkpoint=kept,
                 )  # fmt: skip
             except exactcreep.results.Interrupted as interrupted:
@@ -196,7 +196,7 @@ class Session(Output):
 DEFAULT = Session()
 
 
-def _foretelling(display: Display) -> Callable[[Progress], None]:
+def foretelling(display: Display) -> Callable[[Progress], None]:
     """Show the progress of a run, and say once in its first second what the rest will take."""
     untold = not display.quiet
 

@@ -13,7 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep import Creep, Outcome, creep, load_scene
-from exactcreep.commands.run import _foretelling
+from exactcreep.commands.run import foretelling
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from exactcreep.results import Progress
 from exactcreep.watch.display import Display
@@ -39,7 +39,7 @@ def words(text: str) -> str:
 def test_what_a_run_still_takes_is_told_without_the_part_in_its_checkpoint(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    _foretelling(Display())(Progress("running", 75, 100, events=3000, seconds=60.0))
+    foretelling(Display())(Progress("running", 75, 100, events=3000, seconds=60.0))
     assert capsys.readouterr().err == "expected: about 1e+03 more events in 20 s\n"
 
 
