@@ -141,7 +141,7 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: Creep.load(a), lambda a, b: load_scene(a),
         lambda a, b: Scene.from_mapping(a), lambda a, b: Scene.from_mapping({"chain": a}),
         lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
-        lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),
+        lambda a, b: threshold(CHAIN, kind=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [
         lambda a, b: compare(a), lambda a, b: compare(EXPERIMENT, seeds=a, events=0),
