@@ -49,8 +49,9 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.tangent import Frame, TangentSimulation
+from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.field.simulation import CertifiedSimulation
+from exactcreep.solvers.field.tangent import Frame, TangentMechanics
 from exactcreep.solvers.interface import Start, simulate
 from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
@@ -86,7 +87,7 @@ class Leaping(CertifiedSimulation):
     def _arrive(self, target: Fraction) -> None:
         mechanics = self.mechanics
         for n, rate in mechanics.rates.items():
-            sign = mechanics.way if rate > 0 else -mechanics.way
+            sign = self.way if rate > 0 else -self.way
             gap = mechanics.room(n, sign) if sign else mechanics.field.rational(Fraction(0))
             if mechanics.rest.set is not None:
                 gap = gap + flint.arb(0, 2 * mechanics.slack * mechanics.stretches[n])
@@ -323,29 +324,24 @@ class _Proof:
 
         Raises `Undecided` if not all of them have the given itinerary.
         """
-        present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
-        arithmetic, doubt, noted = present.arithmetic, "they part", None
-        try:
-            nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
-            mechanics = nearby.mechanics
-            with arithmetic.active():
-                mechanics.begin(spread, load)
-                begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
-                forces = present.known_forces()
-                radii = [x.rad() for x in self.frame.shape_of(forces)]
-                load_radius = 2 * self.frame.load_of(forces).rad()
-                mechanics.half = word.half
-            (stretch,) = simulate(nearby, self.drive, [count], self.limits)
-            if stretch.stop is not Stop.DONE:
-                doubt = stretch.reason
-            elif _half_cycles(rearrangements(stretch.recorded), 1, count) == word.halves:
-                noted = mechanics.at_half
-        except Undecided as parting:
-            doubt = str(parting)
-        if noted is None:
+        present, n, doubt = self.simulation.mechanics, self.chain.n, "they part"
+        arithmetic, start = present.arithmetic, Start(self.chain, self.simulation.state(), 0)
+        with arithmetic.active():
+            mechanics = TangentMechanics(start, arithmetic)
+            mechanics.begin(spread, load)
+            mechanics.half, mechanics.limits = word.half, self.limits
+            begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
+            forces = present.known_forces()
+            radii = [x.rad() for x in self.frame.shape_of(forces)]
+            load_radius = 2 * self.frame.load_of(forces).rad()
+            try:
+                halves = mechanics.follow(self.drive.amplitude, len(word.halves))
+            except Undecided as parting:
+                halves, doubt = [], str(parting)
+        if halves != word.halves or mechanics.at_half is None:
             raise Undecided(f"nearby states do not share the itinerary: {doubt}")
         with arithmetic.active():
-            shape, rows = noted
+            shape, rows = mechanics.at_half
             *first, load_row = [row[: n - 2] for row in rows]
             second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()
