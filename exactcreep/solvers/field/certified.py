@@ -17,7 +17,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Balls, Undecided, balls_of
-from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
+from exactcreep.solvers.field.set_integrator import SetIntegrator
 from exactcreep.solvers.field.simulation import (
     CertifiedSimulation,
     certificate,
@@ -95,8 +95,7 @@ class Certified(Solver):
                 except Undecided:
                     continue
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
-                kinds = {kind.value: mechanics.kinds[kind] for kind in Kind}
-                report = {**result.report, **certificate(mechanics), "crossings": kinds}
+                report = {**result.report, **certificate(mechanics)}
                 return replace(result, decided=evidence, report=report)
         raise AssertionError("the last precision decides everything")
 

@@ -93,7 +93,7 @@ def require_digits(mechanics: ChainIntegrator, digits: int) -> None:
 
 
 def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
-    """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
+    """Return radius, digits and bits lost of a calculation in balls."""
     arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
     radii = [0.0 if x.is_exact() else math.nextafter(float(x.rad()), math.inf) for x in places]
     largest = max(radii)
@@ -103,7 +103,6 @@ def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
         mantissa, exponent = max(places, key=lambda x: x.rad()).rad().man_exp()
         lost = max(arithmetic.bits + float(exponent) + math.log2(int(mantissa)), 0.0)
     return {
-        "ties_assumed": mechanics.tally.undecided,
         "largest_radius": largest,
         "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
         "bits_lost": lost,

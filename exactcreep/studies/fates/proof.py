@@ -53,7 +53,6 @@ from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.simulation import CertifiedSimulation
 from exactcreep.solvers.field.tangent import Frame, TangentMechanics
 from exactcreep.solvers.interface import Start, simulate
-from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -197,23 +196,7 @@ class _Proof:
             if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
-        return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
-
-    def _approach(self) -> Fate | None:
-        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose."""
-        last = before = len(self.halves) // 2
-        while before > 0 and self._cycle(before) == self._cycle(last):
-            before -= 1
-        slips = [one for half in self._cycle(last) for one in half]
-        slipping = {n for one in slips for _, sliders, _ in one for n in sliders}
-        found = approach(np.array(self.shapes), last - before)
-        if found is None or len(slipping) == self.chain.n:
-            return None
-        reason = f"{found.reason}; that they go on so is not proved"
-        itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
-        known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}
-        known |= {"marginal": True, "itinerary": itinerary}
-        return self._fate(Outcome.CYCLING, before, reason, **known)
+        return self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _look(self) -> None:
         mechanics = self.simulation.mechanics

@@ -73,7 +73,8 @@ def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own(
         chain, drive = random_scene(random)
         narrow, first = followed(chain, drive, 15, max_events=events)
         many = narrow.tally.events
-        record, solver = ("x", "tension", "events"), Certified(digits=30 + 2 * many)
+        record, most = ("x", "tension", "events"), 30 + 2 * many
+        solver = Certified(digits=most, most_digits=most)
         plain = PlainSimulation(relaxed(chain), record, solver)
         second = plain.follow(drive, 1, 2, Limits(events))
         assert narrow.evidence is plain.evidence
