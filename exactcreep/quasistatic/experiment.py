@@ -96,6 +96,7 @@ class Experiment:
         for name, kind, allowed in (
             ("chain", Chain, "must be a Chain"),
             ("drive", Drive, f"must be a drive: one of {', '.join(_CLASSES)}"),
+            ("options", Mapping, "must be a dict"),
             ("twin", (bool, np.bool_), "must be true or false"),
         ):
             if not isinstance(value := getattr(self, name), kind):
