@@ -146,7 +146,7 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
         lambda a, b: Experiment(CHAIN, RUN, options=a), lambda a, b: physical(**ROOF, material=a),
         lambda a, b: survival(CHAIN, 1, starts=1, cycles=1, executor=1 if a is None else a),
-        lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),
+        lambda a, b: threshold(CHAIN, kind=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [
         lambda a, b: compare(a), lambda a, b: compare(EXPERIMENT, seeds=a, events=0),
