@@ -222,9 +222,9 @@ def _found(lines: list[str], shown: str, delimiter: str, encoding: str) -> Table
     sample = lines[:SAMPLE]
     best = max((_layout(sample, each) for each in (delimiter or _DELIMITERS)), default=None)
     if best is None or best[0] <= 0:
-        allowed = "is not found: no sign separates the columns of most rows in the same way, or"
-        allowed += " there is no row of data; name it, e.g. delimiter = ';'"
-        raise InputError("delimiter", shown, allowed)
+        allowed = f"is not found in {shown}: no sign separates the columns of most rows in the same"
+        allowed += " way, or there is no row of data; name it, e.g. delimiter = ';'"
+        raise InputError("delimiter", delimiter or None, allowed)
     _, _, delimiter, width, kinds = best
     if width > MOST_COLUMNS or width * len(lines) > _MOST_CELLS:
         allowed = f"must have at most {MOST_COLUMNS} columns and {_MOST_CELLS} entries"
