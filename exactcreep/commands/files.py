@@ -41,6 +41,7 @@ from exactcreep.commands.values import (
 )
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
+from exactcreep.watch.progress import Progress
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -115,9 +116,9 @@ def show(
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
     output.check(run=run)
+    limits = Limits.of(max_seconds=max_seconds)
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    limits = Limits.of(max_seconds=max_seconds)
     with Display(after=1.0) as display:
         view = portrait(seen, wanted, wide or 1, limits, display.show)
     say_all = partial(put, f"trajectory {known_text(seen)}")
@@ -213,6 +214,7 @@ def animate(
     from exactcreep.quasistatic.writing import write_file
     from exactcreep.watch.limits import Limits
 
+    limits = Limits.of(max_seconds=max_seconds)
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = wanted.experiment(wanted.settings()[0])
     ending = out.suffix.lower() if out is not None else ".gif"
@@ -222,7 +224,6 @@ def animate(
         allowed = "needs a GIF file: a page moves without frames"
         raise exactcreep.InputError("frames", frames, allowed)
     count = whole(frames or "120", "frames", 2, 10_000)
-    limits = Limits.of(max_seconds=max_seconds)
     number = whole(rearrangement, "rearrangement", 0)
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
@@ -234,8 +235,13 @@ def animate(
     def save(path: Path, *, force: bool) -> None:
         if ending == ".gif":
             with Display() as display:
+
+                def drawing(progress: Progress) -> None:
+                    limits.require()
+                    display.show(progress)
+
                 return draw_avalanche(
-                    avalanche, path, frames=count or 2, force=force, progress=display.show
+                    avalanche, path, frames=count or 2, force=force, progress=drawing
                 )
         from exactcreep.figures.avalanche_page import page, run_to_draw
 

@@ -68,11 +68,6 @@ _REPORTS = 200  # of the progress of `portrait`, at least, in a long run
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, 8, integer=True, min_n_ticks=1)  # whole numbers along an axis
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
-_FORMULAS = {
-    tables.NUMBER: "", tables.LENGTH: f" {LENGTH}", tables.TIME: r" ($\tau_\mathrm{dyn}$)",
-    tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
-}  # fmt: skip
-"""Units in the table of rearrangements, as an axis label writes them."""
 _ALONG = ("mu_d", "mu_s", "expansion")
 _UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 
@@ -608,10 +603,8 @@ class Plots:
         Parameters
         ----------
         measure : str
-            ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
-            ``rearrangements``, e.g. ``slips`` or ``rearrangement_slips``. The axis is logarithmic
-            and leaves out zeros, except for positions (``first``) and for measures that may be
-            negative (``displacement``).
+            ``size``, ``duration``, ``energy`` or ``extent``. The axes are logarithmic, and zeros
+            are left out.
         ax : Axes, optional
             Default: new axes.
         **style
@@ -627,14 +620,13 @@ class Plots:
         InputError
             If the measure is unknown or always zero, or the run recorded no rearrangements.
         """
-        name = measure.removeprefix("rearrangement_")
-        if name not in MEASURES:
+        if measure not in MEASURES:
             raise InputError("measure", measure, f"must be one of {', '.join(MEASURES)}")
-        counted = avalanches_of(self._result, [name])
+        counted = avalanches_of(self._result, measure)
         if not counted.block.size:
             burnt = f"the burn-in of {self._result.burn_in} half-cycles"
             raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
-        binned = distribution(counted, name)
+        binned = distribution(counted, measure)
         if binned.zeros == counted.block.size:
             raise InputError("measure", measure, f"is zero of all {binned.zeros} avalanches")
         with mpl.rc_context(STYLE):
@@ -645,13 +637,10 @@ class Plots:
         y, error = binned.density[kept], np.nan_to_num(binned.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
         axes.errorbar(binned.middle[kept], y, error, **{**points, **style})
-        about = MEASURES[name]
-        axes.set(xscale=about.scale, yscale="log", xlabel=about.label + _FORMULAS[about.unit])
+        axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure])
         without = f", without {binned.zeros} of 0" if binned.zeros else ""
-        axes.set_ylabel(f"density of {name.replace('_', ' ')}{without}")
-        if about.scale == "linear":
-            axes.locator_params(axis="x", nbins=6)
-        for axis in (axes.xaxis, axes.yaxis)[about.scale == "linear" :]:
+        axes.set_ylabel(f"density of {measure}{without}")
+        for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(PlainNumbers())
             axis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
         # an error bar as long as its value would reach down to zero on a logarithmic axis

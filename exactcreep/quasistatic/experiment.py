@@ -15,7 +15,6 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dil
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
-    exact_number,
     listed,
     nearest_float,
     whole_number,
@@ -65,7 +64,7 @@ class Experiment:
         As for `exactcreep.creep`.
     options : mapping
         Options of the solver.
-    start, record, burn_in, twin, accuracy
+    start, record, burn_in, twin
         As for `exactcreep.creep`.
 
     Raises
@@ -90,7 +89,6 @@ class Experiment:
     record: tuple[str, ...] = ("x_G",)
     burn_in: int | None = None
     twin: bool = False
-    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         for name, kind, allowed in (
@@ -113,28 +111,14 @@ class Experiment:
             record=_valid_record(self.record),
             burn_in=_valid_burn_in(self.burn_in, drive),
             twin=bool(self.twin),
-            accuracy=_valid_accuracy(self.accuracy, drive),
         )
         _check_springs(self.chain, drive, self.start, algorithm)
         require_dilation(self.chain, self.widest, "drive", drive)
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
         remark("sliders", self.chain.n)
-        remark("events", self._expected_events())
         widest = float(np.abs(self.theta).max(initial=0.0))
         require_dilation(self.chain, widest, "start.theta", self.theta)
-
-    def _expected_events(self) -> float:
-        """Return about how many events cycles make on a chain of equal sliders; 0: not known."""
-        chain, drive = self.chain, self.drive
-        if not isinstance(drive, Cycles) or chain.unlike or chain.slides or chain.may_run_away:
-            return 0.0
-        advance = nearest_float(chain.l0 * drive.amplitude)
-        held = chain.friction - abs(chain.sin_alpha)
-        step = chain.times_cosine(max(chain.mu_s - chain.mu_d, chain.sigma_mu))
-        if min(held, step) <= 0:  # in float64
-            return 0.0
-        return drive.target_count * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
 
     @property
     def theta(self) -> Any:
@@ -178,15 +162,13 @@ class Experiment:
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
 
-    def simulation(self, record: tuple[str, ...] = (), start: State | None = None) -> Simulation:
+    def simulation(self, record: tuple[str, ...] = ()) -> Simulation:
         """Return a simulation of the chain before the first target.
 
         Parameters
         ----------
         record : tuple of str
             Quantities to record: names among the `records` of the solver.
-        start : State, optional
-            A later state, from which the simulation goes on. Default: `initial`.
 
         Returns
         -------
@@ -198,8 +180,7 @@ class Experiment:
         InputError
             If the solver does not take the chain, or cannot record a quantity.
         """
-        begin = self.initial if start is None else start
-        return self.algorithm.simulation(self.chain, begin, self.seed, record)
+        return self.algorithm.simulation(self.chain, self.initial, self.seed, record)
 
     def burn_in_of(self, reached: int) -> int:
         """Return the burn-in of a run that reached so many targets; even for cycles.
@@ -278,18 +259,6 @@ def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if burn_in is None:
         return None
     return whole_number(burn_in, "burn_in", least=0, most=drive.target_count)
-
-
-def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
-    if accuracy is None:
-        return None
-    value = exact_number(accuracy, "accuracy")
-    if not 0 < value < 1:
-        raise InputError("accuracy", accuracy, "must lie between 0 and 1, e.g. 0.01")
-    if isinstance(drive, Listed):
-        allowed = "is of a drive that goes on as long as it takes: Cycles or GaussianSteps"
-        raise InputError("accuracy", accuracy, allowed)
-    return nearest_float(value)
 
 
 def _valid_record(record: Any) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import ReturnObserver
 from exactcreep.quasistatic.summary import attribute_of
-from exactcreep.quasistatic.velocity import MeanVelocity, next_look
+from exactcreep.quasistatic.velocity import MeanVelocity
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
     Stretch,
@@ -36,16 +36,13 @@ from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
 _MOST_NUMBERS = 1 << 18  # in a column, recorded at once
-_SAVED = 1.25  # factor between the targets of successive saved states, for `state_at`
-_FIRST_SAVED = 64  # target of the first saved state; the next comes at most at twice the target
-_MOST_SAVED_SLIDERS = 2**17  # in all saved states
 
 
 class ObservedRun:
     """A simulation that follows its drive, and its observers.
 
-    `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` has
-    states by targets reached; `kept_up_to_date`: whether a checkpoint is being written.
+    `done` targets are reached; `outcome` and `reason` say why it ended before the last;
+    `kept_up_to_date`: whether a checkpoint is being written.
     """
 
     kept_up_to_date = False
@@ -56,7 +53,6 @@ class ObservedRun:
         self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""
-        self.saved: dict[int, State] = {}
         self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
@@ -73,24 +69,8 @@ class ObservedRun:
 
     @property
     def ended(self) -> bool:
-        """Whether the run has reached its last target, its accuracy, or an early end."""
-        return self.outcome is Outcome.RUNAWAY or self.done == self.total or self._accurate
-
-    @property
-    def _accurate(self) -> bool:
-        """Whether the velocity has the requested accuracy, at a target where this is tested."""
-        wanted, done = self.experiment.accuracy, self.done
-        if wanted is None or next_look(done - 1) != done:
-            return False
-        return self._relative_error() <= wanted
-
-    def _relative_error(self) -> float:
-        """Return the relative error of the mean velocity at 95 %, nan if unknown."""
-        if self.return_map is not None and self.return_map.settled() is not None:
-            return 0.0
-        burn_in, velocity = self.velocity.mean(self.done)
-        value = 0.0 if velocity is None else abs(as_float(velocity))
-        return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
+        """Whether the run has reached its last target, or provably reaches no further one."""
+        return self.outcome is Outcome.RUNAWAY or self.done == self.total
 
     def go_on(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
         """Go on until the run ends or a limit is reached; call `watch` after each pause."""
@@ -106,8 +86,6 @@ class ObservedRun:
                 break
             left = replace(left, pause=watched + pause)
             ahead = min(observer.next(self.done) for observer in self.observers.values())
-            save = 2 * max(self.saved, default=_FIRST_SAVED // 2)
-            ahead = min(ahead, save) if save > self.done else ahead
             count = min(ahead - self.done, self.total - self.done, longest)
             stretch = simulation.follow(drive, self.done + 1, count, left)
             self.take(stretch)
@@ -127,7 +105,6 @@ class ObservedRun:
             for observer in self.observers.values():
                 observer.take(stretch, self.done + 1, self.simulation)
             self.done += stretch.completed
-            self._save()
         if stretch.stop.final:
             self.outcome = Outcome.RUNAWAY if stretch.stop is Stop.RUNAWAY else Outcome.LIMIT
             self.reason = stretch.reason
@@ -159,13 +136,6 @@ class ObservedRun:
             soon = replace(limits, pause=clock() + PAUSE)
             self.recorder.add(self.simulation.come_to_rest(soon))
 
-    def _save(self) -> None:
-        """Save the state, at fewer and fewer of the targets."""
-        room = (len(self.saved) + 1) * self.experiment.chain.n <= _MOST_SAVED_SLIDERS
-        due = self.done >= _SAVED * max(self.saved, default=0) and self.done < self.total
-        if due and room and self.simulation.at_rest:
-            self.saved[self.done] = self._state()
-
     def _state(self) -> State:
         return self.experiment.algorithm.state_of(self.simulation, self.experiment.chain)
 
@@ -185,10 +155,6 @@ class ObservedRun:
         evidence = Evidence.of(done - known_until, simulation.evidence)
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
         report = {"undecided": counts.pop("undecided")} | simulation.report()
-        if experiment.accuracy is not None:
-            reached = 0.0 if ended.velocity is not None else self._relative_error()
-            report |= {"accuracy": experiment.accuracy, "relative_error": reached,
-                       "accuracy_reached": reached <= experiment.accuracy}  # fmt: skip
         return Creep(
             experiment=experiment,
             outcome=ended.outcome,
@@ -198,7 +164,7 @@ class ObservedRun:
             reason=ended.reason,
             velocity=velocity,
             velocity_error=error,
-            velocity_enclosure=exact if experiment.digits and self.velocity.burnt(done) else None,
+            velocity_enclosure=exact if experiment.digits and self.velocity.burnt else None,
             half_cycles=done,
             burn_in=burn_in,
             **{attribute_of(name): count for name, count in counts.items()},
@@ -208,7 +174,6 @@ class ObservedRun:
             recorded=self.recorder.columns(),
             report=report,
             since=ended.since,
-            saved=self.saved,
         )
 
     def _velocity(
@@ -250,4 +215,3 @@ class ObservedRun:
         counts = self.recorder.counts()
         due = {name: self.done for name in counts if name in HALF_CYCLE_TABLE.columns}
         require(counts == kept["rows"] | due, "it lacks recorded rows")
-        self._save()
