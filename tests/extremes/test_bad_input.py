@@ -160,12 +160,13 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
     ] + [
         lambda a, b, name=name: creep(CHAIN, RUN, **{name: a})
         for name in ("seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
-                     "question", "every", "nonsense")
+                     "accuracy", "question", "every", "nonsense")
     ],
 }  # fmt: skip
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("kind", CALLS)
 @FUZZ
 @given(WILD, WILD)
@@ -175,6 +176,7 @@ def test_wild_arguments_are_used_or_refused_in_a_sentence(kind: str, one: Any, o
 
 
 @pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
+@pytest.mark.filterwarnings("ignore::exactcreep.results.AccuracyWarning")
 @pytest.mark.parametrize("odd", ODD.values(), ids=ODD)
 def test_a_value_of_any_type_is_used_or_refused_in_a_sentence(odd: Any) -> None:
     for call in itertools.chain(*CALLS.values()):
