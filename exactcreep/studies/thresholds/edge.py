@@ -62,9 +62,9 @@ class CreepEdge(Threshold):
     reason: str = ""
 
     @property
-    def law_seuil(self) -> str | None:
+    def law_paper(self) -> str | None:
         """N m/(2 l0) of Eq. 22 as a decimal; h/l0 of `differing_intercept` if sliders differ."""
-        return laws_beside(self.chain, self.digits)["law_seuil"]
+        return laws_beside(self.chain, self.digits)["law_paper"]
 
     @property
     def law_corrected(self) -> str | None:
@@ -102,7 +102,7 @@ class CreepEdge(Threshold):
     )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
-        names = "lower upper outcome_at_lower evidence direction kind digits law_seuil"
+        names = "lower upper outcome_at_lower evidence direction kind digits law_paper"
         names += " solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 

@@ -59,7 +59,7 @@ class Intercept(Threshold):
     velocities: Floats
     errors: Floats
     fit: tuple[float, float]
-    law_seuil: float
+    law_paper: float
     law_slope: float
     intercept: float = math.nan
     error: float = math.nan
@@ -88,7 +88,7 @@ class Intercept(Threshold):
         where = f"A = {with_error(self.intercept, self.error)}"
         if self.systematic > 0:
             where += f"; half of the range moves it by up to {self.systematic:.2g}"
-        law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_seuil:.6g}"
+        law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_paper:.6g}"
         return f"the straight part of v(A) meets zero at {where}; {law}"
 
     def _numbers(self) -> dict[str, Any]:
@@ -153,7 +153,7 @@ def intercept_of(
     return Intercept(
         chain=chain, cycles=drive.cycles, seed=key, size=spread,
         amplitudes=columns[0], velocities=columns[1], errors=columns[2], fit=(low, high),
-        law_seuil=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
+        law_paper=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
         **line | {"reason": over or line.get("reason", "")},
     )  # fmt: skip
 
