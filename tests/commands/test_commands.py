@@ -31,7 +31,7 @@ EVERY = {
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": (
-        ("two-sliders-cycles", *"--seeds 2 --events 20 --dts 0.1,0.03 --digits 20".split()),
+        ("two-sliders-cycles", "--seeds", "2", "--events", "20", "--dts", "0.1", "--digits", "20"),
         "out plot",
     ),
 }
