@@ -39,6 +39,7 @@ from exactcreep.commands.values import (
 )
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
+from exactcreep.watch.progress import Progress
 
 DEFAULT = Printed()
 
@@ -111,9 +112,9 @@ def show(
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
     output.check(run=run)
+    limits = Limits.of(max_seconds=max_seconds)
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    limits = Limits.of(max_seconds=max_seconds)
     around = seen.half_cycles if wanted is None else wanted
     with Display(after=1.0) as display:
         view = inside(seen, around, wide or 1, limits, display.show)
@@ -159,12 +160,12 @@ def animate(
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.watch.limits import Limits
 
+    limits = Limits.of(max_seconds=max_seconds)
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = wanted.experiment(wanted.settings()[0])
     if out is not None and out.suffix.lower() != ".gif":
         raise exactcreep.InputError("out", str(out), "must end in .gif")
     count = whole(frames, "frames", 2, 10_000)
-    limits = Limits.of(max_seconds=max_seconds)
     number = whole(rearrangement, "rearrangement", 0)
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
@@ -174,7 +175,12 @@ def animate(
 
     def save(path: Path, *, force: bool) -> None:
         with Display() as display:
-            draw_avalanche(avalanche, path, frames=count or 2, force=force, progress=display.show)
+
+            def drawing(progress: Progress) -> None:
+                limits.require()
+                display.show(progress)
+
+            draw_avalanche(avalanche, path, frames=count or 2, force=force, progress=drawing)
 
     motion = avalanche.rearrangement
     said = (

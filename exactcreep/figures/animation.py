@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from exactcreep.figures.style import DOTTED, INKS, LENGTH, new_figure, styled
+from exactcreep.model.contacts import Contacts, EventKind
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
@@ -130,15 +131,18 @@ class Moments(NamedTuple):
 
 def moments_of(motion: Rearrangement, times: Floats) -> Moments:
     """Return a rearrangement at the given times, from its closed form."""
-    replay, n = motion.replay(FLOAT64), motion.chain.n
-    moving = np.zeros((n, times.size), dtype=bool)
-    held = np.repeat([[replay.threshold(m)] for m in range(n)], times.size, axis=1)
-    for phase in replay:
-        phase.finish()
-        later = times >= phase.time
-        for m in {slider - 1 for event in phase.events for slider in event.sliders}:
-            moving[m, later] = replay.flow.signs[m] != 0
-            held[m, later] = replay.threshold(m)
+    n, contacts = motion.chain.n, Contacts(motion.chain, motion.seed)
+    draws, moving = motion.initial.draws.tolist(), np.zeros((n, times.size), dtype=bool)
+    held = np.repeat(
+        contacts.thresholds(motion.initial.coefficients, FLOAT64)[:, None], times.size, 1
+    )
+    for event in motion.events:
+        later = times >= float(event.time)
+        for m in (slider - 1 for slider in event.sliders):
+            moving[m, later] = event.kind is EventKind.START
+            if event.kind is EventKind.STOP:
+                drawn = contacts.coefficient(m + 1, draws[m])
+                held[m, later], draws[m] = contacts.holds(m, drawn, FLOAT64), draws[m] + 1
     known = motion.sol(times)
     positions, velocities, forces = (
         floats(np.asarray(values)) for values in (known.positions, known.velocities, known.forces)

@@ -33,7 +33,6 @@ from exactcreep.laws import prediction
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep_result import Creep
-from exactcreep.solvers import tables
 from exactcreep.solvers.interface import Rearrangement, simulate
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
@@ -51,11 +50,6 @@ _NUMBERS_AT_ONCE = 1 << 20  # slips that are computed again before they are drop
 _REPORTS = 200  # of progress, at least, in a long run
 _INSTANTS = 400  # instants at which a rearrangement is drawn
 _WHOLE = partial(MaxNLocator, integer=True, min_n_ticks=1)  # whole numbers along an axis
-_FORMULAS = {
-    tables.NUMBER: "", tables.LENGTH: f" {LENGTH}", tables.TIME: r" ($\tau_\mathrm{dyn}$)",
-    tables.ENERGY: r" ($m\,g^2\tau_\mathrm{dyn}^2$)",
-}  # fmt: skip
-"""Units in the table of rearrangements, as an axis label writes them."""
 _ALONG = ("mu_d", "mu_s", "expansion")
 
 
@@ -95,7 +89,7 @@ def draw_run(run: Creep, title: str = "", seen: Inside | None = None) -> Figure:
     lines = [line for axes in panels.values() for line in axes.lines]
     named = {str(line.get_label()): line for line in lines if line.get_label()[:1] not in "_"}
     bottom.get_legend().remove()
-    figure.legend(named.values(), named, loc="outside lower center", ncols=8)
+    figure.legend(named.values(), named, loc="outside lower center", ncols=5)
     return figure
 
 
@@ -353,10 +347,8 @@ class Plots:
         Parameters
         ----------
         measure : str
-            ``size``, ``duration``, ``energy`` or ``extent``, or a column of the table
-            ``rearrangements``, e.g. ``slips`` or ``rearrangement_slips``. The axis is logarithmic
-            and leaves out zeros, except for positions (``first``) and for measures that may be
-            negative (``displacement``).
+            ``size``, ``duration``, ``energy`` or ``extent``. The axes are logarithmic, and zeros
+            are left out.
         ax : Axes, optional
             Default: new axes.
         **style
@@ -372,14 +364,13 @@ class Plots:
         InputError
             If the measure is unknown or always zero, or the run recorded no rearrangements.
         """
-        name = measure.removeprefix("rearrangement_")
-        if name not in MEASURES:
+        if measure not in MEASURES:
             raise InputError("measure", measure, f"must be one of {', '.join(MEASURES)}")
-        counted = avalanches_of(self._result, [name])
+        counted = avalanches_of(self._result, measure)
         if not counted.block.size:
             burnt = f"the burn-in of {self._result.burn_in} half-cycles"
             raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
-        binned = distribution(counted, name)
+        binned = distribution(counted, measure)
         if binned.zeros == counted.block.size:
             raise InputError("measure", measure, f"is zero of all {binned.zeros} avalanches")
         with mpl.rc_context(STYLE):
@@ -390,13 +381,10 @@ class Plots:
         y, error = binned.density[kept], np.nan_to_num(binned.error[kept])
         points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
         axes.errorbar(binned.middle[kept], y, error, **{**points, **style})
-        about = MEASURES[name]
-        axes.set(xscale=about.scale, yscale="log", xlabel=about.label + _FORMULAS[about.unit])
+        axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure])
         without = f", without {binned.zeros} of 0" if binned.zeros else ""
-        axes.set_ylabel(f"density of {name.replace('_', ' ')}{without}")
-        if about.scale == "linear":
-            axes.locator_params(axis="x", nbins=6)
-        for axis in (axes.xaxis, axes.yaxis)[about.scale == "linear" :]:
+        axes.set_ylabel(f"density of {measure}{without}")
+        for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(PlainNumbers())
             axis.set_minor_formatter(PlainNumbers(minor_thresholds=(1.6, 0.5)))
         # an error bar as long as its value would reach down to zero on a logarithmic axis

@@ -435,7 +435,7 @@ def _times_of(moments: NDArray[Any]) -> Times:
     if moments.dtype.kind in "fiu":
         return Times(("time",), "", moments.astype(np.float64), False, written)
     if next(formats_of(written[0], digits=False), None) == "":
-        seconds = moments_of(written, "").seconds
+        seconds = moments_of(written, "")
         allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
     else:
         seconds = np.array([_float(moment) for moment in moments])

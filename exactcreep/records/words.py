@@ -144,11 +144,9 @@ def part_of(name: str, code: str) -> bool:
     words = words_of(name)
     if code == "H":
         words = [word for word in words if word not in _ZONES] or ["hour"] * bool(words)
-    return (
-        bool(words)
-        and _any([words[0], "".join(words)], PARTS[code])
-        and (code == "M" or not _any(words, _NO_TIME))
-    )
+    said = [words[0], "".join(words)] if words else []
+    day = code == "j" and _any(said, PARTS["d"])  # the day of a year may be called day
+    return (day or _any(said, PARTS[code])) and (code == "M" or not _any(words, _NO_TIME))
 
 
 def statistic_of(name: str) -> tuple[str, str]:

@@ -17,7 +17,7 @@ from tests.conftest import Command
 from tests.processes import PROGRAM, finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
-SEARCH = "threshold --n 3 --solver exact --digits 9 --points 50"
+SEARCH = "threshold --n 3 --digits 9 --points 50"
 QUICK = "run six-sliders-cycles --set drive.cycles=10"
 SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 EVERY = {
