@@ -11,7 +11,6 @@ NAMES = {
     "GivenUp": "is gone: the reason of a Threshold takes its place",
     "Descent": "is exactcreep.results.Walk now, of a solid as of a pipeline",
     "quiescent": "is gone: a cell of the notebook From jumps to steady creep takes its place",
-    "AccuracyWarning": "is gone: run more cycles, until velocity_error is small enough",
     "Quiescence": "is gone: a cell of the notebook From jumps to steady creep takes its place",
 }
 """Of names that stood in `exactcreep`; those in `exactcreep.results` are known by themselves."""
@@ -27,7 +26,6 @@ COMMANDS = {
 OPTIONS = {
     "--criterion": "exactcreep threshold takes --kind, and --after for the edge of a cycle",
     "--windows": "exactcreep threshold --edges lists every edge of the scan",
-    "--accuracy": "run more cycles: the standard error falls as the inverse root of their number",
     "--mend": "mend the series in pandas, as the page Use my own temperature record shows",
     "--member": "name the file of one run, which exactcreep run SCENE --out DIR wrote",
     "--resume": "the same command goes on",

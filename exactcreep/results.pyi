@@ -3,7 +3,7 @@ from .model.enclosure import Enclosure as Enclosure
 from .model.remarks import PhysicsWarning as PhysicsWarning
 from .motion.solution import Motion as Motion, Solution as Solution
 from .pipeline import Pipeline as Pipeline
-from .quasistatic.creep import Interrupted as Interrupted
+from .quasistatic.creep import AccuracyWarning as AccuracyWarning, Interrupted as Interrupted
 from .records.readings import RecordWarning as RecordWarning
 from .solid import Solid as Solid
 from .solvers.rearrangement import Rearrangement as Rearrangement

@@ -51,7 +51,7 @@ _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_
 """Keys of ``[drive]`` beside a table of SI units: temperatures (K) for dilations."""
 _IN_UNITS = ("physical", "pipeline")
 """Tables of SI units, which make the chain."""
-_RUN = ("solver", "seed", "burn_in", "record", "start", "twin")
+_RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start", "twin")
 _START = ("tensions", "theta", "size", "seed")
 
 

@@ -412,8 +412,8 @@ def physical(
     """
     quantities = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
-    if material:
-        if material not in MATERIALS:
+    if not isinstance(material, str) or material:
+        if not isinstance(material, str) or material not in MATERIALS:
             allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
             raise InputError("material", material, allowed)
         properties = MATERIALS[material]._asdict()

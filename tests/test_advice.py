@@ -21,6 +21,7 @@ from exactcreep import (
     survival,
     threshold,
 )  # fmt: skip
+from exactcreep.results import AccuracyWarning
 from tests.paper import paper_chain
 
 DRIVE = Cycles("0.0006", 40)
@@ -94,3 +95,7 @@ def test_other_recommendations_can_be_followed() -> None:
         threshold(six)
     assert threshold(six, kind="intercept", cycles=100).evidence in Evidence
     assert float(threshold(six, digits=3, after=4).upper) > 0
+    with pytest.warns(AccuracyWarning, match="run more cycles"):
+        short = creep(disorder, Cycles("0.01", 70), accuracy=1e-3)
+    longer = creep(disorder, Cycles("0.01", 3000), accuracy=1e-3)
+    assert (short.report["accuracy_reached"], longer.report["accuracy_reached"]) == (False, True)

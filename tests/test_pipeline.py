@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from exactcreep import InputError, load_scene, pipeline
-from exactcreep.figures.pipeline import friction_bounds
+from exactcreep.figures.walk import friction_bounds
 from exactcreep.results import Pipeline
 from tests.conftest import Command
 

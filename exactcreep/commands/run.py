@@ -34,6 +34,7 @@ from exactcreep.commands.values import (
     File,
     Flag,
     Name,
+    Number,
     SceneName,
     Seconds,
     Seed,
@@ -125,8 +126,8 @@ class Session(Output):
             summary |= {"walk" if member.solid is None else "descent": moved.summary()}
 
         def draw() -> Any:
-            from exactcreep.figures.pipeline import draw_walk
             from exactcreep.figures.run import draw_run
+            from exactcreep.figures.walk import draw_walk
 
             return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
 
@@ -232,6 +233,7 @@ def run(
     locate: bool | None = None,
     digits: Whole | None = None,
     seed: Seed = None,
+    accuracy: Number | None = None,
     record: Annotated[list[str] | None, taken("NAMES")] = None,
     seeds: Whole | None = None,
     checkpoint: File | None = None,
@@ -253,6 +255,9 @@ def run(
         Let verlet find events inside a step.
     digits : int
         Decimal digits of certified.
+    accuracy : X
+        Stop when the mean velocity has this relative error, at 95 %, or at the end of the scene's
+        drive.
     record : NAMES
         x_G, x, tension, slips, events, rearrangements, slip_table; repeatable or with commas; or
         none.
@@ -280,7 +285,7 @@ def run(
         names = [name for entry in record for name in entry.split(",") if name]
     wanted = scene_of(
         scene, settings, solver=solver, dt=dt, locate=locate, digits=digits, seed=seed,
-        record=[] if names == ["none"] else names, twin=twin or None,
+        accuracy=accuracy, record=[] if names == ["none"] else names, twin=twin or None,
     )  # fmt: skip
     if (count := whole(seeds, "seeds", most=10**6)) is not None:
         wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
@@ -347,6 +352,10 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
     if law is not None and result.solver != "sliding":
         rows.append(("  law that holds", str(law)))
     rows += [] if moved is None else moved.lines()
+    if "accuracy" in result.report:
+        from exactcreep.quasistatic.creep import accuracy_reached
+
+        rows.append(("accuracy", accuracy_reached(result.report)))
     target = "half-cycles" if result.drive.cyclic else "targets"
     reached = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
     rows.append(("counts", f"{reached}, {result.event_count} events, {result.slip_count} slips"))

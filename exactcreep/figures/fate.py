@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHED, DISPLACEMENT, INKS, new_figure, styled
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import in_full
@@ -36,7 +36,7 @@ def draw_fate(found: Fate) -> Figure:
     figure = new_figure(6.0, 5.0, title)
     above, below = figure.subplots(2, 1, sharex=True)
     above.plot(x_g, color=INKS[6])
-    above.set_ylabel(rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
+    above.set_ylabel(DISPLACEMENT)
     for spring, values in enumerate(tensions.T):
         ink, label = INKS[spring % len(INKS)], f"$T_{{{spring + 1}}}$"
         below.plot(values, color=ink, linewidth=0.8, label=label)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHES, DISPLACEMENT, INKS, LENGTH, new_figure, styled
 from exactcreep.laws import edges
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
@@ -98,7 +98,7 @@ def _advance(axes: Axes, found: Threshold) -> None:
         x_g = floats(run.recorded["x_G"][1::2])
         axes.plot(np.arange(x_g.size + 1), np.append(0.0, x_g), color=ink, marker=".",
                   linewidth=1.0, label=f"{words}: A = {_cut(str(side))}")  # fmt: skip
-    axes.set(xlabel="cycle", ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
+    axes.set(xlabel="cycle", ylabel=DISPLACEMENT)
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
 
 

@@ -38,7 +38,7 @@ def behaviour(
     velocity: MeanVelocity, return_map: ReturnMap | None, state: State, tally: Tally, done: int
 ) -> Behaviour:
     """Return the outcome of a run that has reached every target; see `creep`."""
-    begin = velocity.burnt
+    begin = velocity.burnt(done)
     all_burn_in = begin is None or begin.done == done
     if begin is None or all_burn_in:
         begin = velocity.marks[0]

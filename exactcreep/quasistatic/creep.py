@@ -7,8 +7,9 @@ run needs, or after a tenth of a second. The blocks do not change the result.
 from __future__ import annotations
 
 import functools
+import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -17,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import as_float
+from exactcreep.model.numbers import Number
 from exactcreep.model.remarks import PhysicsWarning as PhysicsWarning
 from exactcreep.model.remarks import warn
 from exactcreep.model.state import State
@@ -38,6 +40,20 @@ PHYSICS = {
     "crossings": "sliders would have crossed: x_(n+1) <= x_n at the end of a half-cycle",
 }
 """Texts of `PhysicsWarning` by their names in `Creep.warnings`."""
+
+
+class AccuracyWarning(UserWarning):
+    """The velocity of a run is less accurate than requested.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> with warnings.catch_warnings(record=True, action="always") as caught:
+    ...     run = creep(chain, Cycles("0.002", 200), accuracy=1e-3)
+    >>> print(caught[0].message)
+    the velocity's relative error at 95 % is 0.005, not 0.001: run more cycles
+    """
 
 
 class Interrupted(KeyboardInterrupt):
@@ -88,6 +104,7 @@ def creep(
     record: Sequence[str] = ("x_G",),
     burn_in: int | None = None,
     twin: bool = False,
+    accuracy: Number | None = None,
     progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
@@ -127,6 +144,10 @@ def creep(
         (`Creep.known_until`). True: follow the copies until one of them differs from the run.
         Default: follow each copy for at most 16,384 events, after which the distance of copies
         that have stayed close is taken to grow in proportion to time.
+    accuracy : number, optional
+        Stop when the mean velocity has this relative error at 95 %. The error is tested after 128
+        targets, then each time after 1.5 times as many; ``report["relative_error"]`` is the
+        error at the last test.
     progress : bool or callable, optional
         A callable receives a `Progress` about ten times a second. Default: a bar on terminals and
         in notebooks after a second; True: also lines where no bar can be shown.
@@ -199,7 +220,7 @@ def creep(
     >>> part.half_cycles, creep(chain, Cycles("0.001", 50), checkpoint="run.ckpt").half_cycles
     (6, 100)
     """
-    asked: dict[str, Any] = {"record": record}  # not yet checked
+    asked: dict[str, Any] = {"record": record, "accuracy": accuracy}  # not yet checked
     experiment = Experiment(
         chain, drive, seed=seed, solver=solver, start=start, burn_in=burn_in, twin=twin,
         options=options, **asked,
@@ -261,8 +282,18 @@ def _progress(run: ObservedRun, phase: str) -> Progress:
 
 
 def _warned(result: Creep) -> Creep:
-    """Return a result; warn if it left the model's physical range."""
+    """Return a result; warn if it left the model's physical range or is not accurate enough."""
     for name, count in result.warnings.items():
         if name != "theta_beyond_one":  # the experiment has warned of this before the run
             warn(f"{PHYSICS[name]} ({count} times)")
+    if result.report.get("accuracy_reached") is False:
+        warn(accuracy_reached(result.report), AccuracyWarning)
     return result
+
+
+def accuracy_reached(report: Mapping[str, Any]) -> str:
+    """Return the sentence that says whether a velocity is as accurate as requested."""
+    known, wanted = report["relative_error"], f"{report['accuracy']:.2g}"
+    reached = "is not known" if known is None or math.isnan(known) else f"is {known:.2g}"
+    far = f"within {wanted}" if report["accuracy_reached"] else f"not {wanted}: run more cycles"
+    return f"the velocity's relative error at 95 % {reached}, {far}"

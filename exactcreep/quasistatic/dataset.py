@@ -120,6 +120,7 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "record": " ".join(experiment.record),
         "burn_in_asked": "default" if burn_in is None else str(burn_in),
         "twin": int(experiment.twin),
+        "accuracy": experiment.accuracy,
         "start": "relaxed" if experiment.start is None else "given",
         "start_theta": _exact(experiment.initial.theta),
         "direction": result.direction,
@@ -241,6 +242,7 @@ def _experiment(member: Group) -> Experiment:
         burn_in=None if about["burn_in_asked"] == "default" else about["burn_in_asked"],
         options=options,
         twin=bool(about["twin"]),
+        accuracy=float(about["accuracy"]) if "accuracy" in about else None,
     )
 
 

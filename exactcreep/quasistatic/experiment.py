@@ -15,6 +15,7 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dil
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
+    exact_number,
     listed,
     nearest_float,
     whole_number,
@@ -64,7 +65,7 @@ class Experiment:
         As for `exactcreep.creep`.
     options : mapping
         Options of the solver.
-    start, record, burn_in, twin
+    start, record, burn_in, twin, accuracy
         As for `exactcreep.creep`.
 
     Raises
@@ -89,11 +90,13 @@ class Experiment:
     record: tuple[str, ...] = ("x_G",)
     burn_in: int | None = None
     twin: bool = False
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         for name, kind, allowed in (
             ("chain", Chain, "must be a Chain"),
             ("drive", Drive, f"must be a drive: one of {', '.join(_CLASSES)}"),
+            ("options", Mapping, "must be a dict"),
             ("twin", (bool, np.bool_), "must be true or false"),
         ):
             if not isinstance(value := getattr(self, name), kind):
@@ -110,6 +113,7 @@ class Experiment:
             record=_valid_record(self.record),
             burn_in=_valid_burn_in(self.burn_in, drive),
             twin=bool(self.twin),
+            accuracy=_valid_accuracy(self.accuracy, drive),
         )
         _check_springs(self.chain, drive, self.start, algorithm)
         require_dilation(self.chain, self.widest, "drive", drive)
@@ -161,13 +165,15 @@ class Experiment:
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
 
-    def simulation(self, record: tuple[str, ...] = ()) -> Simulation:
+    def simulation(self, record: tuple[str, ...] = (), start: State | None = None) -> Simulation:
         """Return a simulation of the chain before the first target.
 
         Parameters
         ----------
         record : tuple of str
             Quantities to record: names among the `records` of the solver.
+        start : State, optional
+            A later state, from which the simulation goes on. Default: `initial`.
 
         Returns
         -------
@@ -179,7 +185,8 @@ class Experiment:
         InputError
             If the solver does not take the chain, or cannot record a quantity.
         """
-        return self.algorithm.simulation(self.chain, self.initial, self.seed, record)
+        begin = self.initial if start is None else start
+        return self.algorithm.simulation(self.chain, begin, self.seed, record)
 
     def burn_in_of(self, reached: int) -> int:
         """Return the burn-in of a run that reached so many targets; even for cycles.
@@ -258,6 +265,18 @@ def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if burn_in is None:
         return None
     return whole_number(burn_in, "burn_in", least=0, most=drive.target_count)
+
+
+def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
+    if accuracy is None:
+        return None
+    value = exact_number(accuracy, "accuracy")
+    if not 0 < value < 1:
+        raise InputError("accuracy", accuracy, "must lie between 0 and 1, e.g. 0.01")
+    if isinstance(drive, Listed):
+        allowed = "is of a drive that goes on as long as it takes: Cycles or GaussianSteps"
+        raise InputError("accuracy", accuracy, allowed)
+    return nearest_float(value)
 
 
 def _valid_record(record: Any) -> tuple[str, ...]:

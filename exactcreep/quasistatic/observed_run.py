@@ -21,7 +21,7 @@ from exactcreep.quasistatic.predictability import Predictability
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.return_observer import ReturnObserver
 from exactcreep.quasistatic.summary import attribute_of
-from exactcreep.quasistatic.velocity import MeanVelocity
+from exactcreep.quasistatic.velocity import MeanVelocity, next_look
 from exactcreep.solvers.interface import (
     LONGEST_AVALANCHE,
     Stretch,
@@ -69,8 +69,24 @@ class ObservedRun:
 
     @property
     def ended(self) -> bool:
-        """Whether the run has reached its last target, or provably reaches no further one."""
-        return self.outcome is Outcome.RUNAWAY or self.done == self.total
+        """Whether the run has reached its last target, its accuracy, or an early end."""
+        return self.outcome is Outcome.RUNAWAY or self.done == self.total or self._accurate
+
+    @property
+    def _accurate(self) -> bool:
+        """Whether the velocity has the requested accuracy, at a target where this is tested."""
+        wanted, done = self.experiment.accuracy, self.done
+        if wanted is None or next_look(done - 1) != done:
+            return False
+        return self._relative_error() <= wanted
+
+    def _relative_error(self) -> float:
+        """Return the relative error of the mean velocity at 95 %, nan if unknown."""
+        if self.return_map is not None and self.return_map.settled() is not None:
+            return 0.0
+        burn_in, velocity = self.velocity.mean(self.done)
+        value = 0.0 if velocity is None else abs(as_float(velocity))
+        return 1.96 * self.velocity.error(burn_in) / value if value else math.nan
 
     def go_on(self, limits: Limits, watch: Callable[[], None], pause: float) -> None:
         """Go on until the run ends or a limit is reached; call `watch` after each pause."""
@@ -155,6 +171,10 @@ class ObservedRun:
         evidence = Evidence.of(done - known_until, simulation.evidence)
         beyond = {"draws_below_mu_d": tally.draws_below_mu_d} | self.range.kept()
         report = {"undecided": counts.pop("undecided")} | simulation.report()
+        if experiment.accuracy is not None:
+            reached = 0.0 if ended.velocity is not None else self._relative_error()
+            report |= {"accuracy": experiment.accuracy, "relative_error": reached,
+                       "accuracy_reached": reached <= experiment.accuracy}  # fmt: skip
         return Creep(
             experiment=experiment,
             outcome=ended.outcome,
@@ -164,7 +184,7 @@ class ObservedRun:
             reason=ended.reason,
             velocity=velocity,
             velocity_error=error,
-            velocity_enclosure=exact if experiment.digits and self.velocity.burnt else None,
+            velocity_enclosure=exact if experiment.digits and self.velocity.burnt(done) else None,
             half_cycles=done,
             burn_in=burn_in,
             **{attribute_of(name): count for name, count in counts.items()},

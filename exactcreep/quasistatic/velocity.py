@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.observer import Observer
+from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.quasistatic.statistics import (
     alternates,
     jump_of,
@@ -22,10 +22,14 @@ from exactcreep.quasistatic.statistics import (
 from exactcreep.solvers.interface import Simulation, Stretch
 
 _MOST_SAMPLES = 4096  # samples of x_G for the standard error, in a run of any length
+_MARKED = 1.25  # factor between successive marks of a run of unknown length
+FIRST_LOOK = 128
+"""Target at which the accuracy of a velocity is first tested."""
+_LOOKS = 1.5  # factor between successive targets with a test
 
 
 class Mark(NamedTuple):
-    """The position of the run at its start, or at the target at which its burn-in ends."""
+    """The position of the run at a target at which a burn-in may end."""
 
     done: int
     x_G: Enclosure
@@ -48,11 +52,21 @@ class MeanVelocity(Observer):
         self.tail = [begin, begin]  # x_G at the last two targets
         self.slips = 0
         self._burn_in = experiment.burn_in_of(self.drive.target_count)
+        self._marks_all_along = experiment.accuracy is not None and experiment.burn_in is None
         if self._burn_in:
             self.needs = ("x", "slips")
 
+    def next(self, done: int) -> int:
+        return NEVER if self.experiment.accuracy is None else next_look(done)
+
+    def _next_mark(self) -> int:
+        last = self.marks[-1].done
+        if self._marks_all_along:
+            return _even(math.ceil(_MARKED * max(last, 1)) + 1)
+        return self._burn_in if self._burn_in > last else NEVER
+
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
-        x_G = stretch.recorded["x_G"]
+        x_G, done = stretch.recorded["x_G"], first + stretch.completed - 1
         self.tail = [*self.tail, *map(enclosure, x_G[-2:].tolist())][-2:]
         wanted = self.spacing * len(self.values)
         self.values = np.concatenate([self.values, floats(x_G[wanted - first :: self.spacing])])
@@ -61,21 +75,25 @@ class MeanVelocity(Observer):
             self.spacing *= 2
         if self.needs:
             slips = self.slips + np.cumsum(stretch.recorded["slips"].sum(axis=1))
-            if 0 <= (k := self._burn_in - first) < stretch.completed:
+            while (mark := self._next_mark()) <= done:
+                k = mark - first
                 reached = enclosure(x_G[k : k + 1].tolist()[0])
                 places = floats(stretch.recorded["x"][k]).copy()
-                self.marks = [*self.marks, Mark(self._burn_in, reached, places, int(slips[k]))]
+                self.marks = [*self.marks, Mark(mark, reached, places, int(slips[k]))]
             self.slips = int(slips[-1])
 
-    @property
-    def burnt(self) -> Mark | None:
-        """The mark at which the burn-in ends, if the run has reached it."""
-        return next((mark for mark in self.marks if mark.done == self._burn_in), None)
+    def burnt(self, done: int) -> Mark | None:
+        """Return the mark at which the burn-in of a run of `done` targets ends, if it has one."""
+        if self.experiment.accuracy is None:
+            return next((mark for mark in self.marks if mark.done == self._burn_in), None)
+        wanted = self.experiment.burn_in_of(done)
+        return [mark for mark in self.marks if mark.done <= wanted][-1]
 
     def mean(self, done: int) -> tuple[int, Enclosure | None]:
         """Return the burn-in, and the mean velocity after it if there is any; see `Drive.per`."""
-        if self.burnt is not None:
-            burn_in, begin = self.burnt.done, self.burnt.x_G
+        burnt = self.burnt(done)
+        if burnt is not None:
+            burn_in, begin = burnt.done, burnt.x_G
         else:  # it ended before the planned burn-in: take an earlier mark as burn-in
             wanted = self.experiment.burn_in_of(done)
             k = min(-(-wanted // self.spacing), len(self.values) - 1)
@@ -112,6 +130,18 @@ class MeanVelocity(Observer):
     def restore(self, kept: Any) -> None:
         super().restore(kept)
         self.marks = [Mark(*mark) for mark in self.marks]
+
+
+def next_look(done: int) -> int:
+    """Return the next target at which an accuracy is tested."""
+    look = FIRST_LOOK
+    while look <= done:
+        look = _even(math.ceil(_LOOKS * look))
+    return look
+
+
+def _even(target: int) -> int:
+    return target + target % 2
 
 
 def _mean(values: NDArray[Any]) -> Enclosure:

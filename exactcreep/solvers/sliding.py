@@ -24,7 +24,7 @@ equal, it is held at any place, and there is no limit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
@@ -42,7 +42,6 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import END_FORCES, FRICTION
-from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
@@ -89,32 +88,29 @@ def _resting(chain: Chain) -> PivotSliders:
     return PivotSliders(tuple(found), tuple(chain.n + 1 - i for i in reversed(found)))
 
 
-def _reaches(
-    chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any],
-    coefficient: str = "mu_d",
-) -> tuple[list[Any], list[Any]]:  # fmt: skip
+def _reaches(chain: Chain, coefficient: str = "mu_d") -> tuple[list[float], list[float]]:
     """Return how far the tension may fall, and rise, from one side of each slider to the other."""
 
-    def reach(way: int) -> list[Any]:
-        each = chain.each(coefficient, lambda mu: times_cosine(mu + way * chain.tan_alpha))
+    def reach(way: int) -> list[float]:
+        each: list[float] = chain.each(
+            coefficient, lambda mu: chain.times_cosine(mu + way * chain.tan_alpha)
+        )
         for slider, force in zip((0, -1), chain.end_forces, strict=True):
             if force:
-                each[slider] = each[slider] + number(way * force)
+                each[slider] += nearest_float(way * force)
         return each
 
     return reach(1), reach(-1)
 
 
-def _partial_sums(steps: Sequence[Any]) -> list[Any]:
-    """Return the sums of the first 1, 2, ... numbers; floats are rounded once from exact sums."""
-    if not isinstance(steps[0], float):
-        return list(accumulate(steps))
+def _partial_sums(steps: Sequence[float]) -> list[float]:
+    """Return the sums of the first 1, 2, ... numbers, rounded once from exact sums."""
     if min(steps) == max(steps):
         return [count * steps[0] for count in range(1, len(steps) + 1)]
     return [float(total) for total in accumulate(map(Fraction, steps))]
 
 
-def _bounds(uphill: Sequence[Any], downhill: Sequence[Any]) -> list[Any]:
+def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> list[list[float]]:
     """Return the least and the largest tension of each spring."""
     bounds = []
     for way, reach, other in ((-1, uphill, downhill), (1, downhill, uphill)):
@@ -184,38 +180,9 @@ def _brought_to_rest(
     return nearest, [v - anchor for v in x], room
 
 
-def tension_bounds(chain: Chain, coefficient: str) -> NDArray[np.float64]:
+def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
     """Return the least and the largest tension of each spring that `mu_d` or `mu_s` allows."""
-    reaches = _reaches(chain, chain.times_cosine, nearest_float, coefficient)
-    return np.array(_bounds(*reaches))
-
-
-def relaxed_cycle(
-    chain: Chain, amplitude: Fraction, cycle: int
-) -> list[tuple[Quadratic, Quadratic]]:
-    """Return the advance of x_G in a cycle of the relaxed chain, and the way of its springs.
-
-    The result is exact, for both ends of the range that the balance of forces allows. All cycles
-    from the second on are alike. Raises `ValueError` unless friction holds the chain.
-    """
-    field, n, resting = CosineField(chain.tan_alpha), chain.n, _resting(chain)
-    reaches = _reaches(chain, field.times_cosine, field.rational)
-    least, most = (np.array(bound, dtype=object) for bound in _bounds(*reaches))
-    load, above, moved = field.rational(chain.l0 * amplitude), np.arange(1, n).astype(object), []
-    tension, slid = 0 * least, []
-    for half in range(2 * min(cycle, 2)):
-        way = -1 if half % 2 else 1
-        pulled = tension - way * (2 * load if half else load)
-        tension = np.maximum(pulled, least) if way > 0 else np.minimum(pulled, most)
-        slid.append(abs(tension - pulled))
-    for p, q in {
-        (resting.dilation[0], resting.contraction[-1]): 0,
-        (resting.dilation[-1], resting.contraction[0]): 0,
-    }:
-        down = np.where(above < p, -above, n - above) * slid[-2]
-        up = np.where(above < q, above, above - n) * slid[-1]
-        moved.append((down.sum() / n + up.sum() / n, slid[-2].sum() + slid[-1].sum()))
-    return moved
+    return np.array(_bounds(*_reaches(chain, coefficient)))
 
 
 class _Ways(NamedTuple):
@@ -330,9 +297,9 @@ class SlidingSimulation(Simulation):
         if self._lost:
             return
         n, resting = chain.n, _resting(chain)
-        uphill, downhill = _reaches(chain, chain.times_cosine, nearest_float)
+        uphill, downhill = _reaches(chain)
         self._ways = _Ways(
-            np.array(_bounds(uphill, downhill)),
+            tension_bounds(chain),
             np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)

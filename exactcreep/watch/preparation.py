@@ -77,14 +77,14 @@ def command() -> Iterator[None]:
 
 
 def limit(seconds: float) -> None:
-    """Limit the preparation of the present command, if one runs, from now on."""
+    """Limit the preparation of the present command from now on; the first limit holds."""
 
     def late(*_: object) -> None:
         if _due and clock() >= _due[0]:
             _due.clear()
             raise Late(f"max_seconds = {seconds:g} was reached before there was a result")
 
-    if _due and hasattr(signal, "setitimer"):
+    if _due == [math.inf] and hasattr(signal, "setitimer"):
         _due[0] = clock() + seconds + _GRACE
         signal.signal(signal.SIGALRM, late)
         signal.setitimer(signal.ITIMER_REAL, _GRACE, _GRACE)

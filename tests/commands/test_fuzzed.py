@@ -19,7 +19,7 @@ LINES = (
     "run two-sliders-cycles --set chain.n=3 --set drive.amplitude=0.001 --plot p.png --force",
     "run two-sliders-cycles --solver certified --set drive.cycles=1 --out r.nc --force",
     "fate --n 3 --amplitude 0.0004 --solver exact",
-    "threshold --n 2 --digits 4 --solver exact",
+    "threshold --n 2 --digits 4",
     "survival --n 3 --amplitude 0.0004 --starts 2 --cycles 20",
     "compare two-sliders-cycles --events 20 --dts 0.1",
     "scenes",

@@ -28,6 +28,7 @@ RUNS: list[dict[str, Any]] = [
     {"chain": SIX, "drive": Targets(["0.004", "-0.004", 0, "0.004"]), "record": ALL,
      "start": State.perturbed(SIX, "1.5", start_seed=4)},
     {"chain": SIX, "drive": Cycles("0.003", 4), "solver": "verlet", "dt": "0.05", "record": ALL},
+    {"chain": TWO, "drive": Cycles("0.002", 900), "accuracy": "0.01", "record": ("x_G",)},
     {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips"),
      "start": State.prepared(SIX, theta=Fraction(1, 3000))},
     {"chain": paper_chain(3), "drive": VECTORS, "seed": 5, "record": ALL},

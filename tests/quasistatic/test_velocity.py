@@ -11,6 +11,8 @@ import pytest
 from exactcreep import Chain, Cycles, GaussianSteps, Targets, TemperatureRecord, creep
 from exactcreep.laws import differing_intercept
 from exactcreep.model.drive import Drive
+from exactcreep.quasistatic.creep import AccuracyWarning
+from exactcreep.quasistatic.velocity import FIRST_LOOK, next_look
 from tests.paper import paper_chain
 from tests.quasistatic.runs import SIX, TWO, TWO_SURE
 
@@ -119,6 +121,14 @@ def _threshold(chain: Chain) -> float:
     return float(borne) / float(chain.l0)
 
 
+def test_an_accuracy_stops_the_run_of_a_chain_that_differs() -> None:
+    chain = Chain(8, 1000, ROUGHER, [f"{float(mu) + 0.1:.2f}" for mu in ROUGHER], "0.02",
+                  tan_alpha="0.2")  # fmt: skip
+    run = creep(chain, Cycles("0.004", 20_000), seed=1, accuracy="0.02")
+    assert run.half_cycles < 20_000
+    assert run.report["accuracy_reached"]
+
+
 @pytest.mark.parametrize(
     ("chain", "drive", "given", "reason"),
     [
@@ -140,3 +150,24 @@ def test_a_velocity_that_is_not_known_says_why(
     assert math.isnan(result.velocity) is reason.startswith("no ")
     assert result.velocity_reason.startswith(reason)
     assert result.summary()["velocity_reason"] == result.velocity_reason
+
+
+def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough() -> None:
+    drive, looks = Cycles("0.002", 20_000), [FIRST_LOOK]
+    run = creep(SIX, drive, seed=1, accuracy="0.02")
+    while looks[-1] < run.half_cycles:
+        looks.append(next_look(looks[-1]))
+    assert run.half_cycles == looks[-1] < drive.target_count
+    assert run.report["accuracy_reached"]
+    assert run.report["relative_error"] == 1.96 * run.velocity_error / run.velocity <= 0.02
+    for look in looks[:-1]:
+        with pytest.warns(AccuracyWarning, match="not 0.02"):
+            shorter = creep(SIX, Cycles("0.002", look // 2), seed=1, accuracy="0.02")
+        assert shorter.half_cycles == look
+        assert shorter.report["accuracy_reached"] is False
+        assert not shorter.report["relative_error"] <= 0.02  # or it is not known
+    # how often it is looked at changes no bit of the way, and not what is averaged
+    same = Cycles("0.002", run.half_cycles // 2)
+    plain = creep(SIX, same, seed=1, burn_in=run.burn_in)
+    assert (run.state, run.velocity) == (plain.state, plain.velocity)
+    assert 2 <= run.burn_in <= run.half_cycles // 10 + 2

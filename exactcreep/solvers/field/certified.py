@@ -19,7 +19,6 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EVERYTHING
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Balls, Undecided, balls_of, objects
-from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.integrator import ChainIntegrator
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.field.simulation import (
@@ -98,7 +97,7 @@ class Certified(Solver):
             arithmetic = balls_of(bits)
             with arithmetic.active():
                 try:
-                    mechanics = SetIntegrator(start, arithmetic, assume=assume, keep=True)
+                    mechanics = SetIntegrator(start, arithmetic, assume=assume)
                     result = completed(mechanics, direction, self.name, limits)
                     if not (assume or limits.passed()):
                         mechanics.steadily(partial(require_digits, mechanics, self.digits))
@@ -107,8 +106,7 @@ class Certified(Solver):
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
                 kinds = {kind.value: mechanics.kinds[kind] for kind in Kind}
                 report = {**result.report, **certificate(mechanics), "crossings": kinds}
-                motion = Solution.of(mechanics.pieces, mechanics.start) if mechanics.start else None
-                return replace(result, decided=evidence, report=report, motion=motion)
+                return replace(result, decided=evidence, report=report)
         raise AssertionError("the last precision decides everything")
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:

@@ -28,9 +28,8 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Balls, Undecided, certain_sign
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
-from exactcreep.motion.modes import Flow, ModalPiece, forces_of
+from exactcreep.motion.modes import Flow
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
-from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.field.at_rest import Rest
 from exactcreep.solvers.field.integrator import ChainIntegrator, event_of
@@ -73,7 +72,6 @@ class RestOfSet(Rest):
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
-    `keep`: whether to store the motion of the last rearrangement, in `start` and `pieces`;
     `tangent`: rows that move along: differences of states, with a derivative in each column;
     `kinds`: of all events.
     """
@@ -81,13 +79,8 @@ class SetIntegrator(ChainIntegrator):
     renew_every: ClassVar[int] = RENEW_EVERY
     rest: RestOfSet
 
-    def __init__(
-        self, start: Start, arithmetic: Balls, *, assume: bool = False, keep: bool = False
-    ) -> None:
+    def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.keep = keep
-        self.start: Motion | None = None
-        self.pieces: list[ModalPiece] = []
         self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
         self._slack: Any = None
@@ -147,19 +140,13 @@ class SetIntegrator(ChainIntegrator):
         wide[still] = velocities[still]
         return wide
 
-    def _wide(self, flow: Flow) -> Flow:
-        """Return the flow in balls that hold every state."""
-        out = Flow(self.arithmetic, self._widened(flow.forces, StateSet.of_forces), self.frictions)
-        out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
-        out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
-        return out
-
     def _give_up(self, flow: Flow) -> None:
         """Switch to balls that hold every state."""
-        wide = self._wide(flow)
-        flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        rest = self.rest
-        rest.displacements = self._widened(rest.displacements, StateSet.of_displacements)
+        rest, displacements = self.rest, StateSet.of_displacements
+        flow.forces = self._widened(flow.forces, StateSet.of_forces)
+        flow.velocities = self._wide_velocities(flow.velocities)
+        flow.moved = self._widened(flow.moved, displacements)
+        rest.displacements = self._widened(rest.displacements, displacements)
         rest.theta = self.known_theta()
         rest.set, rest.since, self._runs = None, self.renew_every, None
 
@@ -259,11 +246,6 @@ class SetIntegrator(ChainIntegrator):
 
     def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
         self.ends = [n for n, _ in starts] if ramped else []
-        if self.keep:
-            begin = self.state()
-            forces = forces_of(self.arithmetic, begin.tensions, self.loads)
-            still = self.arithmetic.zeros(self.chain.n)
-            self.start, self.pieces = Motion(begin.displacements, still, forces), []
         super()._set_off(starts, ramped=ramped)
 
     # -- the rearrangement ---------------------------------------------------------------------
@@ -449,8 +431,7 @@ class SetIntegrator(ChainIntegrator):
 
     def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
-        rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
-        wide = self._wide(flow) if self.keep and moves else None
+        rest, moves = self.rest, not bool(event.time == 0)
         super().move(flow, event)
         if moves and not event.alike:
             rest.since = 0 if self.exact else rest.since + 1
@@ -462,8 +443,6 @@ class SetIntegrator(ChainIntegrator):
                 (further,) = rest.set.balls([spread])
                 self.time = self.time + flint.arb(0, further)
                 self._look_around()
-        if wide is not None and self.start is not None:
-            self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
 
     def _draw(self, n: int) -> None:
         super()._draw(n)
