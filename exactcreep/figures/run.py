@@ -89,7 +89,7 @@ def draw_run(run: Creep, title: str = "", seen: Inside | None = None) -> Figure:
     lines = [line for axes in panels.values() for line in axes.lines]
     named = {str(line.get_label()): line for line in lines if line.get_label()[:1] not in "_"}
     bottom.get_legend().remove()
-    figure.legend(named.values(), named, loc="outside lower center", ncols=8)
+    figure.legend(named.values(), named, loc="outside lower center", ncols=5)
     return figure
 
 
