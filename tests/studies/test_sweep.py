@@ -292,6 +292,7 @@ def test_cells_for_which_no_time_is_left_are_not_even_made(
     assert len(made) < 300
 
 
+@pytest.mark.slow
 def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     scene, killed = load_scene(written(tmp_path, cycles=300)), []
