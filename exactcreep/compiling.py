@@ -13,8 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from llvmlite.binding import parse_assembly
 from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 from exactcreep.watch import preparation
 
@@ -115,19 +118,40 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
     return compiled
 
 
+class _Part(JITCodeLibrary):  # type: ignore[misc]
+    """Code that is only linked into its callers, without machine code of its own."""
+
+    def _finalize_final_module(self) -> None:
+        """Give the engine only the variables in which numba stores an environment."""
+        names = (variable.name for variable in self._final_module.global_variables)
+        lines = [f'@"{name}" = common global i64 0' for name in names if "NumbaEnv" in name]
+        self._codegen._add_module(parse_assembly("\n".join(lines)))
+        self._finalized = True
+
+    def serialize_using_object_code(self) -> Any:
+        return self.serialize_using_bitcode()
+
+
+class _Within(Compiler):  # type: ignore[misc]
+    """The compiler of functions that only compiled code calls."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *how: Any) -> None:
+        super().__init__(typing, target, _Part(target.codegen(), "part"), *how)
+
+
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
 _WITHIN = _OPTIONS | {
-    "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _Within
 }  # fmt: skip
 compiled = njit(cache=True, **_OPTIONS)
 """Compile without reference counting: the caller owns all arrays, and nothing is allocated."""
-merged = njit(**_WITHIN)
+merged = njit(**_WITHIN, forceinline=True)
 """Compile into the caller. Each caller stores its own copy."""
-inlined = njit(cache=True, **_WITHIN)
+inlined = njit(cache=True, **_WITHIN, forceinline=True)
 """Compile into the caller, and store the function itself too, which halves the time to compile
 another variant of the caller. Only for functions of a module, not for nested functions.
 """
-apart = njit(cache=True, **_WITHIN | {"forceinline": False})
+apart = njit(cache=True, **_WITHIN)
 """Compile as a function of its own, so that rare work does not burden its callers."""
 
 

@@ -123,7 +123,7 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     >>> pivots(8, Fraction(1, 4), Fraction(1, 2)), pivots(30, 0.25, 0.5)
     ((3, 4), (9,))
     """
-    count, slope, friction = int(n), rational(tan_alpha), rational(mu_d)
+    count, slope, friction = int(real(n, "n")), rational(tan_alpha), rational(mu_d)
     require(1 <= count == n, f"n must be a positive integer, not {n}")
     inside = "tan_alpha must lie between -mu_d and mu_d for a pivot, not at"
     require(abs(slope) < friction, f"{inside} {tan_alpha}")

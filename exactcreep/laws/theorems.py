@@ -16,6 +16,7 @@ from exactcreep.laws.number_types import (
     elementwise,
     positive_part,
     rational,
+    real,
     require,
 )
 from exactcreep.laws.paper import described, law, law_values
@@ -130,7 +131,7 @@ def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 
 
 def _several(n: Number) -> int:
-    count = int(n)
+    count = int(real(n, "n"))
     require(count == n and count >= 2, f"n must be a whole number from 2 on, not {n}")
     return count
 

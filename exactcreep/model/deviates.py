@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from exactcreep.compiling import njit
+from exactcreep.compiling import apart, compiled, inlined, merged
 
 _MULTIPLIER_0 = np.uint64(0xD2E7470EE14C6C93)
 _MULTIPLIER_1 = np.uint64(0xCA5A826395121157)
@@ -80,12 +80,7 @@ def _product(typing_context: Any, a: Any, b: Any) -> Any:
     return types.UniTuple(types.uint64, 2)(types.uint64, types.uint64), generate
 
 
-_of_numbers_and_lanes = njit(nogil=True, forceinline=True)
-"""Compiled only within its callers. The solver also compiles it for vectors: reading a stored copy
-of these during compilation would change the compiler's knowledge of `math.sqrt`."""
-
-
-@njit(cache=True, nogil=True, forceinline=True)
+@inlined
 def philox(seed, stream, n, block):
     """Return the four words of block `block` of (seed, stream, n): Philox 4x64-10."""
     c0 = np.uint64(block) + np.uint64(1)  # NumPy steps the counter before it uses it
@@ -107,7 +102,7 @@ def philox(seed, stream, n, block):
     return c0, c1, c2, c3
 
 
-@_of_numbers_and_lanes
+@merged
 def logarithm_of(mantissa, exponent):
     """Return ln(mantissa 2**exponent) for mantissas about 1, floats or vectors of them."""
     z = (mantissa - 1.0) / (mantissa + 1.0)
@@ -118,7 +113,7 @@ def logarithm_of(mantissa, exponent):
     return exponent * LN2_HIGH + (exponent * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
 
 
-@njit(cache=True, nogil=True)
+@inlined
 def _logarithm(x):
     """Return ln x for a positive normal x, within 1 ulp, with only +, -, * and /."""
     bits = np.float64(x).view(np.int64)
@@ -130,7 +125,7 @@ def _logarithm(x):
     return logarithm_of(mantissa, exponent)
 
 
-@_of_numbers_and_lanes
+@merged
 def fraction(numerator, denominator, r):
     """Return the two polynomials of degree 7 at r, a float or a vector of them."""
     top = numerator[0] * r + numerator[1]
@@ -141,7 +136,7 @@ def fraction(numerator, denominator, r):
     return top, low
 
 
-@njit(cache=True, nogil=True)
+@apart
 def normal_tail(q):
     """Return the normal deviate of the probability 1/2 + q for abs(q) > `CENTRAL`."""
     r = 0.5 - abs(q)
@@ -154,13 +149,13 @@ def normal_tail(q):
     return -z if q < 0.0 else z
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@inlined
 def centred(word):
     """Return the probability of a word, the centre of one of 2**53 cells, minus 1/2."""
     return np.float64(np.int64(word >> np.uint64(11))) * CELL + CENTRE
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@inlined
 def normal_deviate(word):
     """Return the normal deviate of a 64-bit word, within 4 ulp, by Wichura's AS 241 (PPND16)."""
     q = centred(word)
@@ -170,21 +165,13 @@ def normal_deviate(word):
     return q * top / low
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def deviates(seed, stream, n, first, out):
-    k = first
-    i = 0
-    while i < out.size:
-        words = philox(seed, stream, n, k // 4)
-        for j in range(k % 4, 4):
-            if i < out.size:
-                out[i] = normal_deviate(words[j])
-                i += 1
-                k += 1
-
-
-@njit(cache=True, nogil=True)
-def first_deviates(seed, stream, out):
-    """Fill `out` with deviate 0 of (seed, stream, n) for n = 1, 2, ..., `out.size`."""
-    for i in range(out.size):
-        out[i] = normal_deviate(philox(seed, stream, i + 1, 0)[0])
+    """Fill row i of `out` with the deviates `first`, ... of (seed, stream, n + i)."""
+    for i in range(out.shape[0]):
+        k = first
+        for j in range(out.shape[1]):
+            if j == 0 or k % 4 == 0:
+                words = philox(seed, stream, n + i, k // 4)
+            out[i, j] = normal_deviate(words[k % 4])
+            k += 1

@@ -27,15 +27,18 @@ LARGEST_DEVIATE = 9
 
 def deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
     """Return the normal deviates of a stream with the numbers `first`, ... of slider `n`."""
-    out = np.empty(count)
-    key = np.uint64(seed), np.uint64(stream), np.int64(n)
-    _compiled().deviates(*key, np.int64(first), out)
+    return _deviates(seed, stream, n, first, (1, count))[0]
+
+
+def _deviates(
+    seed: int, stream: int, n: int, first: int, shape: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Return such deviates of the sliders from `n` on, a row for each."""
+    out = np.empty(shape)
+    # imported late, so that a run without draws needs no compiler
+    made: Any = import_module("exactcreep.model.deviates")
+    made.deviates(np.uint64(seed), np.uint64(stream), np.int64(n), np.int64(first), out)
     return out
-
-
-def _compiled() -> Any:
-    """Return `deviates`; imported late, so that a run without draws needs no compiler."""
-    return import_module("exactcreep.model.deviates")
 
 
 def valid_seed(seed: Any) -> int:
@@ -49,9 +52,8 @@ def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     mean = chain.floats("mu_s")
     if chain.sigma_mu == 0:
         return mean
-    out = np.empty(chain.n)
-    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
-    return out * nearest_float(chain.sigma_mu) + mean
+    drawn = _deviates(seed, STREAM_COEFFICIENT, 1, 0, (chain.n, 1))[:, 0]
+    return drawn * nearest_float(chain.sigma_mu) + mean
 
 
 def _mean(chain: Chain, n: int) -> Fraction:

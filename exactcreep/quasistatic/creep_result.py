@@ -30,7 +30,7 @@ from exactcreep.quasistatic.statistics import FEWEST_STEPS, alternates
 from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import simulate
-from exactcreep.watch.limits import Stop
+from exactcreep.watch.limits import Limits, Stop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,8 +98,6 @@ class Creep(Result):
     report : mapping
         Counts of comparisons within their rounding bound (`undecided`), and facts that only this
         solver reports: precision, enclosure radii, work counts.
-    saved : mapping of int to State
-        Some states by targets reached, for `state_at`; empty for a result from a file.
 
     Examples
     --------
@@ -129,7 +127,6 @@ class Creep(Result):
     recorded: Mapping[str, NDArray[Any]]
     report: Mapping[str, Any] = field(default_factory=dict)
     since: int | None = None
-    saved: Mapping[int, State] = field(default_factory=dict)
 
     @property
     def chain(self) -> Chain:
@@ -257,7 +254,7 @@ class Creep(Result):
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, with the same bits as in the run.
 
-        It is computed again from the nearest saved state before.
+        It is computed again from the start.
 
         Parameters
         ----------
@@ -281,9 +278,9 @@ class Creep(Result):
         # a run that was given up may have gone beyond its last target
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
-        done = max((target for target in self.saved if target < until), default=0)
-        simulation = experiment.simulation(start=self.saved.get(done))
-        (stretch,) = simulate(simulation, experiment.drive, [until], done=done)
+        simulation = experiment.simulation()
+        limits = Limits(self.event_count + 1)  # a forged file may ask for more
+        (stretch,) = simulate(simulation, experiment.drive, [until], limits)
         if stretch.stop is not Stop.DONE:
             raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
         return experiment.algorithm.state_of(simulation, experiment.chain)

@@ -163,7 +163,8 @@ class ReturnMap:
         if not noted:
             earliest = self.forgotten
         best = (self.cycles, 1)
-        for period in range(1, min(_NOTED, self.most) + 1):
+        longest = 1 if self.chain.sigma_mu != 0 else min(_NOTED, self.most)
+        for period in range(1, longest + 1):
             best = min(best, (self.repeats_since(period), period))
             if best[0] <= earliest:  # no period can have held longer
                 break

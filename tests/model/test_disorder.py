@@ -6,6 +6,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+from numba import njit
 
 from exactcreep import Chain, disorder
 from exactcreep.model import deviates, keyed_disorder
@@ -54,15 +55,25 @@ def test_what_is_drawn_is_what_it_always_was_a_word_of_philox_inverted():
         assert abs(value - deviate / 10) < 6 * math.ulp(value), (seed, q)
 
 
+@njit
+def words_of(seed, stream, n, block):
+    return deviates.philox(seed, stream, n, block)
+
+
+@njit
+def deviate_of(word):
+    return deviates.normal_deviate(word)
+
+
 def test_the_compiled_words_are_those_of_numpy_and_deviates_are_accurate_into_both_tails() -> None:
     drawn = [0, 1 << 11, 2**63 - 1, 2**64 - 2**12, 2**52, 3 << 40, 2**62]
     for key in np.random.default_rng(4).integers(0, 2**63, (20, 4)).tolist():
-        words = [int(word) for word in deviates.philox(*map(np.uint64, key))]
+        words = [int(word) for word in words_of(*map(np.uint64, key))]
         assert words == [word_of(*key[:3], 4 * key[3] + k) for k in range(4)]
         drawn += words
     for word in drawn:
-        deviate = float(deviates.normal_deviate(np.uint64(word)))
-        assert deviate == -float(deviates.normal_deviate(np.uint64(~word % 2**64)))
+        deviate = float(deviate_of(np.uint64(word)))
+        assert deviate == -float(deviate_of(np.uint64(~word % 2**64)))
         expected = normal_of(word)
         assert abs(deviate - expected) <= 6 * math.ulp(abs(float(expected)))
 

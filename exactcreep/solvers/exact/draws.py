@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from exactcreep.compiling import compiled, inlined
+from exactcreep.compiling import apart, inlined
 from exactcreep.model import deviates
 from exactcreep.model.keyed_disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.exact import layout
@@ -28,16 +28,12 @@ KEPT = 2 * BATCH
 """Deviates stored for every slider: draw k in column k % KEPT."""
 
 
-_fraction = inlined(deviates.fraction.py_func)
-_logarithm_of = inlined(deviates.logarithm_of.py_func)
-
-
 @inlined
 def _logarithm(x):
     m = mantissa(x)
     e = exponent(x)
     small = m < deviates.ROOT_HALF
-    return _logarithm_of(choose(small, 2.0 * m, m), choose(small, e - 1.0, e))
+    return deviates.logarithm_of(choose(small, 2.0 * m, m), choose(small, e - 1.0, e))
 
 
 @inlined
@@ -47,12 +43,14 @@ def write_deviates(q, deviate, row, column):
     No operation is fused or reordered, so that every lane has the bits of
     `disorder.normal_deviate`, which also computes far tails (three draws in 10**11).
     """
-    top, low = _fraction(deviates.NUMERATOR, deviates.DENOMINATOR, deviates.CENTRAL_SQUARE - q * q)
+    top, low = deviates.fraction(
+        deviates.NUMERATOR, deviates.DENOMINATOR, deviates.CENTRAL_SQUARE - q * q
+    )
     central = q * top / low
     tails = (abs(q) <= deviates.CENTRAL) ^ 255
     r = math.sqrt(0.0 - _logarithm(0.5 - abs(q)))
     far = tails & ~(r <= deviates.NEAR_TAIL)
-    top, low = _fraction(
+    top, low = deviates.fraction(
         deviates.NEAR_NUMERATOR, deviates.NEAR_DENOMINATOR, r - deviates.NEAR_CENTRE
     )
     tail = top / low
@@ -64,7 +62,7 @@ def write_deviates(q, deviate, row, column):
         deviate[row, column + j] = deviates.normal_tail(lane_of(q, j))
 
 
-@compiled
+@apart
 def fill(deviate, row, seed, slider, batch):
     """Write draws 8 batch .. 8 batch + 7 of a slider to their columns of deviate[row]."""
     a, b, c, d = deviates.philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)

@@ -12,7 +12,7 @@ Source: Eqs. 5, 7, 8, 10; derivations/slip.py.
 
 from __future__ import annotations
 
-from exactcreep.compiling import compiled, inlined
+from exactcreep.compiling import apart, inlined
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.double_double import plus
 from exactcreep.solvers.exact.draws import (
@@ -150,7 +150,7 @@ def _same_end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     now.counts.events += 2 * slips
 
 
-@compiled
+@apart
 def end_slips(cell, whole, deviate, now, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or 2.
 

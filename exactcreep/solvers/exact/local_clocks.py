@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import math
 
-from exactcreep.compiling import compiled, inlined
+from exactcreep.compiling import apart, compiled, inlined
 from exactcreep.solvers.exact import layout, margins
 from exactcreep.solvers.exact.layout import CLOCKS, EPOCH, KNOWN, NEVER, SERIES, ULP
 from exactcreep.solvers.exact.margins import falls, is_clear
@@ -325,7 +325,7 @@ def _alone(cell, clock, now, time):
     return due & (due - 1) == 0
 
 
-@compiled
+@apart
 def _look(cell, clock, now, i):
     """Advance the key of one slider; return whether no comparison was close."""
     row = CLOCKS * (i // 8)
@@ -411,7 +411,7 @@ def at_once(cell, clock, now):
     now.epoch.on = 0
 
 
-@compiled
+@apart
 def cluster_step(cell, whole, clock, series, now):
     """Take a long cluster to its first event, or to the end of the epoch.
 

@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from exactcreep.compiling import compiled, inlined, merged
+from exactcreep.compiling import apart, compiled, inlined, merged
 from exactcreep.model.rules import FLOATS, in_turn
 from exactcreep.solvers.exact import layout, rows
 from exactcreep.solvers.exact.double_double import add, plus, two_sum
@@ -43,7 +43,7 @@ STRIP_WORK = 12
 """Additional work for each of its strips of eight sliders."""
 
 
-@compiled
+@apart
 def _write(now, events, kind, i, sign):
     row = events[now.logged]
     row.half_cycle = now.counts.target
@@ -217,7 +217,7 @@ def _unstable(cell, whole, now, log):
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
-            _start(cell, now, log, i, sign, abs(pull) - cell[layout.FRICTION, i])
+            _start(cell, now, log, i, float(sign), abs(pull) - cell[layout.FRICTION, i])
         elif close:
             now.counts.undecided += 1
             cell[layout.DOUBTED, i] = now.counts.rearrangements + (
@@ -488,7 +488,7 @@ def follow(
     now = scalars[0]
     stop_at = now.counts.events + min(max_events, max_work)
     work_limit = now.counts.work + max_work
-    reached = 0
+    reached = np.int64(0)
     room = log.events.size - 2 * now.chain.n - 4
     while reached < theta.size:
         stage = now.stage

@@ -26,7 +26,7 @@ import math
 
 import numpy as np
 
-from exactcreep.compiling import compiled, inlined
+from exactcreep.compiling import apart, inlined
 from exactcreep.model.rules import FLOATS
 from exactcreep.solvers.exact import layout, margins
 from exactcreep.solvers.exact.layout import HORIZON, LADDER, ORDERS, SERIES, ULP
@@ -190,7 +190,7 @@ def _at_both_ends(series, row, lane):
     )
 
 
-@compiled
+@apart
 def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement."""
     if cell[layout.DOUBTED, i] != now.counts.rearrangements:
@@ -198,7 +198,7 @@ def _doubt(cell, now, i):
         now.counts.undecided += 1
 
 
-@compiled
+@apart
 def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
@@ -375,7 +375,7 @@ def _suspects(cell, series, first, s, t):
     return lower & here, upper & here
 
 
-@compiled
+@apart
 def _tangential(cell, whole, series, first, last):
     """Find the sliders that have started but do not move away, and return their number.
 
@@ -565,7 +565,7 @@ def step(cell, whole, series, now, first, last):
     now.counts.steps += 1
     forceless = _expand(cell, series, first, strips)
     orders = ORDERS if forceless else _SHORTEST
-    _differentiate(series, strips, 0, orders)
+    _differentiate(series, strips, np.int64(0), orders)
     if forceless:
         events = _tangential(cell, whole, series, first, last)
         if events > 0:

@@ -52,7 +52,7 @@ def fate(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Fate:
-    """Find out whether a chain without disorder rests, is locked or creeps for ever.
+    """Find out whether a chain without disorder rests, is locked (cycling) or creeps for ever.
 
     A locked chain slips back and forth without an advance (outcome `CYCLING`).
 
