@@ -35,9 +35,9 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
-from exactcreep.laws import PivotSliders, pivot_sliders, pivots, prediction
+from exactcreep.laws import PivotSliders, pivot_sliders, pivots
 from exactcreep.model.chain import Chain, surplus
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.uniform import END_FORCES, FRICTION
@@ -144,14 +144,14 @@ def _nearest_at_rest(
 
 def _brought_to_rest(
     tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
-) -> tuple[list[Any], list[Any], Any]:
+) -> tuple[list[Any], list[Any], bool]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
     `uphill` is ``b + s`` and `downhill` ``b - s`` of each slider, with its sliding friction b and
     its weight s including an end force: the most that the tension may fall or rise from spring to
     spring. If every slider moves (those at -b uphill, those at +b downhill), the balance of forces
-    does not fix the place of the whole chain. The third result is the range of places (else zero),
-    and the chain ends `_SHARE` of it further up.
+    does not fix the place of the whole chain, which ends `_SHARE` of the range further up. The
+    third result is whether there is such a range.
     """
     zero = uphill[0] - uphill[0]
     nearest = _nearest_at_rest(tensions, uphill, downhill)
@@ -169,7 +169,7 @@ def _brought_to_rest(
         anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
         room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
         anchor = anchor + room * _SHARE
-    return nearest, [v - anchor for v in x], room
+    return nearest, [v - anchor for v in x], bool(room)
 
 
 def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
@@ -192,8 +192,7 @@ class _Configuration(NamedTuple):
     carry: NDArray[np.float64]  # rounding error of x
     sliding: NDArray[np.int8]
     slips: NDArray[np.int64]  # in this half-cycle
-    # extension of the shared spring, half-cycles with such an extension, starts, stops
-    totals: NDArray[np.float64]
+    counts: NDArray[np.int64]  # half-cycles that extend a shared spring, starts, stops
 
 
 @register_jitable
@@ -224,7 +223,7 @@ def _ramp(way, place, ways, chain):
                 if chain.sliding[slider] == 0:
                     chain.sliding[slider] = 1
                     chain.slips[slider] += 1
-                    chain.totals[2] += 1
+                    chain.counts[1] += 1
             spring = slider if side > 0 else slider - 1
             if 0 <= spring < last:
                 change = bounds[spring] + place - extension[spring]
@@ -232,9 +231,7 @@ def _ramp(way, place, ways, chain):
                     extension[spring] = bounds[spring] + place
                     shift = shift + side * change
             slider += side
-    if shared != 0:
-        chain.totals[0] += abs(shared)
-        chain.totals[1] += 1
+    chain.counts[0] += shared != 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -244,32 +241,19 @@ def _follow(places, start, way, ways, chain, rows):
     place = start
     for q in range(places.size):
         chain.slips[:] = 0
-        turn = 0
-        if places[q] > place:
-            turn = 1
-        elif places[q] < place:
-            turn = -1
+        turn = int(np.sign(places[q] - place))
         place = places[q]
         if turn != 0:
             if turn != way:
-                for k in range(n):
-                    if chain.sliding[k] != 0:
-                        chain.totals[3] += 1
-                        chain.sliding[k] = 0
+                chain.counts[2] += chain.sliding.sum()
+                chain.sliding[:] = 0
             way = turn
             _ramp(way, place, ways, chain)
-        total = 0.0
-        rest = 0.0
-        for k in range(n):
-            total += chain.x[k]
-            rest += chain.carry[k]
-        rows.x_G[q] = (total + rest) / n
+        rows.x_G[q] = (chain.x.sum() + chain.carry.sum()) / n
         if len(rows.x) > 0:
-            for k in range(n):
-                rows.x[q, k] = chain.x[k] + chain.carry[k]
+            rows.x[q] = chain.x + chain.carry
         if len(rows.tension) > 0:
-            for k in range(n - 1):
-                rows.tension[q, k] = chain.extension[k] - place
+            rows.tension[q] = chain.extension - place
         if len(rows.slips) > 0:
             rows.slips[q, :] = chain.slips
     return way
@@ -284,7 +268,6 @@ class SlidingSimulation(Simulation):
         self._relaxed = False
         self._way = 0
         self._theta = float(state.theta)
-        self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
         _require_held(chain)
         n, resting = chain.n, _resting(chain)
         uphill, downhill = _reaches(chain)
@@ -293,7 +276,7 @@ class SlidingSimulation(Simulation):
             np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
-        left_open = 0.0
+        left_open = False
         forces = np.diff(tensions, prepend=0.0, append=0.0)
         slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
         if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
@@ -306,19 +289,18 @@ class SlidingSimulation(Simulation):
             carry=np.zeros(n),
             sliding=np.zeros(n, dtype=np.int8),
             slips=np.zeros(n, dtype=np.int64),
-            totals=np.array([left_open, float(left_open != 0), 0.0, 0.0]),
+            counts=np.array([left_open, 0, 0], dtype=np.int64),
         )
         if start.unrounded is not None:
             self._go_on(start.unrounded)
-            self._chain.slips[:] = self._chain.totals[:] = 0
+            self._chain.slips[:] = self._chain.counts[:] = 0
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
+        gave_way, starts, stops = self._chain.counts.tolist()
         return Tally(events=starts + stops, slips=starts, undecided=gave_way)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n, before = self.chain.n, self.tally.events
         rows = TargetRows.empty(self.record, count, n)
         done = 0
@@ -360,38 +342,22 @@ class SlidingSimulation(Simulation):
             values[:] = kept[name]
 
     def snapshot(self) -> dict[str, Any]:
-        amplitude = "" if self._amplitude is None else str(self._amplitude)
-        return {"unrounded": self.unrounded(), "amplitude": amplitude}
+        return {"unrounded": self.unrounded()}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
-        self._amplitude = Fraction(snapshot["amplitude"]) if snapshot["amplitude"] else None
 
     def report(self) -> dict[str, Any]:
-        """Return the pivots, and if the limit is not unique its range.
-
-        ``x_G_low`` and ``x_G_high``: x_G now if the pivot had always been the one with the least,
-        or the most, motion downhill; ``velocity_low`` and ``velocity_high``: the same for the
-        velocity of the asymptotic cycle.
-        """
+        """Return the pivots, and whether the limit is unique."""
         chain = self.chain
-        report: dict[str, Any] = {
+        return {
             "arithmetic": "float64",
             "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
+            "pivots": list(_resting(chain).dilation),
+            "unique": self.tally.undecided == 0,
         }
-        report |= {"pivots": list(_resting(chain).dilation), "unique": self.tally.undecided == 0}
-        if not report["unique"]:
-            x_g = float((self._chain.x + self._chain.carry).mean())
-            open_part = float(self._chain.totals[0])
-            report["x_G_low"] = low = x_g - _SHARE * open_part
-            report["x_G_high"] = low + open_part
-            if self._amplitude is not None:
-                law = prediction(chain, Cycles(self._amplitude, 1))
-                assert law is not None
-                report["velocity_low"], report["velocity_high"] = law.sliding[0], law.sliding[-1]
-        return report
 
 
 @dataclass(frozen=True)
