@@ -226,7 +226,7 @@ def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
 
 @dataclass(eq=False)
 class ModalPiece:
-    """The motion between two events, in closed form (a `Piece` of a `Solution`).
+    """The motion between two events, in closed form (a piece of a `Solution`).
 
     It stores displacements since `initial`, from slider `first` on.
     """
