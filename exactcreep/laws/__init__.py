@@ -11,9 +11,6 @@ mpmath numbers of their context. On which side of a boundary an argument lies is
 exactly. `exactcreep.laws.paper` has the units and symbols, ``derivations/ledger.toml`` the proofs.
 """
 
-from inspect import isfunction
-from sys import modules
-
 from exactcreep.laws.differing import (
     PivotSliders,
     differing_intercept,
@@ -61,7 +58,7 @@ from exactcreep.laws.velocities import (
     sliding_velocity,
     sliding_velocity_random,
 )
-from exactcreep.model.numbers import refusing
+from exactcreep.model.numbers import let_refuse
 
 __all__ = [
     "PivotSliders", "PivotWindow", "Prediction", "at_rest_amplitude", "beyond_sticking", "cosine",
@@ -75,7 +72,4 @@ __all__ = [
     "two_sliders_velocity", "two_sliders_velocity_random",
 ]  # fmt: skip
 
-for _name in __all__:
-    _of = globals()[_name]
-    if isfunction(_of):  # its module has the careful one, too, so that it can be pickled
-        globals()[_name] = vars(modules[_of.__module__])[_name] = refusing(_of)
+let_refuse(globals())

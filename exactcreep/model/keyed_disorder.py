@@ -27,7 +27,8 @@ LARGEST_DEVIATE = 9
 
 def deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
     """Return the normal deviates of a stream with the numbers `first`, ... of slider `n`."""
-    return _deviates(seed, stream, n, first, (1, count))[0]
+    drawn: NDArray[np.float64] = _deviates(seed, stream, n, first, (1, count))[0]
+    return drawn
 
 
 def _deviates(

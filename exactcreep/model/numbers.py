@@ -7,6 +7,7 @@ import inspect
 import math
 import numbers
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from decimal import Decimal
@@ -31,6 +32,10 @@ _INTEGERS = re.compile(r"-?\d+(/\d+)?")
 _LONGEST = 10_000  # characters of a user's number; more is a mistake or an attack
 _LONGEST_RATIO = 250_000  # characters of a solver's number, of 100 000 digits at most
 _WIDEST = 5_000  # largest decimal exponent
+
+
+_OF_NUMBERS = TypeError, ValueError, AttributeError, ArithmeticError
+"""Errors of a number in the wrong place; any other is a defect if all arguments are numbers."""
 
 
 class InputError(ValueError):
@@ -71,7 +76,8 @@ class InputError(ValueError):
 def refusing(function: Callable[P, T]) -> Callable[P, T]:
     """Let a function that cannot use its arguments raise `InputError`, whatever they are.
 
-    Of a wrong number of arguments, Python's own TypeError remains.
+    Of a wrong number of arguments, Python's own TypeError remains; and so does a defect that shows
+    although all arguments are plain numbers.
     """
 
     @functools.wraps(function)
@@ -82,8 +88,9 @@ def refusing(function: Callable[P, T]) -> Callable[P, T]:
             raise
         except Exception as error:
             given = inspect.signature(function).bind(*args, **words).arguments
-            if function.__name__ == "__post_init__":
-                given = vars(given["self"])
+            plain = all(isinstance(value, int | float | Fraction) for value in given.values())
+            if plain and not isinstance(error, _OF_NUMBERS):
+                raise
             usable = {name: value for name, value in given.items() if name != "cls"}
             said = " ".join(str(error).split()) if type(error) is ValueError else ""
             named = (name for name in usable if re.search(rf"\b{name}\b", said))
@@ -92,6 +99,14 @@ def refusing(function: Callable[P, T]) -> Callable[P, T]:
             raise InputError(field, usable[field], allowed) from error
 
     return careful
+
+
+def let_refuse(public: dict[str, Any]) -> None:
+    """Make the public functions of a module refuse, see `refusing`, given its global names."""
+    for name in public["__all__"]:
+        if inspect.isfunction(function := public[name]):
+            # where it is defined as well, so that it can be pickled
+            public[name] = sys.modules[function.__module__].__dict__[name] = refusing(function)
 
 
 def shown(value: Any) -> str:

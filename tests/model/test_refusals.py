@@ -11,7 +11,7 @@ import pytest
 
 import exactcreep as ec
 from exactcreep import Chain, Cycles, GaussianSteps, InputError, State, Targets, disorder
-from exactcreep.model.numbers import exact_number, whole_number
+from exactcreep.model.numbers import exact_number, refusing, whole_number
 from exactcreep.model.user_files import content_of, text_of, unpacked
 from exactcreep.solvers import Verlet
 
@@ -155,3 +155,14 @@ def test_a_mistake_that_everybody_makes_is_answered_with_its_mend(mistaken, mend
 def test_what_is_implausible_is_remarked_in_one_place(implausible, said):
     with pytest.warns(ec.results.PhysicsWarning, match=said):
         implausible()
+
+
+def test_a_defect_of_a_law_is_no_mistake_of_its_user() -> None:
+    @refusing
+    def law(n, mu_d):
+        return {3: mu_d}[n]
+
+    with pytest.raises(KeyError):
+        law(n=2, mu_d=0.5)
+    with pytest.raises(InputError, match="n = "):
+        law(n=[], mu_d=0.5)
