@@ -122,8 +122,8 @@ def status(words: Sequence[str]) -> int:
             raise
         from exactcreep.model.numbers import InputError
 
-        late = error if isinstance(error, preparation.OutOfTime) else error.__cause__
-        if isinstance(late, preparation.OutOfTime):
+        late = error if isinstance(error, preparation.Late) else error.__cause__
+        if isinstance(late, preparation.Late):
             complain(str(late))
             return 3
         if isinstance(error, UnusedCliTokensError):

@@ -30,7 +30,7 @@ _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # most entries of a list that are printed
 _WITHOUT_END = 10**5  # columns, unless a terminal folds the lines
 _LABELS = {
-    "law_paper": "paper, Eq. 22",
+    "law_seuil": "paper, Eq. 22",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
     "law_two_sliders": "two sliders, (mu_s c - s)/l0",
     "lower": "below the edge",

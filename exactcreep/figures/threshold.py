@@ -21,7 +21,7 @@ from exactcreep.studies.sense import INTERCEPT
 from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
 
 _LAWS = {
-    "law_paper": r"paper, Eq. 22: $A_\theta^*$",
+    "law_seuil": r"paper, Eq. 22: $A_\theta^*$",
     "law_corrected": "with the term it drops",
     "law_two_sliders": "two sliders, exact",
     "none": "below this none creeps for ever",

@@ -361,6 +361,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.value)
     if hasattr(value, "summary"):
         return value.summary()
+    if isinstance(value, Fraction):
+        return ratio_text(value)
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, (str, int, float)) or value is None else str(value)

@@ -97,27 +97,21 @@ class Readings:
         table: Table | None = None,
     ) -> Readings:  # fmt: skip
         """Return the readings of a table; two temperatures are at `hours` after the date."""
-        names, maximum, entries = [*found.options.values()], None, found.cells
-        begin, end = _ends(entries) if table else (0, len(entries[0]))
-        moments: NDArray[Any] = times.values
+        names, moments = [*found.options.values()], times.values
+        daily = len(names) == 2
+        if daily and not times.dated:
+            allowed = "must be a date, where a row has the minimum and the maximum of a day"
+            raise CellError(times.columns[0], times.written[0], allowed, 1)
+        order = sorted((0, 1), key=lambda k: hours[k]) if daily else [0]
         if times.dated:
-            moments = np.round(times.values * 1e6).astype("datetime64[us]")
-        moments, written = moments[begin:end], times.written[begin:end]
-        lines = [row + 1 for row in table.rows[begin:end]] if table else []
-        entries, rows = [each[begin:end] for each in entries], end - begin
-        if len(names) == 2:
-            if not times.dated:
-                allowed = "must be a date, where a row has the minimum and the maximum of a day"
-                raise CellError(times.columns[0], written[0], allowed, 1)
-            order = sorted((0, 1), key=lambda k: hours[k])
-            maximum, names = order.index(1), [names[k] for k in order]
+            moments = np.round(moments * 1e6).astype("datetime64[us]")
+        if daily:
             after = [timedelta(hours=float(hours[k])) for k in order]
-            moments = (moments[:, None] + np.array(after, "timedelta64[us]")).ravel()
-            entries = [entries[k] for k in order]
-            lines = [line for line in lines for _ in order]
-            written = [text for text in written for _ in order]
-        flat = entries[0] if len(entries) == 1 else [e for row in zip(*entries, strict=True)
-                                                     for e in row]  # fmt: skip
+            moments = moments[:, None] + np.array(after, "timedelta64[us]")
+        begin, end = _ends(found.cells) if table else (0, len(moments))
+        flat = [found.cells[place][k] for k in range(begin, end) for place in order]
+        written = [text for text in times.written[begin:end] for _ in order]
+        lines = [row + 1 for row in table.rows[begin:end] for _ in order] if table else []
         exact = {entry: _temperature(entry, found.decimal, found.scale) for entry in {*flat}}
         several = times.columns if len(times.columns) > 1 else times.columns[0]
         options = found.options | {
@@ -127,9 +121,9 @@ class Readings:
         if table:
             options |= {"delimiter": table.delimiter, "encoding": table.encoding}
         return cls(
-            file, found.unit, names, maximum, moments, written, flat,
-            [exact[entry] for entry in flat], found.decimal, lines, table.below if table else 0,
-            len(times.written) - rows,
+            file, found.unit, [names[k] for k in order], order.index(1) if daily else None,
+            moments[begin:end].ravel(), written, flat, [exact[entry] for entry in flat],
+            found.decimal, lines, table.below if table else 0, len(times.written) - end + begin,
             {name: k for k, name in enumerate(table.names, 1)} if table else {}, options,
         )  # fmt: skip
 

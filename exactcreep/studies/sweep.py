@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -503,8 +502,6 @@ def _assembled(
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}
-    if isinstance(scene, _Listed):
-        coordinates |= _differing(experiments)
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
 
 
@@ -519,17 +516,6 @@ def _means(variables: Mapping[str, Any], seeds: int) -> dict[str, Any]:
     return {
         "velocity_mean": (across, mean, {**about, "long_name": said[0]}),
         "velocity_mean_error": (across, error, {**about, "long_name": said[1]}),
-    }
-
-
-def _differing(experiments: list[Experiment]) -> dict[str, Any]:
-    """Return the numbers in which listed experiments differ, along their dimension."""
-    every = [one.chain.parameters() | one.drive.parameters() for one in experiments]
-    columns = {name: [each.get(name) for each in every] for name in every[0]}
-    return {
-        name: ("experiment", _coordinate(values))
-        for name, values in columns.items()
-        if all(isinstance(value, (int, Fraction)) for value in values) and len({*values}) > 1
     }
 
 

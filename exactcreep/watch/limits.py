@@ -87,7 +87,8 @@ class Limits:
 
     def passed(self) -> bool:
         """Return whether the time is over, or the user has interrupted."""
-        preparation.ended()
+        if self.at < math.inf:
+            preparation.ended()
         return self.interrupted() or (self.at < math.inf and clock() >= self.at)
 
     def require(self) -> None:

@@ -56,13 +56,17 @@ _due: list[float] = []
 """When the preparation of the present command ends late; empty: it has ended, or is no command."""
 
 
-class OutOfTime(Exception):
+class Late(Exception):
+    """A command ends late; no computation catches this."""
+
+
+class OutOfTime(Late):
     """A limit ended a computation, the message says which; within an event the state is kept."""
 
 
 @contextmanager
 def command() -> Iterator[None]:
-    """During a block, let preparation that ends later than `limit` says raise `OutOfTime`."""
+    """During a block, let preparation that ends later than `limit` says raise `Late`."""
     _due[:] = [math.inf]
     try:
         yield
@@ -78,7 +82,7 @@ def limit(seconds: float) -> None:
     def late(*_: object) -> None:
         if _due and clock() >= _due[0]:
             _due.clear()
-            raise OutOfTime(f"max_seconds = {seconds:g} was reached before there was a result")
+            raise Late(f"max_seconds = {seconds:g} was reached before there was a result")
 
     if _due == [math.inf] and hasattr(signal, "setitimer"):
         _due[0] = clock() + seconds + _GRACE

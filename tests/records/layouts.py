@@ -112,6 +112,14 @@ def days(
     add(name, lambda: daily(head, row, end, **about))
 
 
+def months(
+    name: str, head: str, row: Callable[[int, datetime], str], low: float, high: float, **about: Any
+) -> None:
+    begins = [datetime(2029 + k // 12, k % 12 + 1, 1) for k in range(36)]
+    add(name, lambda: written(head, [row(k, m) for k, m in enumerate(begins)], readings=36,
+                              first=begins[0], last=begins[-1], low=low, high=high, **about))
+
+
 # --- services of Europe ---------------------------------------------------------------------------
 
 hours("dwd_hourly", "STATIONS_ID;MESS_DATUM;QN_9;TT_TU;RF_TU;eor",
@@ -173,23 +181,8 @@ hours("badc_csv", "Conventions,G,BADC-CSV,1\ntitle,G,uk-hourly-weather-obs\nmiss
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},1467,DCNN,SYNOP,19144,7,{T[k]},{DEW[k]},{T[k] - 2:.1f},6,6,6", "end data")
 days("badc_daily", "data\nob_end_time,id_type,id,ob_hour_count,max_air_temp,min_air_temp,min_grss_temp,max_air_temp_q,min_air_temp_q,max_air_temp_j",
       lambda k, d: f"{d:%Y-%m-%d} 09:00:00,DCNN,1467,24,{HIGH[k]},{LOW[k]},{LOW[k] - 2:.1f},6,6,NA", "end data", first=DAYS[0] + timedelta(hours=14), last=DAYS[-1] + timedelta(hours=24))
-add(
-    "met_office_monthly",
-    lambda: written(
-        "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
-        [
-            f"   {2029 + k // 12}  {k % 12 + 1:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2"
-            for k in range(36)
-        ],
-        readings=36,
-        first=datetime(2029, 1, 1),
-        last=datetime(2031, 12, 1),
-        low=12.5,
-        high=18.5,
-        needs="temperature_column",
-        given={"temperature_column": "tmax"},
-    ),
-)
+months("met_office_monthly", "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
+       lambda k, m: f"   {m.year}  {m.month:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2", 12.5, 18.5, needs="temperature_column", given={"temperature_column": "tmax"})
 hours("euskalmet", "Fecha;Hora;Temp. Aire (ºC);Humedad (%)",
       lambda k, h: f"{h:%d/%m/%Y};{h:%H:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
 
@@ -401,33 +394,10 @@ hours("inside_outside", "time;Innentemperatur;Außentemperatur",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M};21.{k % 10};{T[k]}")
 hours("setpoint", "time,Temp setpoint,Temp alarm,Temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},20.0,40.0,{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
-add(
-    "one_day_ambiguous",
-    lambda: written(
-        "time,temp",
-        [f"{h:%d/%m/%Y %H:%M},{T[k]}" for k, h in enumerate(HOURS[:24])],
-        readings=24,
-        last=HOURS[23],
-        low=min(T[:24]),
-        high=max(T[:24]),
-        needs="date_format",
-        given={"date_format": "%d/%m/%Y %H:%M"},
-    ),
-)
-add(
-    "twelve_days_ambiguous",
-    lambda: written(
-        "date,temp",
-        [f"{d:%m/%d/%Y},{HIGH[k]}" for k, d in enumerate(DAYS[:12])],
-        readings=12,
-        first=DAYS[0],
-        last=DAYS[11],
-        low=min(HIGH[:12]),
-        high=max(HIGH[:12]),
-        needs="date_format",
-        given={"date_format": "%m/%d/%Y"},
-    ),
-)
+add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
+    last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
+add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
+    first=DAYS[0], last=DAYS[11], low=min(HIGH[:12]), high=max(HIGH[:12]), needs="date_format", given={"date_format": "%m/%d/%Y"}))
 hours("two_digit_years", "time,temp", lambda k, h: f"{h:%d.%m.%y %H:%M},{T[k]}")
 hours("year_first_short", "time,temp", lambda k, h: f"{h:%y-%m-%d %H:%M},{T[k]}")
 hours("hours_hhmm", "date,time,temp", lambda k, h: f"{h:%Y-%m-%d},{h:%H%M},{T[k]}")
@@ -444,18 +414,7 @@ hours("unknown_name", "time,qx1",
 hours("temps_is_time", "Temps;Température", lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]}")
 days("two_stems", "date,TX,TN,TG_max,TG_min",
       lambda k, d: f"{d:%Y-%m-%d},{HIGH[k]},{LOW[k]},30.1,5.1", needs="minimum_column", given={"minimum_column": "TN", "maximum_column": "TX"})
-add(
-    "monthly",
-    lambda: written(
-        "month,temp",
-        [f"{2029 + k // 12}-{k % 12 + 1:02},{5 + k % 12}.5" for k in range(36)],
-        readings=36,
-        first=datetime(2029, 1, 1),
-        last=datetime(2031, 12, 1),
-        low=5.5,
-        high=16.5,
-    ),
-)
+months("monthly", "month,temp", lambda k, m: f"{m:%Y-%m},{5 + k % 12}.5", 5.5, 16.5)
 
 # --- layouts found by an adversary ----------------------------------------------------------------
 
@@ -518,27 +477,8 @@ def coded(
 
 RUNS = {"one": [77], "three": [60, 61, 62], "day": [*range(100, 124)], "several": [*range(40, 47), 99, *range(300, 340)],
         "every_other": [*range(101, 200, 2)], "long": [*range(200, 320)]}
-for code in (
-    "99.9",
-    "999.9",
-    "-9999",
-    "85",
-    "-88.8",
-    "32767",
-    "-99",
-    "-999.0",
-    "9999",
-    "-127",
-    "888.8",
-    "NA",
-    "",
-    "M",
-    "---",
-    "nan",
-    "-32768",
-    "1e20",
-    "6999",
-):
+CODES = ("99.9", "999.9", "-9999", "85", "-88.8", "32767", "-99", "-999.0", "9999", "-127", "888.8", "NA", "", "M", "---", "nan", "-32768", "1e20", "6999")
+for code in CODES:
     for run, places in RUNS.items():
         CODED[f"{code or 'empty'}_{run}"] = lambda code=code, places=places: coded(code, places)
 CODED["tenths"] = lambda: coded(

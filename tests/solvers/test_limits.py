@@ -26,7 +26,7 @@ from exactcreep import (
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.results import EventKind, Interrupted, Progress
 from exactcreep.watch import preparation
-from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime
+from exactcreep.watch.limits import NO_LIMITS, Limits
 from tests.paper import captions, paper_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
@@ -149,11 +149,12 @@ def test_a_preparation_that_looks_at_no_limit_is_ended_and_a_computation_is_not(
 
     with preparation.command():
         Limits.of(max_seconds=0.01)
-        with pytest.raises(OutOfTime, match=r"max_seconds = 0\.01 was reached before"):
+        with pytest.raises(preparation.Late, match=r"max_seconds = 0\.01 was reached before"):
             waits(20)
     with preparation.command():
-        Limits.of(max_seconds=0.01)
+        limits = Limits.of(max_seconds=0.01)
         assert not NO_LIMITS.passed()
+        limits.passed()
         waits(1.2)
     Limits.of(max_seconds=0.01)  # in a program of the user nothing is ended
     waits(0.8)

@@ -43,9 +43,9 @@ class CreepEdge(Threshold):
     reason: str = ""
 
     @property
-    def law_paper(self) -> str | None:
+    def law_seuil(self) -> str | None:
         """N m/(2 l0) of Eq. 22 as a decimal; h/l0 of `differing_intercept` if sliders differ."""
-        return laws_beside(self.chain, self.digits)["law_paper"]
+        return laws_beside(self.chain, self.digits)["law_seuil"]
 
     @property
     def law_corrected(self) -> str | None:
@@ -90,7 +90,7 @@ class CreepEdge(Threshold):
     )
 
     def _facts(self) -> dict[str, Any]:
-        names = "lower upper evidence direction kind digits law_paper solver reason"
+        names = "lower upper evidence direction kind digits law_seuil solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 
     def _numbers(self) -> dict[str, Any]:

@@ -12,13 +12,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
-from exactcreep.laws import (
-    differing_intercept,
-    law_values,
-    pivot_sliders,
-    plateau_velocity,
-    threshold_amplitude,
-)
+from exactcreep.laws import differing_intercept, pivot_sliders
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import (
@@ -59,7 +53,7 @@ class Intercept(Threshold):
     velocities: Floats
     errors: Floats
     fit: tuple[float, float]
-    law_paper: float
+    law_seuil: float
     law_slope: float
     intercept: float = math.nan
     error: float = math.nan
@@ -88,7 +82,7 @@ class Intercept(Threshold):
         where = f"A = {with_error(self.intercept, self.error)}"
         if self.systematic > 0:
             where += f"; half of the range moves it by up to {self.systematic:.2g}"
-        law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_paper:.6g}"
+        law = f"{'the law' if self.chain.unlike else 'Eq. 22'} says {self.law_seuil:.6g}"
         return f"the straight part of v(A) meets zero at {where}; {law}"
 
     def _numbers(self) -> dict[str, Any]:
@@ -153,20 +147,17 @@ def intercept_of(
     return Intercept(
         chain=chain, cycles=drive.cycles, seed=key, size=spread,
         amplitudes=columns[0], velocities=columns[1], errors=columns[2], fit=(low, high),
-        law_paper=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
+        law_seuil=law, law_slope=slopes[0] if len(slopes) == 1 else math.nan,
         **line | {"reason": over or line.get("reason", "")},
     )  # fmt: skip
 
 
 def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
     """Return where the law's line meets zero, and its slope (two if both are possible)."""
-    if chain.unlike:
-        driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
-        least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
-        found = pivot_sliders(*driven).apart
-        return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
-    about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
-    return law_values(threshold_amplitude, about)[0], law_values(plateau_velocity, about)
+    driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
+    least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
+    found = pivot_sliders(*driven).apart
+    return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
 
 
 def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:

@@ -124,7 +124,7 @@ def threshold(
     >>> found.kind, found.lower, found.evidence.value
     ('edge', '0.00016923076923076', 'proved')
     >>> rough = threshold(Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), cycles=200)
-    >>> rough.kind, round(rough.intercept / rough.law_paper, 1)
+    >>> rough.kind, round(rough.intercept / rough.law_seuil, 1)
     ('intercept', 1.3)
     """
     if kind is not None and not (isinstance(kind, str) and kind in _KINDS):

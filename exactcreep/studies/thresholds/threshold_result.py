@@ -40,18 +40,16 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     def number(value: Fraction) -> Any:
         return context.mpf(value.numerator) / value.denominator
 
-    values: dict[str, Any] = dict.fromkeys(("law_paper", "law_corrected", "law_two_sliders"))
+    values: dict[str, Any] = dict.fromkeys(("law_seuil", "law_corrected", "law_two_sliders"))
     if EXPANSION in chain.unlike:
         return values
-    if chain.unlike:
-        pulls = [number(force) for force in chain.end_forces]
-        least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
-        values["law_paper"] = least / number(chain.l0)
-    else:
+    pulls = [number(force) for force in chain.end_forces]
+    least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
+    values["law_seuil"] = least / number(chain.l0)
+    if not chain.unlike:
         rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
         about = {name: number(value) for name, value in rationals.items()}
         held, _ = about.pop("mu_s"), about.pop("sigma_mu")
-        values["law_paper"] = threshold_amplitude(**about)
         values["law_corrected"] = onset_amplitude(**about, mu_s=held)
         if chain.n == 2:
             values["law_two_sliders"] = threshold_amplitude(**about | {"mu_d": held})
@@ -77,7 +75,7 @@ class Threshold(Result):
         or that v(A) has no straight part; "" if it is.
     compare : str
         The law to compare it with.
-    law_paper : str or float
+    law_seuil : str or float
         Eq. 22: N m/(2 l0), a decimal beside an edge. If friction or end forces differ: h/l0 of
         `laws.differing_intercept`.
     lower, upper : str or None

@@ -59,13 +59,13 @@ def test_the_error_of_an_intercept_is_its_scatter_over_measurements() -> None:
 
 def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_laws() -> None:
     found = ec.threshold(captions(30, "0.01"), kind="intercept", cycles=100)
-    off = abs(found.intercept - found.law_paper)
-    assert off < min(3 * math.hypot(found.error, found.systematic), 0.02 * found.law_paper)
+    off = abs(found.intercept - found.law_seuil)
+    assert off < min(3 * math.hypot(found.error, found.systematic), 0.02 * found.law_seuil)
     assert found.slope == pytest.approx(found.law_slope, rel=0.02)
     assert found.law_slope == 15000
     assert f"moves it by up to {found.systematic:.2g}" in found.finding
     assert found.evidence is ec.Evidence.COMPUTED
-    assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_paper)
+    assert found.amplitudes[[0, -1]] == pytest.approx(np.array([1.2, 2]) * found.law_seuil)
     between = ec.threshold(captions(4, "0.01"), kind="intercept", cycles=100, points=8)
     assert math.isnan(between.law_slope)  # of two plateaus no law has a slope
     assert between.summary()["law_slope"] is None
