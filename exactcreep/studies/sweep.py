@@ -390,6 +390,8 @@ def _entries(result: Creep) -> dict[str, Any]:
 class _Listed(Scene):
     """A list of experiments, as a scene that varies their number."""
 
+    listed: list[Experiment]
+
     def __init__(self, listed: Sequence[Any]) -> None:
         experiments = []
         for k, one in enumerate(listed):
@@ -402,12 +404,7 @@ class _Listed(Scene):
             raise InputError("scene", listed, "must hold at least one experiment")
         vary = {"experiment": list(range(len(experiments)))}
         super().__init__("experiments", "", {"run": {}}, vary, Path())
-        vars(self)["_listed"] = experiments
-
-    @property
-    def listed(self) -> list[Experiment]:
-        listed: list[Experiment] = vars(self)["_listed"]
-        return listed
+        vars(self).update(listed=experiments)
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         return self.listed[int((settings or {}).get("experiment", 0))]
@@ -473,6 +470,8 @@ def _assembled(
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
         about = {key: text.format(per=per) for key, text in column.attributes.items() if text}
         columns[name] = column.missing, about
+    columns["finished"] = False, {"long_name": "the cell has been computed to its end"}
+    columns["file"] = "", {"long_name": "the file of its run in the directory of the sweep"}
     if any("velocity_decimal" in cell for cell in cells):
         columns["velocity_decimal"] = "", {}
     variables: dict[str, Any] = {
@@ -481,12 +480,6 @@ def _assembled(
     }
     if SEED in scene.vary:
         variables |= _means(variables, dims.index(dimension_of[SEED]))
-    for name, missing, meaning in (
-        ("finished", False, "the cell has been computed to its end"),
-        ("file", "", "the file of its run in the directory of the sweep"),
-    ):
-        values = np.array([cell.get(name, missing) for cell in cells]).reshape(shape)
-        variables[name] = (dims, values, {"long_name": meaning})
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
         recorded = [cell.get("recorded", {}).get(name) for cell in cells]
         if any(array is not None for array in recorded):
