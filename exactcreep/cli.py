@@ -34,7 +34,6 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
     "show": files.show,
-    "export": files.export,
     "animate": files.animate,
     "explore": files.explore,
     "record": record,

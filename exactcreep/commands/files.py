@@ -1,4 +1,4 @@
-"""Commands about scenes and files: list, show, export, animate, explore."""
+"""Commands about scenes and files: list, show, animate, explore."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import socket
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import exactcreep
 from exactcreep.commands.answer import (
@@ -18,9 +18,7 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
-    distinct,
     put,
-    say_written,
 )
 from exactcreep.commands.values import (
     File,
@@ -42,9 +40,6 @@ from exactcreep.commands.values import (
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
 from exactcreep.watch.progress import Progress
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 DEFAULT = Printed()
 
@@ -127,56 +122,6 @@ def show(
     remark = "" if view else "nothing is drawn from inside: no rearrangement, or more than 20000"
     draw = partial(draw_run, seen, run.stem, view)
     output.deliver(Answer({}, said, draw=draw, remark=remark))
-
-
-def export(
-    run: Run,
-    /,
-    *,
-    to: File,
-    table: Name = "half_cycles",
-    force: Force = False,
-) -> None:
-    """Write one table of a saved run as CSV or Parquet.
-
-    The scene must have recorded the table (run.record): one row for each half-cycle, event and
-    slider, rearrangement, or slip. Parquet needs pyarrow: the extra "export".
-
-    Parameters
-    ----------
-    to : path
-        CSV or Parquet file.
-    table : NAME
-        half_cycles, events, rearrangements or slip_table.
-
-    Examples
-    --------
-    exactcreep export run.nc --table events --to events.parquet
-    exactcreep export run.nc --table rearrangements --to avalanches.csv
-    """
-    from exactcreep.quasistatic.writing import check_output, write_file
-
-    if to.suffix not in (".csv", ".parquet"):
-        raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
-    distinct(run=run, to=to)
-    check_output(to, "to", force=force)
-    rows = exactcreep.Creep.load(run).to_pandas(table)
-    write_file(to, _content(rows, to), "to", force=force)
-    say_written(f"{to} ({len(rows)} rows)")
-
-
-def _content(rows: DataFrame, to: Path) -> bytes:
-    """Return a table as the content of a file, by the ending of its name."""
-    if to.suffix == ".csv":
-        units = rows.attrs["units"]
-        header = [f"{name} [{units[name]}]" if units[name] != "1" else name for name in rows]
-        text: str = rows.to_csv(header=header, lineterminator="\n")
-        return text.encode()
-    try:
-        return bytes(rows.to_parquet(engine="pyarrow", compression="zstd", index=True))
-    except ImportError:
-        needed = 'needs pyarrow: pip install ".[export]" in a clone'
-        raise exactcreep.InputError("to", str(to), needed) from None
 
 
 def animate(

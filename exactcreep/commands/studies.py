@@ -74,7 +74,7 @@ QUESTIONS = {
         ),
     ),
     "fate": Question(
-        "Find out whether a chain without disorder rests, is locked or creeps for ever.",
+        "Find out whether a chain without disorder rests, is locked (cycling) or creeps for ever.",
         Drawing,
         (
             "--n 5 --amplitude 0.000765",

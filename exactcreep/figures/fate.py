@@ -10,13 +10,11 @@ from exactcreep.figures.style import DASHED, DISPLACEMENT, INKS, new_figure, sty
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import in_full
-from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
 
 _MOST_CYCLES = 10_000  # most cycles in a picture
-_WORDS = {Outcome.AT_REST: "at rest", Outcome.CYCLING: "locked", Outcome.CREEPING: "creeps"}
 
 
 @styled
@@ -48,8 +46,9 @@ def draw_fate(found: Fate) -> Figure:
         for axes in (above, below):
             axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
         side = "right" if 2 * settled > shown else "left"  # the wider side has room for the words
-        above.text(settled, 0.02, f" {_WORDS[found.outcome]}, period {found.period} ", fontsize=8,
-                   transform=above.get_xaxis_transform(), va="bottom", ha=side)  # fmt: skip
+        said = f" {found.outcome.value.replace('_', ' ')}, period {found.period} "
+        above.text(settled, 0.02, said, fontsize=8, transform=above.get_xaxis_transform(),
+                   va="bottom", ha=side)  # fmt: skip
     return figure
 
 

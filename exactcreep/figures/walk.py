@@ -120,17 +120,13 @@ def _draw_descent(walk: Walk, title: str) -> Figure:
     bottom.set_title(said, fontsize=8)
     bottom.margins(x=0.01)
     for place, n in enumerate(walk.contacts):
-        less, same, more = (walk.rates[n, factor] * years for factor in walk.body.friction)
-        ends = [rate for rate in (less, same, more) if np.isfinite(rate)]
-        side.plot([place] * len(ends), ends, color=INKS[place], linewidth=3, alpha=0.5)
-        if not np.isfinite(less):  # with less friction the solid runs away
-            edge = side.get_xaxis_transform()
-            side.plot(place, 0.96, marker="^", color=INKS[place], transform=edge)
-            side.text(place, 0.9, "no\nbound", fontsize=7, ha="center", va="top", transform=edge)
-        low, high = bottom.get_ylim()
-        room = 0.3 * (high - low) if len(ends) < 3 else 0.0
-        bottom.set_ylim(low, max(1.05 * max(ends, default=0.0) + room, high))
+        most, same, least = (walk.rates[n, factor] * years for factor in walk.body.friction)
+        high = most if np.isfinite(most) else 1.4 * same
+        side.plot([place] * 3, [high, same, least], color=INKS[place], linewidth=3, alpha=0.5)
         side.plot(place, same, marker="o", color=INKS[place])
+        if high < most:  # with less friction the solid runs away
+            side.annotate("no\nbound", (place, high), fontsize=7, ha="center", va="bottom")
+        bottom.set_ylim(top=max(bottom.get_ylim()[1], (1.3 if high < most else 1.05) * high))
     side.set_xticks((0, 1), [str(n) for n in walk.contacts], fontsize=8)
     side.set_xlabel("N", fontsize=8)
     side.set_xlim(-0.6, 1.6)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
@@ -31,21 +33,24 @@ def solution_of(
         if not same(time := arithmetic.number(event.time), times[-1]):
             times.append(time)
 
-    def pieces() -> list[ModalPiece]:
-        out: list[ModalPiece] = []
-        with arithmetic.active():
-            flow = Flow(arithmetic, forces, frictions_of(arithmetic, chain))
-            for event in events:
-                now = times[len(out)]
-                if not same(time := arithmetic.number(event.time), now):
-                    runs = flow.runs()
-                    out.append(flow.piece(now, time, start, runs))
-                    flow.move(runs, time - now)
-                sliders = [slider - 1 for slider in event.sliders]
-                if event.kind is EventKind.START:
-                    flow.start(sliders, event.signs)
-                else:
-                    flow.stop(sliders)
-        return out
+    return Solution(partial(_pieces, chain, start, events, times, arithmetic), start, times)
 
-    return Solution(pieces, start, times)
+
+def _pieces(
+    chain: Chain, start: Motion, events: Sequence[Event], times: list[Any], arithmetic: Arithmetic
+) -> list[ModalPiece]:
+    out: list[ModalPiece] = []
+    with arithmetic.active():
+        flow = Flow(arithmetic, start.forces, frictions_of(arithmetic, chain))
+        for event in events:
+            now = times[len(out)]
+            if not same(time := arithmetic.number(event.time), now):
+                runs = flow.runs()
+                out.append(flow.piece(now, time, start, runs))
+                flow.move(runs, time - now)
+            sliders = [slider - 1 for slider in event.sliders]
+            if event.kind is EventKind.START:
+                flow.start(sliders, event.signs)
+            else:
+                flow.stop(sliders)
+    return out

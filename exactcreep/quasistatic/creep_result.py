@@ -240,24 +240,16 @@ class Creep(Result):
 
     @cached_property
     def metastable(self) -> str:
-        """A sentence if drawn coefficients will stop this creep within 1e6 cycles, or 100 runs.
-
-        The time is known only for two equal sliders (`laws.stopping`); for others use `survival`.
-        """
+        """A sentence if drawn coefficients may stop this creep within 1e6 cycles, or 100 runs."""
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0 and not chain.unlike
         if not (creeps and isinstance(drive, Cycles)):
             return ""
-        time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
-        if time.cycles >= max(_FORESEEN, 50 * self.half_cycles):
+        cycles = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
+        if cycles >= max(_FORESEEN, 50 * self.half_cycles):
             return ""
-        if chain.n > 2:
-            told = "metastable: a draw exists that stops the chain for ever; then v = 0"
-            return f"{told}; survival tells for how long it creeps"
-        when = f"after some {time.cycles:.2g} cycles in the mean"
-        if not time.computed:
-            when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"
-        return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
+        told = "metastable: a draw exists that stops the chain for ever; then v = 0"
+        return f"{told}; survival tells for how long it creeps"
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, with the same bits as in the run.

@@ -37,7 +37,7 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
 
 
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
-    run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
+    run = ec.creep(SIX, ec.Cycles("0.01", 8))
     law, (_, _, bottom, *_) = prediction(run.chain, run.drive), drawn(run)
     x, y = line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)")
     assert x.tolist() == [run.burn_in, run.half_cycles]

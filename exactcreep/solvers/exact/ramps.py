@@ -50,11 +50,13 @@ def next_start(cell, whole, now, target, target_low):
     far *= up
     nearest = np.inf
     bound = 0.0
+    first = np.int64(0)
     theta, theta_low = target, target_low
     for k in range(now.chain.driven):
         ahead, off, high, low = _start_of(cell, now, up, whole[layout.DRIVEN, k])
         if ahead < nearest:
             nearest, bound, theta, theta_low = ahead, off, high, low
+            first = k
     before, close = _is_before(nearest, far, bound)
     if far == 0.0 or not before:
         return 0, target, target_low, close and far > 0.0
@@ -63,8 +65,10 @@ def next_start(cell, whole, now, target, target_low):
     starts = 0
     for k in range(now.chain.driven):
         i = whole[layout.DRIVEN, k]
-        ahead, off, _, _ = _start_of(cell, now, up, i)
-        order, _ = _order(nearest, ahead, bound + off)
+        order = 0
+        if k != first:
+            ahead, off, _, _ = _start_of(cell, now, up, i)
+            order, _ = _order(nearest, ahead, bound + off)
         if order >= 0:
             whole[layout.EVENT, starts] = i
             starts += 1

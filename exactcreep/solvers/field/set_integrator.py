@@ -10,10 +10,8 @@ may run away), the set is treated as plain balls.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -45,19 +43,6 @@ MOST_ERROR = 2.0**-10
 _OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
 
 
-class Kind(StrEnum):
-    """The kind of zero of an event function, and how it is known."""
-
-    TRANSVERSE = "transverse"
-    """In every state of the set the root is the first and only one, with non-zero slope."""
-    TIE = "tie"
-    """Several sliders act at once in every state, by symmetry or by numbers of Q(c)."""
-    GRAZING = "grazing"
-    """A resting neighbour comes exactly to its threshold, by numbers of Q(c), and stays."""
-    UNRESOLVED = "unresolved"
-    """Undecided at the precision limit: settled by the model's rules, and counted."""
-
-
 @dataclass
 class RestOfSet(Rest):
     """The middle of a set of states at rest, and the set.
@@ -73,7 +58,6 @@ class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
     `tangent`: rows that move along: differences of states, with a derivative in each column;
-    `kinds`: of all events.
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
@@ -86,7 +70,6 @@ class SetIntegrator(ChainIntegrator):
         self._slack: Any = None
         self.widest = 0.0  # largest distance of forces, velocities, l0 theta from the middle's
         self.crossing: Crossing | None = None
-        self.kinds: Counter[Kind] = Counter()
         self.shown: State | None = None  # the present rest, until a slider moves
         self.shown_theta: Any = None
         self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
@@ -266,22 +249,10 @@ class SetIntegrator(ChainIntegrator):
             if of_all is None and not (self.assume or self._may_run_away(flow)):
                 of_all = self._proved(flow)
         if of_all is not None:
-            self.kinds[Kind.TIE if self.rest.symmetric else Kind.TRANSVERSE] += 1
             return of_all
         if self.rest.set is not None:
             self._give_up(flow)
-        undecided = self.tally.undecided
-        event = super().first_event(flow)
-        if event is not None:
-            kind = Kind.TRANSVERSE
-            if self.tally.undecided > undecided:
-                kind = Kind.UNRESOLVED
-            elif len(event.stops) + len(event.starts) > 1:
-                kind = Kind.TIE
-            elif not event.starts and self._touched(flow, event):
-                kind = Kind.GRAZING
-            self.kinds[kind] += 1
-        return event
+        return super().first_event(flow)
 
     def _lone_slip(self, flow: Flow) -> FirstEvent | None:
         """Return the slip of an end alone from its threshold, which is the same in all states.
@@ -310,15 +281,6 @@ class SetIntegrator(ChainIntegrator):
             return self.rest.exact
         known = (type(x) is Quadratic for x in (self.rest.theta, *flow.forces.tolist()))
         return all(known) and all(bool(v == 0) for v in flow.velocities.tolist())
-
-    def _touched(self, flow: Flow, event: FirstEvent) -> bool:
-        """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
-        pushes: dict[int, Any] = {}
-        for n, ways, _ in event.shifts or ():
-            for m in (n - 1, n + 1):
-                if type(ways[0]) is Quadratic and 0 <= m < self.chain.n and not flow.signs[m]:
-                    pushes[m] = pushes.get(m, 0) + ways[0]
-        return any(abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items())
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = len(flow.moving) == self.chain.n

@@ -49,10 +49,10 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.tangent import Frame, TangentSimulation
+from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.field.simulation import CertifiedSimulation
+from exactcreep.solvers.field.tangent import Frame, TangentMechanics
 from exactcreep.solvers.interface import Start, simulate
-from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -86,7 +86,7 @@ class Leaping(CertifiedSimulation):
     def _arrive(self, target: Fraction) -> None:
         mechanics = self.mechanics
         for n, rate in mechanics.rates.items():
-            sign = mechanics.way if rate > 0 else -mechanics.way
+            sign = self.way if rate > 0 else -self.way
             gap = mechanics.room(n, sign) if sign else mechanics.field.rational(Fraction(0))
             if mechanics.rest.set is not None:
                 gap = gap + flint.arb(0, 2 * mechanics.slack * mechanics.stretches[n])
@@ -196,23 +196,7 @@ class _Proof:
             if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
-        return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
-
-    def _approach(self) -> Fate | None:
-        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose."""
-        last = before = len(self.halves) // 2
-        while before > 0 and self._cycle(before) == self._cycle(last):
-            before -= 1
-        slips = [one for half in self._cycle(last) for one in half]
-        slipping = {n for one in slips for _, sliders, _ in one for n in sliders}
-        found = approach(np.array(self.shapes), last - before)
-        if found is None or len(slipping) == self.chain.n:
-            return None
-        reason = f"{found.reason}; that they go on so is not proved"
-        itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
-        known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}
-        known |= {"marginal": True, "itinerary": itinerary}
-        return self._fate(Outcome.CYCLING, before, reason, **known)
+        return self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _look(self) -> None:
         mechanics = self.simulation.mechanics
@@ -323,29 +307,24 @@ class _Proof:
 
         Raises `Undecided` if not all of them have the given itinerary.
         """
-        present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
-        arithmetic, doubt, noted = present.arithmetic, "they part", None
-        try:
-            nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
-            mechanics = nearby.mechanics
-            with arithmetic.active():
-                mechanics.begin(spread, load)
-                begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
-                forces = present.known_forces()
-                radii = [x.rad() for x in self.frame.shape_of(forces)]
-                load_radius = 2 * self.frame.load_of(forces).rad()
-                mechanics.half = word.half
-            (stretch,) = simulate(nearby, self.drive, [count], self.limits)
-            if stretch.stop is not Stop.DONE:
-                doubt = stretch.reason
-            elif _half_cycles(rearrangements(stretch.recorded), 1, count) == word.halves:
-                noted = mechanics.at_half
-        except Undecided as parting:
-            doubt = str(parting)
-        if noted is None:
+        present, n, doubt = self.simulation.mechanics, self.chain.n, "they part"
+        arithmetic, start = present.arithmetic, Start(self.chain, self.simulation.state(), 0)
+        with arithmetic.active():
+            mechanics = TangentMechanics(start, arithmetic)
+            mechanics.begin(spread, load)
+            mechanics.half, mechanics.limits = word.half, self.limits
+            begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
+            forces = present.known_forces()
+            radii = [x.rad() for x in self.frame.shape_of(forces)]
+            load_radius = 2 * self.frame.load_of(forces).rad()
+            try:
+                halves = mechanics.follow(self.drive.amplitude, len(word.halves))
+            except Undecided as parting:
+                halves, doubt = [], str(parting)
+        if halves != word.halves or mechanics.at_half is None:
             raise Undecided(f"nearby states do not share the itinerary: {doubt}")
         with arithmetic.active():
-            shape, rows = noted
+            shape, rows = mechanics.at_half
             *first, load_row = [row[: n - 2] for row in rows]
             second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()

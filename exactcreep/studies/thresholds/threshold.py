@@ -64,10 +64,12 @@ def threshold(
         ever, in either direction; see `fate`.
     digits : int, optional
         Edge: number of known significant digits; `lower` and `upper` have two more. Default: 15.
-    low, high : number, optional
-        Edge: ends of the scan. Default: 1/2 and 2 times Eq. 22. If nothing creeps there, the scan
-        goes on to N times the amplitude at which the relaxed chain first slips. If the chain creeps
-        at the lower end, the scan is extended down to 0.
+    low : number, optional
+        Edge: lower end of the scan. Default: half of Eq. 22. If the chain creeps there, the scan is
+        extended down to 0.
+    high : number, optional
+        Edge: upper end of the scan. Default: twice Eq. 22. If nothing creeps there, the scan goes
+        on to N times the amplitude at which the relaxed chain first slips.
     points : int, optional
         Edge: number of equal steps of the scan. Default: 1000. Intercept: number of amplitudes, at
         least 8. Default: 12. Amplitude k, from 1, has the start and the disorder of start k of

@@ -43,15 +43,13 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     values: dict[str, Any] = dict.fromkeys(("law_seuil", "law_corrected", "law_two_sliders"))
     if EXPANSION in chain.unlike:
         return values
-    if chain.unlike:
-        pulls = [number(force) for force in chain.end_forces]
-        least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
-        values["law_seuil"] = least / number(chain.l0)
-    else:
+    pulls = [number(force) for force in chain.end_forces]
+    least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
+    values["law_seuil"] = least / number(chain.l0)
+    if not chain.unlike:
         rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
         about = {name: number(value) for name, value in rationals.items()}
         held, _ = about.pop("mu_s"), about.pop("sigma_mu")
-        values["law_seuil"] = threshold_amplitude(**about)
         values["law_corrected"] = onset_amplitude(**about, mu_s=held)
         if chain.n == 2:
             values["law_two_sliders"] = threshold_amplitude(**about | {"mu_d": held})
