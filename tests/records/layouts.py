@@ -323,7 +323,7 @@ def zipped() -> File:
 
 @layout
 def packed_by_gzip() -> File:
-    return File(gzip.compress(LAYOUTS["hobo_fahrenheit"]().content), ending=".csv.gz")
+    return File(gzip.compress(LAYOUTS["series_without_name"]().content), ending=".csv.gz")
 
 
 @layout
