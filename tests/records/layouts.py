@@ -211,6 +211,7 @@ hours("german_months", "Zeit;Temperatur", lambda k, h: f"{h.day}. {'Juni'} {h.ye
 hours("french", "Date;Température (°C);Humidité",
       lambda k, h: f"{h:%d/%m/%Y} {h:%H}h{h:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
 
+hours("korean", "일시,기온(°C),습도(%)", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{RH[k]}", encoding="cp949")
 hours("gbk", "时间,温度(℃),湿度(%)", lambda k, h: f"{h:%Y/%m/%d %H:%M},{T[k]},{RH[k]}", encoding="gbk")
 hours("russian", "Дата;Температура;Влажность",
       lambda k, h: f"{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]}", encoding="cp1251")
@@ -250,6 +251,7 @@ hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k
 hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
+hours("another_table_below", "time,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]}", "\n".join(["end,of"] * 41), needs="time = ")
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
