@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
+from exactcreep.records.words import MONTHS, ZONES
 
 FIRST_YEAR, LAST_YEAR = 1700, 2200
 DAY = 86400  # seconds
@@ -27,22 +28,13 @@ _CLOCKS = ("%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p", "%I:%M:%S%p", "%I:%M%
 _HOURS = ("%H", "%H%M", "%H%M%S")
 _JOINTS = (" ", "T", " T", "-", ":", ".", "_", ", ", ",", "/", "")
 _ZONED = ("", "%z", " %z")
-_MONTHS = (
-    "jan,ene,gen,sty,led,tam", "feb,fev,lut,uno", "mar,mae,mrz,mrt,maa,bre", "apr,avr,abr,kwi,dub",
-    "may,mai,mag,maj,mei,kve", "jun,juin,giu,cze,cer,jui", "jul,juil,lug,lip,cec",
-    "aug,aou,ago,sie,srp", "sep,set,wrz,zar", "oct,okt,out,ott,paz,rij", "nov,lis",
-    "dec,dez,dic,gru,pro",
-)  # fmt: skip
-_MONTH_OF = {name: k for k, names in enumerate(_MONTHS, 1) for name in names.split(",")}
-_ZONES = {"Z": 0, "UTC": 0, "GMT": 0, "UT": 0, "WET": 0, "WEST": 1, "CET": 1, "MEZ": 1, "CEST": 2,
-          "MESZ": 2, "BST": 1, "EET": 2, "EEST": 3, "JST": 9, "EST": -5, "EDT": -4, "CST": -6,
-          "CDT": -5, "MST": -7, "MDT": -6, "PST": -8, "PDT": -7}  # fmt: skip
+_MONTH_OF = {name: k for k, names in enumerate(MONTHS, 1) for name in names}
 _CODES = {
     "Y": r"(?P<Y>\d{4})", "y": r"(?P<y>\d\d)", "m": r"(?P<m>\d{1,2})", "d": r"(?P<d>\d{1,2})",
     "b": r"(?P<b>[^\W\d_]{3,10})\.?", "j": r"(?P<j>\d{1,3})", "H": r"(?P<H>\d{1,2})",
     "I": r"(?P<I>\d{1,2})", "M": r"(?P<M>\d{1,2})", "S": r"(?P<S>\d{1,2}(?:[.,]\d+)?)",
     "p": r"(?P<p>[AaPp])(?:\.?\s?[Mm]\.?)?",
-    "z": rf"(?P<z>[+-]\d\d(?::?\d\d)?|{'|'.join(sorted(_ZONES, key=len, reverse=True))})",
+    "z": rf"(?P<z>[+-]\d\d(?::?\d\d)?|{'|'.join(sorted(ZONES, key=len, reverse=True))})",
     "s": r"(?P<s>-?\d{1,10}(?:\.\d*)?|\d{12,13})", "%": "%",
 }  # fmt: skip
 _DAY, _CLOCK = "Yymbdj", "HIpMSz"
@@ -139,8 +131,8 @@ def _clock(hour: str, twelve: str, half: str, minute: str, second: str, zone: st
 
 def _zone(text: str) -> float:
     """Return the hours that a time zone is before UTC."""
-    if not text or text in _ZONES:
-        return _ZONES.get(text, 0)
+    if not text or text in ZONES:
+        return float(ZONES.get(text, 0))
     digits = text[1:].replace(":", "").ljust(4, "0")
     return (int(digits[:2]) + int(digits[2:]) / 60) * (-1 if text[0] == "-" else 1)
 

@@ -20,6 +20,7 @@ def _pattern(words: list[str]) -> re.Pattern[str]:
     return re.compile("|".join(words))
 
 
+MONTHS, ZONES = _LISTS.pop("months"), _LISTS.pop("zones")
 PARTS = {code: _pattern(words) for code, words in _LISTS.pop("parts").items()}
 _OF = {kind: _pattern(words) for kind, words in _LISTS.items()}
 EPOCH = _OF["epoch"]

@@ -68,10 +68,7 @@ class Limits:
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
             preparation.limit(seconds)
-        return cls(events, seconds=seconds, interrupted=waiting).started()
-
-    def started(self) -> Limits:
-        return replace(self, at=clock() + self.seconds)
+        return cls(events, clock() + seconds, seconds, interrupted=waiting)
 
     def after(self, events: int) -> Limits:
         return replace(self, used=self.used + events)
