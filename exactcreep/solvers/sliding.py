@@ -27,7 +27,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -112,8 +112,8 @@ def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> list[list[flo
 
 
 def _nearest_at_rest(
-    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
-) -> list[Any]:
+    tensions: Sequence[float], uphill: Sequence[float], downhill: Sequence[float]
+) -> list[float]:
     """Return the nearest tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n``.
 
     Nearest means the least elastic energy ``sum (T_n - given_n)^2 / 2``, with T_0 = T_N = 0. This
@@ -122,7 +122,7 @@ def _nearest_at_rest(
     to spring its two halves, left and right of the root, move apart by the two bounds. Takes N^2
     steps.
     """
-    places = slopes = np.array([uphill[0] - uphill[0]])
+    places = slopes = np.zeros(1)
     best = [places[0]]
     for tension, fall, rise in zip(tensions, uphill, downhill, strict=False):
         k = int((slopes < 0).sum())
@@ -143,8 +143,8 @@ def _nearest_at_rest(
 
 
 def _brought_to_rest(
-    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
-) -> tuple[list[Any], list[Any], bool]:
+    tensions: NDArray[np.float64], uphill: Sequence[float], downhill: Sequence[float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
     `uphill` is ``b + s`` and `downhill` ``b - s`` of each slider, with its sliding friction b and
@@ -153,23 +153,17 @@ def _brought_to_rest(
     does not fix the place of the whole chain, which ends `_SHARE` of the range further up. The
     third result is whether there is such a range.
     """
-    zero = uphill[0] - uphill[0]
-    nearest = _nearest_at_rest(tensions, uphill, downhill)
-    x = [zero]
-    for tension, reached in zip(tensions, nearest, strict=True):
-        x.append(x[-1] + (reached - tension))
-    steps = [after - before for before, after in pairwise([zero, *nearest, zero])]
-    rooms = [
-        (step + fall, rise - step) for step, fall, rise in zip(steps, uphill, downhill, strict=True)
-    ]
-    margins = [min(room) for room in rooms]
-    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits rests
-    if not max(margins) > 0:
-        falls = [low > high for low, high in rooms]
-        anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
-        room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
-        anchor = anchor + room * _SHARE
-    return nearest, [v - anchor for v in x], bool(room)
+    nearest = np.array(_nearest_at_rest(tensions.tolist(), uphill, downhill))
+    x = np.append(0.0, np.cumsum(nearest - tensions))
+    steps = np.diff(nearest, prepend=0.0, append=0.0)
+    falls, rises = steps + uphill, downhill - steps
+    margins = np.minimum(falls, rises)
+    anchor, room = x[margins.argmax()], 0.0  # a slider inside its limits rests
+    if not margins.max() > 0:
+        fell = falls > rises
+        room = x[fell].min() - x[~fell].max()
+        anchor = x[~fell].max() + room * _SHARE
+    return nearest, x - anchor, bool(room)
 
 
 def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
@@ -203,35 +197,24 @@ def _ramp(way, place, ways, chain):
     below it. Two pivots share the extension of the spring between them.
     """
     row = 0 if way > 0 else 1
-    bounds = ways.bounds[row]
     above, below = ways.pivots[row, 0], ways.pivots[row, 1]
-    extension, last = chain.extension, chain.x.size - 1
-    shared = 0.0
+    pushed = ways.bounds[row] + place
+    change = way * np.maximum(way * (pushed - chain.extension), 0.0)
+    chain.extension[:] = np.where(change != 0, pushed, chain.extension)
+    shift = np.zeros(chain.x.size)
+    shift[below + 1 :] = np.cumsum(change[below:])
+    shift[:above] = -np.cumsum(change[:above][::-1])[::-1]
     if below > above:
-        change = bounds[above] + place - extension[above]
-        if (change if way > 0 else -change) > 0:
-            extension[above] = bounds[above] + place
-            shared = change
-    for side in (1, -1):
-        slider = below if side > 0 else above
-        shift = side * _SHARE * shared
-        while 0 <= slider <= last:
-            if shift != 0:
-                total = chain.x[slider] + shift
-                chain.carry[slider] += (chain.x[slider] - total) + shift
-                chain.x[slider] = total
-                if chain.sliding[slider] == 0:
-                    chain.sliding[slider] = 1
-                    chain.slips[slider] += 1
-                    chain.counts[1] += 1
-            spring = slider if side > 0 else slider - 1
-            if 0 <= spring < last:
-                change = bounds[spring] + place - extension[spring]
-                if (change if way > 0 else -change) > 0:
-                    extension[spring] = bounds[spring] + place
-                    shift = shift + side * change
-            slider += side
-    chain.counts[0] += shared != 0
+        shift[below:] += _SHARE * change[above]
+        shift[: above + 1] -= _SHARE * change[above]
+        chain.counts[0] += change[above] != 0
+    total = chain.x + shift
+    chain.carry[:] += (chain.x - total) + shift
+    chain.x[:] = total
+    starts = (shift != 0) & (chain.sliding == 0)
+    chain.sliding[starts] = 1
+    chain.slips[starts] += 1
+    chain.counts[1] += starts.sum()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -280,8 +263,8 @@ class SlidingSimulation(Simulation):
         forces = np.diff(tensions, prepend=0.0, append=0.0)
         slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
         if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
-            reached, shift, left_open = _brought_to_rest(tensions.tolist(), uphill, downhill)
-            tensions, x = np.array(reached, dtype=float), x + np.array(shift)
+            tensions, shift, left_open = _brought_to_rest(tensions, uphill, downhill)
+            x = x + shift
             self._relaxed = True
         self._chain = _Configuration(
             extension=tensions + self._l0 * self._theta,
