@@ -35,9 +35,9 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
-from exactcreep.laws import PivotSliders, pivot_sliders, pivots, prediction
+from exactcreep.laws import PivotSliders, pivot_sliders, pivots
 from exactcreep.model.chain import Chain, surplus
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
@@ -325,7 +325,6 @@ class SlidingSimulation(Simulation):
         self._relaxed = False
         self._way = 0
         self._theta = float(state.theta)
-        self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
         self._lost = _not_held_because(chain)
         if self._lost:
             return
@@ -365,7 +364,6 @@ class SlidingSimulation(Simulation):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         if self._lost:
             return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
-        self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n, before = self.chain.n, self.tally.events
         rows = TargetRows.empty(self.record, count, n)
         done = 0
@@ -413,13 +411,11 @@ class SlidingSimulation(Simulation):
             values[:] = kept[name]
 
     def snapshot(self) -> dict[str, Any]:
-        amplitude = "" if self._amplitude is None else str(self._amplitude)
-        return {"unrounded": self.unrounded(), "amplitude": amplitude}
+        return {"unrounded": self.unrounded()}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
-        self._amplitude = Fraction(snapshot["amplitude"]) if snapshot["amplitude"] else None
 
     @property
     def evidence(self) -> Evidence:
@@ -431,27 +427,17 @@ class SlidingSimulation(Simulation):
         """Return the pivots, and if the limit is not unique its range.
 
         ``x_G_low`` and ``x_G_high``: x_G now if the pivot had always been the one with the least,
-        or the most, motion downhill; ``velocity_low`` and ``velocity_high``: the same for the
-        velocity of the asymptotic cycle.
+        or the most, motion downhill. `laws.prediction` has both velocities.
         """
-        chain = self.chain
-        report: dict[str, Any] = {
-            "arithmetic": "float64",
-            "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
-            "start_relaxed": self._relaxed,
-        }
         if self._lost:
-            return report | {"reason": self._lost}
-        report |= {"pivots": list(_resting(chain).dilation), "unique": self.tally.undecided == 0}
-        if not report["unique"]:
+            return {"reason": self._lost}
+        pivots, unique = _resting(self.chain).dilation, self.tally.undecided == 0
+        report = {"start_relaxed": self._relaxed, "pivots": list(pivots), "unique": unique}
+        if not unique:
             x_g = float((self._chain.x + self._chain.carry).mean())
             open_part = float(self._chain.totals[0])
             report["x_G_low"] = low = x_g - _SHARE * open_part
             report["x_G_high"] = low + open_part
-            if self._amplitude is not None:
-                law = prediction(chain, Cycles(self._amplitude, 1))
-                assert law is not None
-                report["velocity_low"], report["velocity_high"] = law.sliding[0], law.sliding[-1]
         return report
 
 

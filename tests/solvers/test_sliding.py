@@ -65,11 +65,9 @@ def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(
         assert (simulation.evidence is Evidence.UNDECIDED) == open_
         if open_:
             report = simulation.report()
-            both = report["velocity_low"], report["velocity_high"]
-            assert both == pytest.approx((float(found[1]), float(found[0])), rel=1e-14)
             ends = report["x_G_low"], report["x_G_high"]
             assert sum(ends) / 2 == pytest.approx(recorded["x_G"][-1], rel=1e-13)
-            assert ends[1] - ends[0] == pytest.approx(60_000 * (both[1] - both[0]), rel=1e-3)
+            assert ends[1] - ends[0] == pytest.approx(60_000 * float(found[0] - found[1]), rel=1e-3)
 
 
 @pytest.mark.parametrize("slope", [Fraction(1, 4), Fraction(23, 100)])
@@ -118,8 +116,7 @@ def test_between_two_possible_pivots_of_a_differing_chain_both_velocities_are_gi
     chain = Chain(3, 10, [3, 1, 2], [3, 1, 2], tan_alpha=0)
     simulation, recorded = simulate(chain, Cycles(2, 6))
     low, high = prediction(chain, Cycles(2, 6)).values
-    report = simulation.report()
-    assert (report["velocity_low"], report["velocity_high"], report["unique"]) == (low, high, False)
+    assert not simulation.report()["unique"]
     advance = (recorded["x"][-1] - recorded["x"][-3]).mean() / 2
     assert low < advance < high
     assert [float(found) / 2 for found, _ in relaxed_cycle(chain, Fraction(2), 4)] == [high, low]
