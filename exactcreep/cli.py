@@ -139,29 +139,16 @@ def _failed(arguments: Sequence[str], error: Exception) -> tuple[int, str]:
         case UnusedCliTokensError():
             told = "; --set takes KEY=VALUE" if "--set" in arguments else ""
             further = " ".join(error.unused_tokens or ())
-<<<<<<< HEAD
-            complain(f"{arguments[0]} takes no further {further!r}{told}")
-        elif isinstance(error, MissingArgumentError):
-            complain(_missing(arguments, error))
-        elif isinstance(error, UnknownOptionError):
-            complain(_no_option(arguments, error))
-        elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
-            complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
-        elif isinstance(error, (CycloptsError, InputError)):
-            complain(str(error))
-        elif isinstance(error, OSError):
-=======
             return 2, f"{arguments[0]} takes no further {further!r}{told}"
         case MissingArgumentError():
             return 2, _missing(arguments, error)
         case UnknownOptionError():
             return 2, _no_option(arguments, error)
-        case CycloptsError() | InputError():
-            return 2, str(error)
         case _ if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
             return 2, "NUMBA_DISABLE_JIT must not be set: the solvers are compiled"
+        case CycloptsError() | InputError():
+            return 2, str(error)
         case OSError():
->>>>>>> rim
             name = f"{error.filename}: " if error.filename else ""
             return 2, f"{name}{error.strerror or error}"
         case MemoryError():
