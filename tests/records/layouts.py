@@ -251,7 +251,6 @@ hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k
 hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
-hours("another_table_below", "time,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]}", "\n".join(["end,of"] * 41), needs="time = ")
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
@@ -283,6 +282,8 @@ for place, words in enumerate(("unavailable,unavailable,error", "sensor restart,
 
 LONG = [BEGIN + timedelta(hours=k) for k in range(480)]
 LONG_T = [T[k % 48] for k in range(480)]
+add("another_table_below", lambda: written("time,temp", [f"{h:%Y-%m-%dT%H:%M},{LONG_T[k]}" for k, h in enumerate(LONG)],
+    "\n".join(["end,of"] * 41), needs="time = "))
 
 
 def coded(
