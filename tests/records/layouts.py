@@ -251,6 +251,10 @@ hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k
 hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
+hours("rain_in_inches", "time,temp,rain (in)",
+      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},0.0", needs="unit", given={"unit": "F"})
+hours("influx_annotated", "#group,false,false,true,true,false,false,true,true\n#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n#default,_result,,,,,,,\n,result,table,_start,_stop,_time,_value,_field,_measurement",
+  lambda k,h: f",,0,2031-06-01T00:00:00Z,2031-06-03T00:00:00Z,{h:%Y-%m-%dT%H:%M:%S}Z,{T[k]},temperature,roof", needs="_column", given={"time_column":"_time","temperature_column":"_value"})
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
