@@ -255,6 +255,10 @@ hours("rain_in_inches", "time,temp,rain (in)",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},0.0", needs="unit", given={"unit": "F"})
 hours("influx_annotated", "#group,false,false,true,true,false,false,true,true\n#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n#default,_result,,,,,,,\n,result,table,_start,_stop,_time,_value,_field,_measurement",
   lambda k,h: f",,0,2031-06-01T00:00:00Z,2031-06-03T00:00:00Z,{h:%Y-%m-%dT%H:%M:%S}Z,{T[k]},temperature,roof", needs="_column", given={"time_column":"_time","temperature_column":"_value"})
+hours("aligned_decimal_commas", "date hour temp hum",
+      lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
+hours("text_in_the_last_cell", "time,temperature,status",
+      lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == 47 else T[k]},ok", missing=1)
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
