@@ -134,10 +134,10 @@ def status(words: Sequence[str]) -> int:
             complain(_missing(arguments, error))
         elif isinstance(error, UnknownOptionError):
             complain(_no_option(arguments, error))
-        elif isinstance(error, (CycloptsError, InputError)):
-            complain(str(error))
         elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
             complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
+        elif isinstance(error, (CycloptsError, InputError)):
+            complain(str(error))
         elif isinstance(error, OSError):
             name = f"{error.filename}: " if error.filename else ""
             complain(f"{name}{error.strerror or error}")

@@ -5,16 +5,12 @@
 array([0.6039, 0.5999, 0.6094])
 """
 
-from inspect import isfunction
-from sys import modules
-
 from exactcreep.model.drive import dilation, dilations
 from exactcreep.model.keyed_disorder import (
     static_coefficient,
     static_coefficients,
     uniform_tensions,
 )
-from exactcreep.model.numbers import refusing
 
 __all__ = [
     "dilation",
@@ -23,8 +19,3 @@ __all__ = [
     "static_coefficients",
     "uniform_tensions",
 ]
-
-for _name in __all__:
-    _of = globals()[_name]
-    if isfunction(_of):  # its module has the careful one, too, so that it can be pickled
-        globals()[_name] = vars(modules[_of.__module__])[_name] = refusing(_of)

@@ -19,7 +19,6 @@ from exactcreep.model.numbers import (
     nearest_float,
     number_from_zero,
     positive_number,
-    refusing,
     whole_number,
 )
 from exactcreep.model.remarks import remark
@@ -83,8 +82,9 @@ class Solid(Shown):
     friction: tuple[Fraction, Fraction, Fraction] = FRICTION
     _units_in_line = True
 
-    @refusing
     def __post_init__(self) -> None:
+        if not isinstance(self.chain, Chain):
+            raise InputError("chain", self.chain, "must be a Chain")
         require_uniform(self.chain.parameters(), "a solid in SI units")
 
     def _units(self) -> dict[str, str]:

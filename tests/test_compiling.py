@@ -1,34 +1,19 @@
 """Where compiled code is kept: read-only installations, containers without a home."""
 
-import os
 import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-import numba
 import pytest
 
-import exactcreep
 from exactcreep.compiling import CheckedFile
 from exactcreep.watch import interrupts
-from tests.processes import PATIENCE, begun, environment, finished
+from tests.processes import PATIENCE, begun, finished
 
-NOBODY = 65534
-BECOMES = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
-ASKS = """
-import sys, warnings
-sys.path.insert(0, {installed!r})
-with warnings.catch_warnings(record=True) as said:
-    warnings.simplefilter("always")
-    from exactcreep.twice import compiling, twice
-print(compiling.__file__, twice(21), *[each.message for each in said], sep=chr(10))
-"""
 TWICE = """
 from exactcreep import compiling
 @compiling.njit(cache=True)
@@ -71,48 +56,21 @@ def test_a_signal_does_not_wait_for_the_compiler() -> None:
         interrupts.prepare(lambda: 1 // 0)
 
 
-def may_become_nobody() -> bool:
-    if os.geteuid() != 0 or shutil.which("setpriv") is None:
-        return False
-    words = (*BECOMES, sys.executable, "-c", f"open({numba.__file__!r})")
-    return subprocess.run(words, capture_output=True, check=False, timeout=PATIENCE).returncode == 0
-
-
-@pytest.fixture
-def place() -> Iterator[Path]:
-    """Yield a folder with an installation that belongs to root, and a scratch folder for all."""
-    if not may_become_nobody():
-        pytest.skip("becomes an unprivileged user, which root alone can")
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        folder.chmod(0o755)
-        ignore = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(Path(exactcreep.__file__).parent, folder / "exactcreep", ignore=ignore)
-        (folder / "exactcreep" / "twice.py").write_text(TWICE, encoding="utf-8")
-        (folder / "scratch").mkdir(mode=0o777)
-        (folder / "scratch").chmod(0o1777)
-        (folder / "asks.py").write_text(ASKS.format(installed=name), encoding="utf-8")
-        yield folder
-
-
-def asked(place: Path) -> list[str]:
-    """Return the lines that the installation says to a user who has no home."""
-    own = {"HOME": "/nonexistent", "TMPDIR": str(place / "scratch"), "XDG_CACHE_HOME": ""}
-    done = subprocess.run(
-        (*BECOMES, sys.executable, "-B", str(place / "asks.py")), check=True, cwd="/",
-        env=environment(**own, NUMBA_CACHE_DIR=""), capture_output=True, text=True,
-        timeout=PATIENCE,
-    )  # fmt: skip
-    where, answer, *said = done.stdout.splitlines()
-    assert where == str(place / "exactcreep" / "compiling.py")
-    assert answer == "42"
-    return said
-
-
-def test_a_read_only_installation_without_a_home_keeps_no_code_and_says_so(place: Path) -> None:
-    (said,) = asked(place)
-    assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in said
-    assert not any((place / "scratch").iterdir())
+def test_without_a_folder_for_it_compiled_code_is_lost_at_the_end_and_a_warning_says_so() -> None:
+    """As in an installation that can only be read, without a home."""
+    script = """
+import warnings
+from numba.core.caching import CacheImpl
+CacheImpl._locator_classes = []  # no folder can be written
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    from exactcreep import compiling
+    twice = compiling.njit(cache=True)(lambda x: 2 * x)
+    print(twice(21), type(twice._cache).__name__, *[each.message for each in said], sep=chr(10))
+"""
+    answer, cache, sentence = finished(sys.executable, "-c", script).stdout.splitlines()
+    assert (answer, cache) == ("42", "NullCache")
+    assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in sentence
 
 
 def test_a_disk_that_is_full_costs_no_more_than_a_sentence(tmp_path: Path) -> None:

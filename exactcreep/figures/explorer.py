@@ -138,8 +138,8 @@ def view_of(experiment: Experiment) -> View:
         cut = f"The run was cut after {run.half_cycles} of {targets} targets: {run.reason}."
     with _DRAWING:
         figure = draw_run(run)
-        figure.set_size_inches(7.2, 6.4)  # beside the sliders
-        picture = _svg(figure, "the displacements of the run, and its beginning from inside")
+        figure.set_size_inches(7.2, 7.6)  # beside the sliders
+        picture = _svg(figure, f"displacements of {experiment.chain} under {experiment.drive}")
     return View(run, picture, law_sentence(run), fate_sentence(run), cut)
 
 

@@ -40,10 +40,10 @@ def _() -> None:
     .seen > p { padding-right: 48px; } /* beside marimo's menu */
     @media (min-width: 800px) {
       .seen { inset: 0 0 0 48vw; } .asked, .curve { max-width: calc(48vw - 120px); }
-      .above { height: 0; } .above + h3 { margin: -8px 0 -24px; }
+      .above { height: 0; }
       .typed { margin-top: -24px; }
     }
-    </style><div class="above"></div><h3>A chain of sliders that creeps</h3>""")
+    </style><div class="above"></div>""")
     return
 
 

@@ -123,7 +123,8 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     Raises
     ------
     ValueError
-        Unless n is from 4 to 10000, friction holds the chain, no mu_s is below its mu_d and some are above.
+        Unless n is from 4 to 10000, friction holds the chain, no mu_s is below its mu_d, and some
+        mu_s are above.
 
     Examples
     --------

@@ -21,6 +21,7 @@ from exactcreep.laws.number_types import (
 )
 from exactcreep.laws.paper import described, law, law_values
 from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import refusing
 
 
 @described
@@ -135,6 +136,7 @@ def _several(n: Number) -> int:
     return count
 
 
+@refusing
 def edges(chain: Chain) -> dict[str, float]:
     """Return the amplitudes between the fates of a chain, by the names of the theorems.
 

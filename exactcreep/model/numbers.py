@@ -33,6 +33,10 @@ _LONGEST_RATIO = 250_000  # characters of a solver's number, of 100 000 digits a
 _WIDEST = 5_000  # largest decimal exponent
 
 
+_OF_NUMBERS = TypeError, ValueError, AttributeError, ArithmeticError
+"""Errors of a number in the wrong place; any other is a defect if all arguments are numbers."""
+
+
 class InputError(ValueError):
     """Bad input: the message names the field, the value and the allowed values.
 
@@ -71,7 +75,8 @@ class InputError(ValueError):
 def refusing(function: Callable[P, T]) -> Callable[P, T]:
     """Let a function that cannot use its arguments raise `InputError`, whatever they are.
 
-    Of a wrong number of arguments, Python's own TypeError remains.
+    Of a wrong number of arguments, Python's own TypeError remains; and so does a defect that shows
+    although all arguments are plain numbers.
     """
 
     @functools.wraps(function)
@@ -82,8 +87,9 @@ def refusing(function: Callable[P, T]) -> Callable[P, T]:
             raise
         except Exception as error:
             given = inspect.signature(function).bind(*args, **words).arguments
-            if function.__name__ == "__post_init__":
-                given = vars(given["self"])
+            plain = all(isinstance(value, int | float | Fraction) for value in given.values())
+            if plain and not isinstance(error, _OF_NUMBERS):
+                raise
             usable = {name: value for name, value in given.items() if name != "cls"}
             said = " ".join(str(error).split()) if type(error) is ValueError else ""
             named = (name for name in usable if re.search(rf"\b{name}\b", said))

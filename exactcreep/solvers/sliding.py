@@ -39,7 +39,6 @@ from exactcreep.laws import PivotSliders, pivot_sliders, pivots, prediction
 from exactcreep.model.chain import Chain, surplus
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
-from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import END_FORCES, FRICTION
 from exactcreep.solvers.interface import (
@@ -59,23 +58,16 @@ _SHARE = 0.5
 """Share of the extension for each of two equally possible pivots."""
 
 
-def _not_held_because(chain: Chain) -> str:
-    """Return why friction cannot hold the chain; "" if it can."""
+def _require_held(chain: Chain) -> None:
+    """Raise `InputError` unless friction holds the chain; a single slider may be at its limit."""
     excess = max(surplus(chain, 1), surplus(chain, -1))
-    if excess > 0:
-        return (
-            f"{_STEEP[bool(chain.unlike)]}: without a static excess no balance of forces holds it"
+    if excess > 0 or (excess == 0 and chain.n > 1):
+        field = END_FORCES if END_FORCES in chain.unlike else "tan_alpha"
+        allowed = (
+            "must be less in size: without a static excess, friction has to exceed weight and end"
+            ' forces; solver="exact" follows a chain that it does not hold'
         )
-    if excess == 0 and chain.n > 1:
-        return f"{_LEVEL[bool(chain.unlike)]}; without a static excess it is in balance anywhere"
-    return ""
-
-
-_STEEP = "|tan_alpha| > mu_d", "weight and end forces exceed the friction of the chain"
-_LEVEL = (
-    "|tan_alpha| = mu_d: friction takes exactly what gravity gives",
-    ("the friction of the chain takes exactly what weight and end forces give"),
-)
+        raise InputError(field, getattr(chain, field), allowed)
 
 
 def _resting(chain: Chain) -> PivotSliders:
@@ -293,9 +285,7 @@ class SlidingSimulation(Simulation):
         self._way = 0
         self._theta = float(state.theta)
         self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
-        self._lost = _not_held_because(chain)
-        if self._lost:
-            return
+        _require_held(chain)
         n, resting = chain.n, _resting(chain)
         uphill, downhill = _reaches(chain)
         self._ways = _Ways(
@@ -324,14 +314,10 @@ class SlidingSimulation(Simulation):
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        if self._lost:
-            return Tally()
         gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
         return Tally(events=starts + stops, slips=starts, undecided=gave_way)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        if self._lost:
-            return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n, before = self.chain.n, self.tally.events
         rows = TargetRows.empty(self.record, count, n)
@@ -351,13 +337,7 @@ class SlidingSimulation(Simulation):
             stop = Stop.DONE if done == count else limits.stop(self.tally.events - before)
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
-    @property
-    def _too_steep(self) -> bool:
-        return max(surplus(self.chain, 1), surplus(self.chain, -1)) > 0
-
     def state(self) -> State:
-        if self._lost:
-            return self._start
         return replace(
             self._start,
             tensions=self._chain.extension - self._l0 * self._theta,
@@ -367,7 +347,7 @@ class SlidingSimulation(Simulation):
 
     @property
     def at_rest(self) -> bool:
-        return not self._lost
+        return True
 
     def unrounded(self) -> dict[str, Any]:
         taken = {name: values.copy() for name, values in self._chain._asdict().items()}
@@ -388,12 +368,6 @@ class SlidingSimulation(Simulation):
         self._go_on(snapshot["unrounded"])
         self._amplitude = Fraction(snapshot["amplitude"]) if snapshot["amplitude"] else None
 
-    @property
-    def evidence(self) -> Evidence:
-        if self._too_steep:
-            return Evidence.PROVED
-        return Evidence.of(int(bool(self._lost)) + self.tally.undecided, Evidence.COMPUTED)
-
     def report(self) -> dict[str, Any]:
         """Return the pivots, and if the limit is not unique its range.
 
@@ -407,8 +381,6 @@ class SlidingSimulation(Simulation):
             "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
         }
-        if self._lost:
-            return report | {"reason": self._lost}
         report |= {"pivots": list(_resting(chain).dilation), "unique": self.tally.undecided == 0}
         if not report["unique"]:
             x_g = float((self._chain.x + self._chain.carry).mean())

@@ -18,7 +18,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, rearrange
 from exactcreep.solvers.interface import TENSION_TOLERANCE, Rearrangement
-from tests.data.hard_starts import Start, digest, edges, long_chain, short_chain, stored
+from tests.data.hard_starts import Start, digest, stored
 from tests.paper import unstable_chain
 
 COMPUTED, UNDECIDED = Evidence.COMPUTED, Evidence.UNDECIDED
@@ -84,15 +84,6 @@ def test_what_is_said_of_a_hard_start_is_true_and_not_all_is_in_doubt() -> None:
     said = verdicts_on(stored("touch"))
     assert said[True, COMPUTED] == 0
     assert said.total() == 5
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(36_000)
-@pytest.mark.parametrize(("drawn", "count"), [(short_chain, 2500), (long_chain, 250)])
-def test_next_to_other_edges_what_is_said_is_true(drawn: Any, count: int) -> None:
-    said = verdicts_on(edges(84061304, count, drawn))
-    assert said.total() >= 7 * count
-    assert said[True, COMPUTED] >= said.total() // 5
 
 
 @pytest.mark.parametrize("kind", ["near-graze", "edge", "hard", "touch"])

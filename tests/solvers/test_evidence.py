@@ -42,15 +42,6 @@ def test_a_run_says_up_to_where_it_is_known_and_what_holds_beyond() -> None:
     assert known_text(locked).endswith("the outcome is where float64 ended")
 
 
-def test_three_attributes_of_a_run_say_how_well_it_is_known_and_counts_are_in_its_report() -> None:
-    run = creep(paper_chain(3), Cycles("0.002", 3))
-    gone = ("undecided", "undecided_from", "trusted_half_cycles", "known_half_cycles",
-            "long_rearrangements", "course")  # fmt: skip
-    assert [name for name in gone if hasattr(run, name) or name in run.summary()] == []
-    assert {"evidence", "known_until", "outcome_evidence"} <= run.summary().keys()
-    assert run.report["undecided"] == 0
-
-
 def test_a_comparison_settled_by_a_rule_ends_what_is_known_though_the_copies_agree() -> None:
     level = captions(2, tan_alpha="0")  # both ends reach their thresholds at once
     run = creep(level, Cycles("0.003", 10), twin=True)

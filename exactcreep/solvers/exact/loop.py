@@ -63,7 +63,10 @@ def _place_at_theta(cell, whole, now):
     """Add the effect of the present theta to the forces on the sliders that feel it."""
     for k in range(now.chain.driven):
         i = whole[layout.DRIVEN, k]
-        by, low = rows.of_theta(cell, now, i)
+        rate = cell[layout.RATE, i]
+        by, low = rate * now.theta, rate * now.theta_low
+        if now.chain.even == 0:  # else the rate is 1 or -1, and this is exact
+            by, low = rows.of_theta(cell, now, i)
         low += cell[layout.FORCE_LOW, i]
         cell[layout.REST, i], _ = plus(cell[layout.FORCE, i], low, by)
 

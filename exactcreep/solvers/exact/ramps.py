@@ -50,7 +50,7 @@ def next_start(cell, whole, now, target, target_low):
     far *= up
     nearest = np.inf
     bound = 0.0
-    first = np.int64(0)
+    first = 0
     theta, theta_low = target, target_low
     for k in range(now.chain.driven):
         ahead, off, high, low = _start_of(cell, now, up, whole[layout.DRIVEN, k])

@@ -99,8 +99,7 @@ class CreepEdge(Threshold):
         if self.kind == EDGE:
             out["sensitive"] = self.sensitive
         for name, one in zip(("fate_at_lower", "fate_at_upper"), self.fates or (), strict=False):
-            known = one and one.summary()
-            out[name] = known and {part: known[part] for part in _OF_A_SIDE}
+            out[name] = one and {part: getattr(one, part) for part in _OF_A_SIDE}
         if self.edges is not None:
             out["edges"] = [edge.summary(what) for edge in self.edges]
         return out | ({"reason": self.reason} if self.reason else {})

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
@@ -33,16 +31,3 @@ def test_forces_are_placed_to_twice_the_digits_of_a_float_and_read_back(n: int, 
         assert cell[layout.REST, k] == cell[layout.FORCE, k]
     assert origin.read(work)[0].tolist() == [float(t) for t in tensions]
     assert dilation(chain, origin.load) == float(theta)
-
-
-def test_no_name_of_the_layout_is_bound_twice() -> None:
-    tree = ast.parse(Path(layout.__file__).read_text(encoding="utf-8"))
-    bound = [
-        name.id
-        for statement in tree.body
-        if not isinstance(statement, ast.FunctionDef | ast.ClassDef)
-        for name in ast.walk(statement)
-        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store) and name.id.isupper()
-    ]
-    assert "FORCE" in bound
-    assert len(bound) == len({*bound})

@@ -138,23 +138,6 @@ def test_fused_rounds_the_exact_sum_of_product_and_addend_once(outcome):
     assert twice > 500
 
 
-@kernel
-def copy_eight(source, row, column, target, to_row, to_column):
-    store(target, to_row, to_column, load(source, row, column))
-
-
-def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
-    rng = np.random.default_rng(3)
-    for skip in range(4):  # arrays that begin at any multiple of eight bytes
-        source = rng.normal(size=3 * 27 + skip)[skip:].reshape(3, 27)
-        for row, column, to_row, to_column in itertools.product((0, 2), range(20), (0, 1), (0, 5)):
-            target = np.full(2 * 21 + skip, -1.5)[skip:].reshape(2, 21)
-            expected = target.copy()
-            expected[to_row, to_column : to_column + EIGHT] = source[row, column : column + EIGHT]
-            copy_eight(source, row, column, target, to_row, to_column)
-            assert np.array_equal(target, expected)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("processor", ["haswell", "skylake-avx512"])
 def test_the_lanes_are_the_same_on_narrower_registers(processor):
