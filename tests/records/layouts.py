@@ -259,6 +259,10 @@ hours("aligned_decimal_commas", "date hour temp hum",
       lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
 hours("text_in_the_last_cell", "time,temperature,status",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == 47 else T[k]},ok", missing=1)
+hours("lcd_v1", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyRelativeHumidity","HourlyWetBulbTemperature"',
+      lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{round(fahrenheit(DEW[k]))}","{round(fahrenheit(T[k]))}","{RH[k]}","{round(fahrenheit(T[k])) - 4}"', needs="unit", given={"unit": "F"}, near=0.3)
+hours("utc_and_local", "time local,time UTC,temp",
+      lambda k, h: f"{(h + timedelta(hours=2)):%Y-%m-%d %H:%M},{h:%Y-%m-%d %H:%M},{T[k]}")
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
