@@ -6,11 +6,9 @@ import codecs
 import io
 import math
 import os
-import re
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +28,12 @@ from exactcreep.commands.answer import complain, unread
 from exactcreep.commands.record import record, roof
 from exactcreep.commands.run import run
 from exactcreep.commands.values import help_of
-from exactcreep.watch import interrupts, terminal
+from exactcreep.watch import interrupts, preparation, terminal
 
 COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
     "show": files.show,
-    "export": files.export,
     "animate": files.animate,
     "explore": files.explore,
     "record": record,
@@ -107,17 +104,12 @@ def status(words: Sequence[str]) -> int:
         complain(f"No such command {arguments[0]!r}{near}")
         return 2
     code = 0 if arguments else 2
-    limit = re.search("--max-seconds[ =]([0-9.e+]+)", " ".join(arguments))
     try:
-        if limit:
-            from exactcreep.watch.limits import enforce, relent
-
-            with suppress(ValueError):  # no number, as the command says
-                enforce(float(limit[1]))
         try:
-            program(arguments[:1])(
-                arguments, exit_on_error=False, print_error=False, result_action="return_value"
-            )
+            with preparation.command():
+                program(arguments[:1])(
+                    arguments, exit_on_error=False, print_error=False, result_action="return_value"
+                )
         except SystemExit as leaving:
             # if a pager closes the pipe of a help, click exits with 1
             gone = isinstance(leaving.__context__, BrokenPipeError)
@@ -129,10 +121,9 @@ def status(words: Sequence[str]) -> int:
         if debug:
             raise
         from exactcreep.model.numbers import InputError
-        from exactcreep.watch.limits import OutOfTime
 
-        late = error if isinstance(error, OutOfTime) else error.__cause__
-        if isinstance(late, OutOfTime):
+        late = error if isinstance(error, preparation.Late) else error.__cause__
+        if isinstance(late, preparation.Late):
             complain(str(late))
             return 3
         if isinstance(error, UnusedCliTokensError):
@@ -143,10 +134,10 @@ def status(words: Sequence[str]) -> int:
             complain(_missing(arguments, error))
         elif isinstance(error, UnknownOptionError):
             complain(_no_option(arguments, error))
-        elif isinstance(error, (CycloptsError, InputError)):
-            complain(str(error))
         elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
             complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
+        elif isinstance(error, (CycloptsError, InputError)):
+            complain(str(error))
         elif isinstance(error, OSError):
             name = f"{error.filename}: " if error.filename else ""
             complain(f"{name}{error.strerror or error}")
@@ -157,9 +148,6 @@ def status(words: Sequence[str]) -> int:
             complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
             return 1
         return 2
-    finally:
-        if limit:
-            relent()
     return code
 
 

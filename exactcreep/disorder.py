@@ -11,7 +11,6 @@ from exactcreep.model.keyed_disorder import (
     static_coefficients,
     uniform_tensions,
 )
-from exactcreep.model.numbers import let_refuse
 
 __all__ = [
     "dilation",
@@ -20,5 +19,3 @@ __all__ = [
     "static_coefficients",
     "uniform_tensions",
 ]
-
-let_refuse(globals())

@@ -15,6 +15,7 @@ NAMES = {
 }
 """Of names that stood in `exactcreep`; those in `exactcreep.results` are known by themselves."""
 COMMANDS = {
+    "export": "in Python, Creep.load(FILE).to_pandas(TABLE).to_csv(FILE) writes a table",
     "resume": "the command that began the run goes on: exactcreep run SCENE --checkpoint FILE",
     "sweep": "a scene that varies is run by exactcreep run SCENE, with --out DIR to save its cells",
     "plan": "what a scene needs, with the law, is said by exactcreep compare SCENE",

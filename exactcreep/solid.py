@@ -295,7 +295,6 @@ class Solid(Shown):
         *,
         time_unit: Number | None = None,
         solver: str = "sliding",
-        seeds: int = 0,
         **options: Any,
     ) -> Walk:
         """Return how far the solid creeps under these temperatures, and its uncertainty.
@@ -310,8 +309,6 @@ class Solid(Shown):
         solver : str
             As for `exactcreep.creep`. In the sliding limit `mu_s`, `sigma_mu` and the seed have no
             effect.
-        seeds : int
-            Number of further runs with other seeds, to see the effect of disorder.
         **options
             As for `exactcreep.creep`.
 
@@ -326,12 +323,11 @@ class Solid(Shown):
             If an argument is out of range, or a seed would have no effect.
         """  # fmt: skip
         self.time_unit_of(temperatures, time_unit)  # raises before the run
-        for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
-            if given and solver == "sliding" and not temperatures.random:
-                allowed = "has no effect in the sliding limit, which has no static friction"
-                raise InputError(name, given, allowed)
+        if (seed := options.get("seed")) and solver == "sliding" and not temperatures.random:
+            allowed = "has no effect in the sliding limit, which has no static friction"
+            raise InputError("seed", seed, allowed)
         result = creep(self.chain, temperatures, solver=solver, **options)
-        return Walk.of(self, result, time_unit, seeds=seeds)
+        return Walk.of(self, result, time_unit)
 
 
 def _left_out(value: object) -> bool:
@@ -412,8 +408,8 @@ def physical(
     """
     quantities = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
-    if material:
-        if material not in MATERIALS:
+    if not isinstance(material, str) or material:
+        if not isinstance(material, str) or material not in MATERIALS:
             allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
             raise InputError("material", material, allowed)
         properties = MATERIALS[material]._asdict()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
@@ -20,7 +20,6 @@ from exactcreep.model.numbers import (
     in_full,
     nearest_float,
     shown,
-    whole_number,
 )
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
@@ -52,8 +51,6 @@ class Walk(Result):
         A run of its chain.
     time_unit : float
         Seconds in one unit of the clock of its drive; nan if unknown, as of a pipeline.
-    of_seeds : tuple of float
-        Millimetres per year of runs like `run` with further seeds.
     steps : int
         Targets of a cycle before the last one: the steps of a heating.
 
@@ -71,11 +68,10 @@ class Walk(Result):
     body: Any
     run: Creep
     time_unit: float = math.nan
-    of_seeds: tuple[float, ...] = ()
     steps: int = 1
 
     @classmethod
-    def of(cls, solid: Any, run: Creep, time_unit: Number | None = None, *, seeds: int = 0) -> Walk:
+    def of(cls, solid: Any, run: Creep, time_unit: Number | None = None) -> Walk:
         """Return the walk of a solid in a run of its chain.
 
         Parameters
@@ -84,37 +80,27 @@ class Walk(Result):
             The solid that crept.
         run : Creep
             A run of its chain.
-        time_unit, seeds : number, int, optional
+        time_unit : number, optional
             As in `Solid.creep`.
 
         Returns
         -------
         Walk
-            With its further runs.
+            In millimetres.
 
         Raises
         ------
         InputError
             If the run is of another chain.
         """
-        seconds, own = solid.time_unit_of(run.drive, time_unit), run.experiment
+        seconds = solid.time_unit_of(run.drive, time_unit)
         if run.chain != solid.chain:
             raise InputError("run", run.chain, "must be a run of the solid's chain")
         if run.outcome is Outcome.RUNAWAY:
             slope = f"tan_alpha = {nearest_float(solid.chain.tan_alpha):.3g}"
             allowed = f"must exceed {slope}, or the solid slides down at once"
             raise InputError("mu_d", solid.chain.mu_d, allowed)
-        count = whole_number(seeds, "seeds", least=0)
-        made = cls(solid, run, seconds)
-        further = [(own.seed + k) % 2**64 for k in range(1, 1 + count)]
-        about = {"start": own.start, **own.options}
-        of_seeds = tuple(made._rate(solid, seed, own.solver, **about) for seed in further)
-        return replace(made, of_seeds=of_seeds)
-
-    def _rate(self, solid: Any, seed: int, solver: str, **about: Any) -> float:
-        drive = self.run.drive
-        run = creep(solid.chain, drive, seed=seed, solver=solver, record=(), **about)
-        return float(solid.per_year(run.velocity, self.time_unit))
+        return cls(solid, run, seconds)
 
     @property
     def _has_clock(self) -> bool:
@@ -211,12 +197,12 @@ class Walk(Result):
     @cached_property
     def rates(self) -> Mapping[tuple[int, Fraction], float]:
         """Millimetres per year in the sliding limit, by `contacts` and `Solid.friction`."""
-        return {
-            (contacts, factor): self._rate(
-                self.body.altered(contacts=contacts, friction=factor), self.run.seed, "sliding"
-            )
-            for contacts, factor in product(self.contacts, self.body.friction)
-        }
+        rates, drive, seed = {}, self.run.drive, self.run.seed
+        for contacts, factor in product(self.contacts, self.body.friction):
+            body = self.body.altered(contacts=contacts, friction=factor)
+            run = creep(body.chain, drive, seed=seed, solver="sliding", record=())
+            rates[contacts, factor] = float(body.per_year(run.velocity, self.time_unit))
+        return rates
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -260,12 +246,6 @@ class Walk(Result):
         return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread / 2)
 
     @property
-    def disorder(self) -> float:
-        """The standard deviation between seeds, mm per year; nan for a single seed."""
-        rates = (self.millimetres_per_year, *self.of_seeds)
-        return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
-
-    @property
     def contacts(self) -> tuple[int, int]:
         """The numbers of contacts of `rates`: the solid's own, and enough or twice as many."""
         n, many = self._solid.chain.n, self._solid.converged_contacts
@@ -293,7 +273,7 @@ class Walk(Result):
                 "cycles": len(self.per_cycle), "millimetres": self.per_cycle,
                 "total": self.total, "solver": self.run.solver,
             }  # fmt: skip
-        names = ("days", "millimetres_per_year", "disorder")
+        names = ("days", "millimetres_per_year")
         rates = [
             {
                 "contacts": n,
@@ -363,14 +343,11 @@ class Walk(Result):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
             differs = f"one year differs from another by {in_full(self._weather, 2)} mm"
             said["weather"] = f"{differs} (standard deviation, from the {of})"
-        if self.of_seeds:
-            seeds = f"{in_full(self.disorder, 2)} mm/year between {1 + len(self.of_seeds)} seeds"
-            said["disorder"] = f"{seeds} (standard deviation)"
-        elif sliding and not chain.slides:
+        if sliding and not chain.slides:
             unused = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
             said["left out"] = f"{unused} have no effect in the sliding limit"
         elif not sliding and chain.sigma_mu:
-            said["disorder"] = "one seed alone; Solid.creep(seeds=4) runs four more"
+            said["disorder"] = "one seed alone; other seeds tell how much it matters"
         return list(said.items())
 
     def _facts(self) -> dict[str, str]:

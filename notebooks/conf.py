@@ -58,9 +58,8 @@ plot_apply_rcparams = True  # drawings have the style of every other picture
 toc_object_entries_show_parents = "hide"
 html_theme = "pydata_sphinx_theme"
 html_title = "exactcreep"
-made_pages = shown.MADE / shown.PAGES
-made_pages.mkdir(parents=True, exist_ok=True)
-html_static_path = ["_static", made_pages.relative_to(HERE).as_posix()]
+shown.MADE.mkdir(exist_ok=True)
+html_static_path = ["_static"]
 html_css_files = ["book.css"]
 html_js_files = ["book.js"]
 html_show_sourcelink = False

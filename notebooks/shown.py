@@ -1,7 +1,7 @@
 """What the examples of a page print and draw, made by running them when the book is built.
 
 Below a block of code ``<<printed>>`` stands for what it printed, and ``<<drawn FILE: alternative text>>``
-for a picture that it wrote, or for a page that plays one, which gets a frame. The blocks of a page run in their order, in one empty directory: Python
+for a picture that it wrote. The blocks of a page run in their order, in one empty directory: Python
 in one namespace, lines of a shell that begin with ``exactcreep`` as commands.
 """
 
@@ -23,12 +23,6 @@ from exactcreep.figures.style import STYLE
 
 BOOK = Path(__file__).parent
 MADE = BOOK / "pictures" / "made"
-PAGES = "pages"
-"""Folder of `MADE` whose pages the book shows in frames; Sphinx copies it beside the style."""
-FRAME = """```{{raw}} html
-<iframe src="{address}" title="{title}" loading="lazy"
-        style="width: 100%; height: 56rem; border: 0"></iframe>
-```"""
 TERMINAL = patch.dict(os.environ, {"COLUMNS": "96", "NO_COLOR": "1"})
 """The terminal that commands believe to print on."""
 _PART = re.compile(
@@ -55,7 +49,7 @@ class _Session:
 
     def __init__(self, folder, page):
         self.folder, self.names, self.printed = folder, {}, ""
-        self.page, self.up = page.replace("/", "-"), "../" * page.count("/")
+        self.page = page.replace("/", "-")
 
     def replaced(self, part):
         """Run a block and keep it as it is, or put what the last one made in place of a line."""
@@ -70,14 +64,8 @@ class _Session:
         return part[0]
 
     def _picture(self, file, seen):
-        MADE.mkdir(exist_ok=True)
         kept = MADE / f"{self.page}-{file}"
-        if kept.suffix == ".html":
-            kept = MADE / PAGES / kept.name
-            kept.parent.mkdir(exist_ok=True)
         shutil.copyfile(self.folder / file, kept)
-        if kept.suffix == ".html":
-            return FRAME.format(address=f"{self.up}_static/{kept.name}", title=seen)
         return f"![{seen}](/{kept.relative_to(BOOK).as_posix()})"
 
     def _python(self, code):

@@ -67,11 +67,15 @@ def line(axes: Axes, which: str | int) -> np.ndarray:
 
 
 def assert_shows_data(figure: Figure, *, framed: bool = False) -> Figure:
-    """Fail where axes are blank, or do not name a unit, or none of a column is labelled.
+    """Fail where axes are blank, do not name a unit, or reach beyond the picture.
 
     If the picture is `framed`, its axes also hold their data, closely.
     """
     assert figure.axes
+    FigureCanvasAgg(figure).draw()
+    around = figure.get_tightbbox()
+    assert around.width * figure.dpi < figure.bbox.width + 1, "cut at a side"
+    assert around.x0 > -0.01
     for axes, ink in inks(figure).items():
         assert ink > SPECK, axes.get_ylabel() or axes.get_title()
         named = [*axes.get_shared_x_axes().get_siblings(axes), axes]

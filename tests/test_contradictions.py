@@ -245,22 +245,21 @@ def test_what_is_drawn_is_claimed_about_in_every_way() -> None:
 
 
 def edges_drawn(seed: int, count: int) -> Iterator[tuple[ec.Chain, int | None, Threshold]]:
-    """Return thresholds of random chains without disorder; half of them slide without slips."""
+    """Yield thresholds of random chains without disorder; half of them slide without slips."""
     random = Random(seed)
     for after in itertools.islice(itertools.cycle((None, 1, 2, 3)), count):
         chain = replace(drawn(random).chain, n=random.randint(2, 5), sigma_mu=F(0))
         if random.random() < 0.5:
             chain = replace(chain, mu_s=chain.mu_d)
-        solver = "certified" if chain.n <= 2 else "exact"
         with contextlib.suppress(ec.InputError):  # nothing creeps in the scan
-            yield chain, after, ec.threshold(chain, after=after, digits=6, points=60, solver=solver)
+            edge = ec.threshold(chain, after=after, digits=6, points=60, max_seconds=5)
+            if edge.upper is not None and not edge.reason:
+                yield chain, after, edge
 
 
 @pytest.mark.parametrize("part", range(3))
 def test_at_a_threshold_runs_fates_and_laws_say_the_same(part: int) -> None:
     for chain, after, edge in edges_drawn(part, 16):
-        if edge.lower is None or edge.upper is None:
-            continue
         for creeps, amplitude in enumerate(map(F, (edge.lower, edge.upper))):
             if after is not None:
                 assert (advance_in(chain, amplitude, after) > 1e-6) == creeps, (edge, amplitude)

@@ -125,8 +125,8 @@ def test_a_result_of_somebody_else_is_read_from_its_own_file_alone(
     path = tmp_path / "sent.nc"
     path.write_bytes(sealed(data.getvalue()))
     said_of(lambda: Creep.load(path), path)
-    assert "sent.nc" in command("export", "sent.nc", "--to", "sent.csv").sentence
-    assert not Path("sent.csv").exists()
+    assert "sent.nc" in command("show", "sent.nc").sentence
+    assert not Path("sent.png").exists()
 
 
 def test_a_result_that_was_damaged_anywhere_is_refused(folder: Path, tmp_path: Path) -> None:
@@ -301,7 +301,6 @@ def test_a_text_of_somebody_else_is_refused(name: str, reader: str, tmp_path: Pa
     [
         "run a.toml --checkpoint a.toml",
         "run linked.toml --checkpoint a.toml",
-        "export run.csv --to run.csv",
         "show run.png",
         "run a.toml --out result.txt",
         "compare a.toml --out compared.txt",
@@ -312,8 +311,7 @@ def test_no_output_replaces_an_input_or_has_a_name_of_another_kind(
 ) -> None:
     Path("a.toml").write_text(command("scenes", "two-sliders-cycles").out)
     Path("linked.toml").symlink_to("a.toml")
-    for name in ("run.csv", "run.png"):
-        Path(name).write_bytes((folder / "run.nc").read_bytes())
+    Path("run.png").write_bytes((folder / "run.nc").read_bytes())
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     assert command(*line.split(), "--force").sentence
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -28,7 +28,7 @@ SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
     [
         (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
         (lambda hear: ec.sweep(SMALL, progress=hear), "cells"),
-        (lambda hear: ec.threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
+        (lambda hear: ec.threshold(CHAIN, digits=6, progress=hear), "amplitudes"),
         (lambda hear: ec.compare(GIVEN, [GIVEN], seeds=1, events=20, progress=hear), "runs"),
     ],
 )

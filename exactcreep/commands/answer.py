@@ -19,7 +19,7 @@ from cyclopts import Parameter
 
 import exactcreep
 from exactcreep.commands.values import File, Flag
-from exactcreep.watch import terminal
+from exactcreep.watch import preparation, terminal
 from exactcreep.watch.display import Display
 from exactcreep.watch.terminal import printable
 
@@ -346,9 +346,7 @@ class Printed:
 
             style.save_picture(answer.draw(), path, force=force)
 
-        from exactcreep.watch.limits import relent
-
-        relent()  # what was found in time is delivered
+        preparation.ended()  # what was found in time is delivered
         written, failed = list[Path](), None
         for path, write in ((self.out, answer.save), (self.plot, draw)):
             if path is not None:

@@ -1,4 +1,4 @@
-"""Commands about scenes and files: list, show, export, animate, explore."""
+"""Commands about scenes and files: list, show, animate, explore."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import socket
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import exactcreep
 from exactcreep.commands.answer import (
@@ -18,9 +18,7 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
-    distinct,
     put,
-    say_written,
 )
 from exactcreep.commands.values import (
     File,
@@ -41,9 +39,7 @@ from exactcreep.commands.values import (
 )
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
+from exactcreep.watch.progress import Progress
 
 DEFAULT = Printed()
 
@@ -84,21 +80,22 @@ def show(
     /,
     *,
     half_cycle: Whole | None = None,
-    window: Whole = "200",
+    window: Whole = "4",
     max_seconds: Number = "60",
     out: File | None = None,
     force: Force = False,
 ) -> None:
-    """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
+    """Draw a saved run: x_G over time, and the half-cycles around one from inside.
 
-    Quantities that the run did not record are computed again, bit for bit.
+    Inside are every rearrangement with its duration, and every slip. Quantities that the run did
+    not record are computed again, bit for bit.
 
     Parameters
     ----------
     half_cycle : int
-        Show the end of half-cycle K. Default: the last.
+        Show the half-cycles around half-cycle K. Default: the last.
     window : int
-        Most half-cycles in the space-time diagram.
+        Number of half-cycles that are drawn from inside.
     max_seconds : number
         Stop computing again after this time. Default: 60.
     out : path
@@ -107,71 +104,24 @@ def show(
     Examples
     --------
     exactcreep show run.nc
-    exactcreep show run.nc --half-cycle 37 --window 40 --out moment.pdf
+    exactcreep show run.nc --half-cycle 37 --window 10 --out inside.pdf
     """
     from exactcreep.commands.run import known_text
-    from exactcreep.figures.run import draw_portrait, portrait
+    from exactcreep.figures.run import draw_run, inside
     from exactcreep.watch.limits import Limits
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
     output.check(run=run)
+    limits = Limits.of(max_seconds=max_seconds)
     seen = exactcreep.Creep.load(run)
     wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
-    limits = Limits.of(max_seconds=max_seconds)
+    around = seen.half_cycles if wanted is None else wanted
     with Display(after=1.0) as display:
-        view = portrait(seen, wanted, wide or 1, limits, display.show)
-    say_all = partial(put, f"trajectory {known_text(seen)}")
-    output.deliver(Answer({}, say_all, draw=partial(draw_portrait, view)))
-
-
-def export(
-    run: Run,
-    /,
-    *,
-    to: File,
-    table: Name = "half_cycles",
-    force: Force = False,
-) -> None:
-    """Write one table of a saved run as CSV or Parquet.
-
-    The scene must have recorded the table (run.record): one row for each half-cycle, event and
-    slider, rearrangement, or slip. Parquet needs pyarrow: the extra "export".
-
-    Parameters
-    ----------
-    to : path
-        CSV or Parquet file.
-    table : NAME
-        half_cycles, events, rearrangements or slip_table.
-
-    Examples
-    --------
-    exactcreep export run.nc --table events --to events.parquet
-    exactcreep export run.nc --table rearrangements --to avalanches.csv
-    """
-    from exactcreep.quasistatic.writing import check_output, write_file
-
-    if to.suffix not in (".csv", ".parquet"):
-        raise exactcreep.InputError("to", str(to), "must end in .csv or .parquet")
-    distinct(run=run, to=to)
-    check_output(to, "to", force=force)
-    rows = exactcreep.Creep.load(run).to_pandas(table)
-    write_file(to, _content(rows, to), "to", force=force)
-    say_written(f"{to} ({len(rows)} rows)")
-
-
-def _content(rows: DataFrame, to: Path) -> bytes:
-    """Return a table as the content of a file, by the ending of its name."""
-    if to.suffix == ".csv":
-        units = rows.attrs["units"]
-        header = [f"{name} [{units[name]}]" if units[name] != "1" else name for name in rows]
-        text: str = rows.to_csv(header=header, lineterminator="\n")
-        return text.encode()
-    try:
-        return bytes(rows.to_parquet(engine="pyarrow", compression="zstd", index=True))
-    except ImportError:
-        needed = 'needs pyarrow: pip install ".[export]" in a clone'
-        raise exactcreep.InputError("to", str(to), needed) from None
+        view = inside(seen, around, wide or 1, limits, display.show)
+    said = partial(put, f"trajectory {known_text(seen)}")
+    remark = "" if view else "nothing is drawn from inside: no rearrangement, or more than 20000"
+    draw = partial(draw_run, seen, run.stem, view)
+    output.deliver(Answer({}, said, draw=draw, remark=remark))
 
 
 def animate(
@@ -182,64 +132,55 @@ def animate(
     rearrangement: Whole | None = None,
     solver: Solver = None,
     seed: Seed = None,
-    frames: Whole | None = None,
+    frames: Whole = "120",
     max_seconds: Number | None = None,
     out: File | None = None,
     force: Force = False,
 ) -> None:
     """Animate one avalanche, computed from the closed form of its motion.
 
-    An .html page also shows the whole run, and plays the avalanche at any speed; it needs no
-    network. Rearrangements are numbered from 0 along the drive, as in a run that records its
-    events.
+    Rearrangements are numbered from 0 along the drive, as in a run that records its events.
 
     Parameters
     ----------
     rearrangement : int
         Its number, from 0. Default: the one with most events in 100 half-cycles.
     frames : int
-        Frames of the GIF file. Default: 120.
+        Frames of the GIF file.
     max_seconds : number
         Stop searching for the rearrangement after this time.
     out : path
-        GIF file, or .html for a page. Default: SCENE-K.gif.
+        GIF file. Default: SCENE-K.gif.
 
     Examples
     --------
     exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
-    exactcreep animate thirty-sliders-cycles --out avalanche.html
+    exactcreep animate thirty-sliders-cycles --frames 60
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
-    from exactcreep.quasistatic.writing import write_file
     from exactcreep.watch.limits import Limits
 
+    limits = Limits.of(max_seconds=max_seconds)
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = wanted.experiment(wanted.settings()[0])
-    ending = out.suffix.lower() if out is not None else ".gif"
-    if ending not in (".gif", ".html"):
-        raise exactcreep.InputError("out", str(out), "must end in .gif or .html")
-    if ending == ".html" and frames is not None:
-        allowed = "needs a GIF file: a page moves without frames"
-        raise exactcreep.InputError("frames", frames, allowed)
-    count = whole(frames or "120", "frames", 2, 10_000)
-    limits = Limits.of(max_seconds=max_seconds)
+    if out is not None and out.suffix.lower() != ".gif":
+        raise exactcreep.InputError("out", str(out), "must end in .gif")
+    count = whole(frames, "frames", 2, 10_000)
     number = whole(rearrangement, "rearrangement", 0)
     if number is None:
         number = largest_avalanche(experiment, limits=limits)
-    target = out or Path(f"{wanted.name}-{number}.gif")
-    output = Drawing(out=target, force=force)
+    output = Drawing(out=out or Path(f"{wanted.name}-{number}.gif"), force=force)
     output.check()
     avalanche = find_avalanche(experiment, number, limits)
 
     def save(path: Path, *, force: bool) -> None:
-        if ending == ".gif":
-            with Display() as display:
-                return draw_avalanche(
-                    avalanche, path, frames=count or 2, force=force, progress=display.show
-                )
-        from exactcreep.figures.avalanche_page import page, run_to_draw
+        with Display() as display:
 
-        write_file(path, page(run_to_draw(experiment), avalanche).encode(), "out", force=force)
+            def drawing(progress: Progress) -> None:
+                limits.require()
+                display.show(progress)
+
+            draw_avalanche(avalanche, path, frames=count or 2, force=force, progress=drawing)
 
     motion = avalanche.rearrangement
     said = (
@@ -250,7 +191,7 @@ def animate(
 
 
 def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag = False) -> None:
-    """Play with a chain in the browser: sliders for its parameters, and animated avalanches.
+    """Play with a chain in the browser: sliders for its parameters, its run, its law, its fate.
 
     Starts a marimo app (the extra "explore") that only this machine can reach, until Ctrl-C.
 

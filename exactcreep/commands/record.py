@@ -196,9 +196,9 @@ def roof(
     title = f"{file.name}: {material}, {length} m, {slope_degrees} degrees"
 
     def draw() -> Any:
-        from exactcreep.figures.run import draw_descent
+        from exactcreep.figures.walk import draw_walk
 
-        return draw_descent(descent, title)
+        return draw_walk(descent, title)
 
     about = {
         "file": str(file), **summary, "read": readings.told(), "T0": T0, "material": of_sheet,

@@ -126,8 +126,8 @@ class Session(Output):
             summary |= {"walk" if member.solid is None else "descent": moved.summary()}
 
         def draw() -> Any:
-            from exactcreep.figures.pipeline import draw_walk
             from exactcreep.figures.run import draw_run
+            from exactcreep.figures.walk import draw_walk
 
             return draw_walk(moved, wanted.title) if moved else draw_run(result, wanted.title)
 

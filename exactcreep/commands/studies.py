@@ -29,6 +29,7 @@ from exactcreep.commands.answer import (
 )
 from exactcreep.commands.values import (
     ChainOptions,
+    Number,
     SceneName,
     Settings,
     Whole,
@@ -73,7 +74,7 @@ QUESTIONS = {
         ),
     ),
     "fate": Question(
-        "Find out whether a chain without disorder rests, is locked or creeps for ever.",
+        "Find out whether a chain without disorder rests, is locked (cycling) or creeps for ever.",
         Drawing,
         (
             "--n 5 --amplitude 0.000765",
@@ -199,6 +200,7 @@ def compare(
     digits: Annotated[str, taken("LIST")] = "20,100",
     events: Whole | None = None,
     seeds: Annotated[str | None, taken("SEEDS")] = None,
+    max_seconds: Number | None = None,
     output: Output = _WRITTEN,
 ) -> None:
     """Say what a scene needs, and measure what accuracy costs.
@@ -219,6 +221,8 @@ def compare(
         True events to compare for each seed. Default: by the number of sliders.
     seeds : SEEDS
         Compare over K seeds, or over a list: 1,2,3. Default: by the number of sliders.
+    max_seconds : number
+        Give up after this time, without a table.
 
     Examples
     --------
@@ -229,7 +233,9 @@ def compare(
     from exactcreep.studies import comparison
     from exactcreep.studies.compare import ladder
     from exactcreep.studies.needs import needs
+    from exactcreep.watch.limits import Limits
 
+    Limits.of(max_seconds=max_seconds)
     compared = scene_of(scene, settings)
     first = compared.settings()[0]
     experiment = compared.experiment(first)

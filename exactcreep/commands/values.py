@@ -44,7 +44,6 @@ Settings = Annotated[
 Solver = Annotated[str | None, taken("NAME", help="Default: what the scene names, else exact.")]
 Seed = Annotated[str | None, taken("SEED", help="Of the disorder and random dilations.")]
 Workers = Annotated[str | None, taken("K", help="Threads; default one per processor.")]
-Patience = Annotated[str | None, taken("SECONDS", help="Come back after so much time.")]
 Force = Annotated[Flag, Parameter(help="Overwrite files that exist.")]
 
 

@@ -8,5 +8,5 @@ DRAWN.update(
     Fate=f"{__name__}.fate:draw_fate",
     Survival=f"{__name__}.fate:draw_survival",
     Threshold=f"{__name__}.threshold:draw_threshold",
-    Walk=f"{__name__}.pipeline:draw_walk",
+    Walk=f"{__name__}.walk:draw_walk",
 )

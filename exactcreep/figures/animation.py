@@ -16,11 +16,12 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.figures.run import Floats, draw_forces
-from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DOTTED, INKS, LENGTH, new_figure, styled
+from exactcreep.model.contacts import Contacts, EventKind
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
@@ -33,6 +34,7 @@ from exactcreep.solvers.tables import logged_events
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.watch.progress import Hearer, reporter
 
+Floats = NDArray[np.float64]
 LOOKED_AT = 100
 """Number of half-cycles that `largest_avalanche` searches."""
 _MILLISECONDS, _LINGER = 50, 1500  # how long a frame stays, and how long the last frame stays
@@ -129,15 +131,18 @@ class Moments(NamedTuple):
 
 def moments_of(motion: Rearrangement, times: Floats) -> Moments:
     """Return a rearrangement at the given times, from its closed form."""
-    replay, n = motion.replay(FLOAT64), motion.chain.n
-    moving = np.zeros((n, times.size), dtype=bool)
-    held = np.repeat([[replay.threshold(m)] for m in range(n)], times.size, axis=1)
-    for phase in replay:
-        phase.finish()
-        later = times >= phase.time
-        for m in {slider - 1 for event in phase.events for slider in event.sliders}:
-            moving[m, later] = replay.flow.signs[m] != 0
-            held[m, later] = replay.threshold(m)
+    n, contacts = motion.chain.n, Contacts(motion.chain, motion.seed)
+    draws, moving = motion.initial.draws.tolist(), np.zeros((n, times.size), dtype=bool)
+    held = np.repeat(
+        contacts.thresholds(motion.initial.coefficients, FLOAT64)[:, None], times.size, 1
+    )
+    for event in motion.events:
+        later = times >= float(event.time)
+        for m in (slider - 1 for slider in event.sliders):
+            moving[m, later] = event.kind is EventKind.START
+            if event.kind is EventKind.STOP:
+                drawn = contacts.coefficient(m + 1, draws[m])
+                held[m, later], draws[m] = contacts.holds(m, drawn, FLOAT64), draws[m] + 1
     known = motion.sol(times)
     positions, velocities, forces = (
         floats(np.asarray(values)) for values in (known.positions, known.velocities, known.forces)
@@ -243,8 +248,20 @@ def _draw_chain(axes: Axes, shown: Moments, widest: float, tan_alpha: float) -> 
 
 
 def _draw_forces(axes: Axes, shown: Moments, friction: Floats) -> Move:
-    forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
-    bars, marks = draw_forces(axes, forces, held, friction)
+    """Draw the force on each slider between its static limits."""
+    n, highest = len(friction), max(float(shown.held.max()), float(np.abs(shown.forces).max()))
+    sliders, edges = np.arange(1, n + 1), np.arange(n + 1) + 0.5
+    bars = axes.bar(sliders, 0, 0.84, color="0.88",
+                    label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
+    (marks,) = axes.plot(sliders, 0 * friction, linestyle="none", marker="o", color=INKS[6],
+                         markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
+    for force, label in ((-friction, None), (friction, r"$\pm\mu_\mathrm{d}\cos\alpha$")):
+        axes.step(edges, [*force, force[-1]], where="post", color=INKS[6], linewidth=0.7,
+                  linestyle=DOTTED, label=label)  # fmt: skip
+    axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
+    axes.set_ylabel(r"force $F_n$ ($m\,g$)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.legend(loc="upper center", ncols=3, fontsize=7, columnspacing=1.0, handlelength=1.5)
 
     def move(k: int) -> None:
         limits = np.where(shown.moving[:, k], 0.0, shown.held[:, k])

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
+from matplotlib.figure import Figure
 
-from exactcreep.figures.animation import RunAvalanche, find_avalanche
-from exactcreep.figures.avalanche_page import page, run_to_draw
+from exactcreep.figures.run import draw_run
 from exactcreep.figures.style import new_figure, styled
 from exactcreep.figures.sweep import Point, draw_families
 from exactcreep.laws import prediction, threshold_amplitude, threshold_width
@@ -36,8 +36,9 @@ PRESETS: Mapping[str, float] = {"below": 0.75, "at": 1.0, "above": 1.5}
 _POINTS, _SPAN = 15, 2.5  # number of velocities, and their range in thresholds (or the given size)
 _POINT_EVENTS = 60_000  # most events of a velocity
 _FATE_EVENTS, _FATE_CYCLES = 400_000, 2_000  # limits of the search for a fate
-_DRAWING = threading.Lock()
-_TRIED = 20  # avalanches that are tried, the largest first
+_DRAWING = threading.Lock()  # each page has a thread; matplotlib has one style for all of them
+MOST_EVENTS = 40_000
+"""Most events of a run; more would take longer than a visitor waits."""
 
 
 class Slider(NamedTuple):
@@ -116,46 +117,30 @@ def threshold_of(experiment: Experiment) -> float:
 
 
 class View(NamedTuple):
-    """The pictures and sentences of one experiment.
+    """The picture and the sentences of one experiment.
 
-    `run`: as far as it was computed; `page`: the HTML page of the run, which plays its largest
-    avalanche; `law`, `fate`, `cut`: sentences about the law that holds, the chain's fate, and where
-    the run was stopped.
+    `run`: as far as it was computed; `picture`: of the run, as SVG text; `law`, `fate`, `cut`:
+    sentences about the law that holds, the chain's fate, and where the run was stopped.
     """
 
     run: Creep
-    page: str
+    picture: str
     law: str
     fate: str
     cut: str
 
 
 def view_of(experiment: Experiment) -> View:
-    """Return the pictures and sentences of an experiment."""
-    run = run_to_draw(experiment)
-    avalanche, passed_over = _largest(run)
-    cut = ""
-    if run.half_cycles < experiment.drive.target_count and run.reason:
-        cut = f"The run was cut after {run.half_cycles} of {experiment.drive.target_count}"
-        cut += f" targets: {run.reason}."
-    if passed_over:
-        cut += f" {passed_over} larger avalanches cannot be shown: roundings decide their order."
-    return View(
-        run, page(run, avalanche, framed=True), law_sentence(run), fate_sentence(run),
-        cut.strip(),
-    )  # fmt: skip
-
-
-def _largest(run: Creep) -> tuple[RunAvalanche | None, int]:
-    """Return the largest avalanche that can be shown, and the number of larger avalanches."""
-    events = np.asarray(run.recorded["rearrangement_events"])
-    numbers = np.argsort(-events, kind="stable")[:_TRIED].tolist()
-    for place, number in enumerate(numbers):
-        try:
-            return find_avalanche(run.experiment, number, Limits.of(run.event_count)), place
-        except InputError:  # its computation alone differs from the run
-            continue
-    return None, len(numbers)
+    """Return the picture and the sentences of an experiment."""
+    run = run_alone(replace(experiment, record=("x_G",)), limits=Limits.of(MOST_EVENTS))
+    cut, targets = "", experiment.drive.target_count
+    if run.half_cycles < targets and run.reason:
+        cut = f"The run was cut after {run.half_cycles} of {targets} targets: {run.reason}."
+    with _DRAWING:
+        figure = draw_run(run)
+        figure.set_size_inches(7.2, 7.6)  # beside the sliders
+        picture = _svg(figure, f"displacements of {experiment.chain} under {experiment.drive}")
+    return View(run, picture, law_sentence(run), fate_sentence(run), cut)
 
 
 def law_sentence(run: Creep) -> str:
@@ -216,12 +201,12 @@ def velocity_points(experiment: Experiment) -> Iterator[list[Point]]:
 
 def velocity_picture(points: list[Point], experiment: Experiment) -> str:
     """Return the picture of `velocity_points`, with the experiment marked, as SVG text."""
-    with _DRAWING:  # each page has a thread, and matplotlib has one style for all of them
-        return _velocity_picture(points, experiment)
+    with _DRAWING:
+        return _svg(_velocity_picture(points, experiment), "the mean velocity, and its laws")
 
 
 @styled
-def _velocity_picture(points: list[Point], experiment: Experiment) -> str:
+def _velocity_picture(points: list[Point], experiment: Experiment) -> Figure:
     (name,) = points[0].varied
     figure = new_figure(4.8, 3.1)
     axes = figure.subplots()
@@ -235,9 +220,15 @@ def _velocity_picture(points: list[Point], experiment: Experiment) -> str:
     own = nearest_float(getattr(experiment.drive, name))
     axes.axvline(own, color="0.5", linewidth=0.8)
     axes.set_xlim(0, 1.02 * points[-1].varied[name])
+    return figure
+
+
+@styled
+def _svg(figure: Figure, said: str) -> str:
+    """Return a figure as SVG text as wide as its place, in the colour of the page's words."""
     drawn = io.StringIO()
     figure.savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
-    _, _, picture = drawn.getvalue().replace("#000000", "currentColor").partition("<svg")
-    said = "the mean velocity over the amplitude, and its laws"
-    size = "width:100%;height:auto;max-width:640px"  # in place of inches
+    text = re.sub("#(000000|404040)", "currentColor", drawn.getvalue())
+    _, _, picture = text.partition("<svg")
+    size = "width:100%;height:auto"  # in place of inches
     return f'<svg role="img" aria-label="{said}" style="{size};fill:currentColor"{picture}'

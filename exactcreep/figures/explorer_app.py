@@ -33,17 +33,17 @@ def _() -> None:
     .seen { position: fixed; z-index: 9; display: flex; flex-direction: column; padding: 8px;
       inset: 0 0 50vh 0; background: var(--background); font-size: 14px; }
     .seen > :last-child { flex: 1; min-height: 0; }
-    .seen > :last-child * { width: 100%; height: 100% !important; border: 0; }
+    .seen > :last-child svg { height: 100% !important; }
     .asked { display: grid; gap: 2px 24px;
       grid-template-columns: repeat(auto-fill, minmax(min(100%, 190px), 1fr)); }
     .above { height: 53vh; }
     .seen > p { padding-right: 48px; } /* beside marimo's menu */
     @media (min-width: 800px) {
       .seen { inset: 0 0 0 48vw; } .asked, .curve { max-width: calc(48vw - 120px); }
-      .above { height: 0; } .above + h3 { margin: -8px 0 -24px; }
+      .above { height: 0; }
       .typed { margin-top: -24px; }
     }
-    </style><div class="above"></div><h3>A chain of sliders that creeps</h3>""")
+    </style><div class="above"></div>""")
     return
 
 
@@ -121,8 +121,8 @@ def _(drive: Any, shown: dict[str, Any], size: Any, sliders: Any) -> Any:
         faded = 'style="opacity:.45"'
     view = shown["view"]
     experiment = view.run.experiment
-    said, page = html.escape(f"{view.law} {view.fate} {view.cut}"), mo.iframe(view.page)
-    mo.Html(f'<div class="seen">{told}<p>{said}</p><div {faded}>{page}</div></div>')
+    said = html.escape(f"{view.law} {view.fate} {view.cut}")
+    mo.Html(f'<div class="seen">{told}<p>{said}</p><div {faded}>{view.picture}</div></div>')
     return (experiment,)
 
 

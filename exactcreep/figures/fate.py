@@ -6,17 +6,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHED, DISPLACEMENT, INKS, new_figure, styled
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import in_full
-from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.fates.survival import Survival
 
 _MOST_CYCLES = 10_000  # most cycles in a picture
-_WORDS = {Outcome.AT_REST: "at rest", Outcome.CYCLING: "locked", Outcome.CREEPING: "creeps"}
 
 
 @styled
@@ -36,7 +34,7 @@ def draw_fate(found: Fate) -> Figure:
     figure = new_figure(6.0, 5.0, title)
     above, below = figure.subplots(2, 1, sharex=True)
     above.plot(x_g, color=INKS[6])
-    above.set_ylabel(rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
+    above.set_ylabel(DISPLACEMENT)
     for spring, values in enumerate(tensions.T):
         ink, label = INKS[spring % len(INKS)], f"$T_{{{spring + 1}}}$"
         below.plot(values, color=ink, linewidth=0.8, label=label)
@@ -48,8 +46,9 @@ def draw_fate(found: Fate) -> Figure:
         for axes in (above, below):
             axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
         side = "right" if 2 * settled > shown else "left"  # the wider side has room for the words
-        above.text(settled, 0.02, f" {_WORDS[found.outcome]}, period {found.period} ", fontsize=8,
-                   transform=above.get_xaxis_transform(), va="bottom", ha=side)  # fmt: skip
+        said = f" {found.outcome.value.replace('_', ' ')}, period {found.period} "
+        above.text(settled, 0.02, said, fontsize=8, transform=above.get_xaxis_transform(),
+                   va="bottom", ha=side)  # fmt: skip
     return figure
 
 

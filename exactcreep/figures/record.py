@@ -8,14 +8,12 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.records.readings import Readings
 
-_MOST_POINTS = 4000  # most points of a line; more readings are drawn as a band
-_STRETCHES = 800
 _MOST_NAMED = 6
 
 
 @styled
 def draw_record(readings: Readings, title: str = "") -> Figure:
-    """Draw every reading, or mean, minimum and maximum of each stretch, and mark the faults."""
+    """Draw every reading, and mark the faults."""
     faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
     wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
     found = readings.values
@@ -27,16 +25,7 @@ def draw_record(readings: Readings, title: str = "") -> Figure:
     ends = np.searchsorted(times, readings.times[wrong["gap"]])
     parts = np.split(np.arange(kept.size), ends)  # no line crosses a gap
     for part in filter(len, parts):
-        if kept.size <= _MOST_POINTS:
-            axes.plot(times[part], values[part], color=INKS[0], linewidth=0.8)
-            continue
-        stretches = np.array_split(part, max(_STRETCHES * len(part) // kept.size, 1))
-        lowest, highest, means = (
-            [each(values[stretch]) for stretch in stretches] for each in (np.min, np.max, np.mean)
-        )
-        begins = times[[stretch[0] for stretch in stretches]]
-        axes.fill_between(begins, lowest, highest, color=INKS[4], alpha=0.5, linewidth=0)
-        axes.plot(begins, means, color=INKS[0], linewidth=0.6)
+        axes.plot(times[part], values[part], color=INKS[0], linewidth=0.6)
     low, high = axes.get_ylim()
     high += 0.12 * (high - low)  # room for the marks
     if wrong["gap"].size:

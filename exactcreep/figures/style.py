@@ -26,8 +26,8 @@ INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
-DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
-VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  " + LENGTH
+DISPLACEMENT = f"displacement $x_G$ {LENGTH}"
+VELOCITY = r"$\tau_\mathrm{th}\langle v_G\rangle$  " + LENGTH
 PLAIN = (1e-3, 2e4)
 """Range in which a logarithmic axis shows plain numbers instead of powers of ten."""
 MOST_NAMED = 16
@@ -35,7 +35,7 @@ MOST_NAMED = 16
 _MOST_SIGNS = 40
 """Most characters of a start in a legend."""
 _SYMBOLS = {
-    "n": "N", "l0": r"$\tilde{l}_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
+    "n": "N", "l0": r"$l_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
     "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
     "sigma_theta": r"$\sigma_\theta$",
 }  # fmt: skip

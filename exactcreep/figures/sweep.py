@@ -15,10 +15,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import FuncNorm
+from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from exactcreep.figures.style import (
     DASHED,
@@ -49,8 +48,6 @@ STICKING = "law of sticking sliders"
 """Legend of `laws.sticking_velocity`."""
 STAIRCASE = "staircase of relaxed starts, exact"
 """Legend of `laws.staircase_two_sliders`."""
-EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
-"""Style of a corrected or exact law."""
 MOST_LINES = 10
 """Most cells that are drawn as lines although a number varies among them."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
@@ -262,62 +259,25 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
     """Draw the velocity in colour, by its square root to show slow creep, and laws as contours."""
     x, y = (sorted({point.varied[key] for point in points}) for key in (across, up))
     measured = {(point.varied[across], point.varied[up]): point.measured for point in points}
-    values = np.array([[measured[a, b] for a in x] for b in y])
-    values[~np.isfinite(values)] = math.nan  # a runaway chain has no velocity
-    low, high = _ends(values)
-    image = axes.pcolormesh(
-        x, y, values, shading="nearest", cmap="cividis", rasterized=True,
-        norm=FuncNorm((_root, _square), low, high),
-    )  # fmt: skip
-    bar = axes.figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
-    levels = _levels(low, high)
-    bar.set_ticks([0.0, *levels] if low <= 0 <= high else levels)
+    values = np.ma.masked_invalid([[measured[a, b] for a in x] for b in y])  # of a runaway chain
+    image = axes.pcolormesh(x, y, values, shading="nearest", cmap="cividis", rasterized=True,
+                            norm=PowerNorm(0.5))  # fmt: skip
+    axes.figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
     found = [[points[0].prediction(**{across: a, up: b}) for a in fine_x] for b in fine_y]
-    law = np.array([[_mean(one.sliding) if one else math.nan for one in row] for row in found])
-    measured_law = np.array([[sticking(one)[0] for one in row] for row in found])
-    words: list[str] = []
-    labelled: set[float] = set()
-    law[np.isfinite(measured_law)] = math.nan
-    for form, dashes, name in ((measured_law, "-", STICKING), (law, "--", LIMIT)):
-        kept = [level for level in levels if np.nanmin(form, initial=math.inf) < level
-                < np.nanmax(form, initial=-math.inf)]  # fmt: skip
-        if not kept:
-            continue
-        lines = axes.contour(fine_x, fine_y, form, levels=kept, colors="white", linewidths=0.9,
-                             linestyles=dashes)  # fmt: skip
-        axes.clabel(lines, [level for level in kept if level not in labelled], fontsize=7, fmt="%g")
-        labelled.update(kept)
-        words.append(f"{'full' if dashes == '-' else 'broken'} lines: {name}")
+    sticks = np.array([[sticking(one)[0] for one in row] for row in found])
+    slides = np.array([[_sliding(one)[0] for one in row] for row in found])
+    slides[np.isfinite(sticks)] = math.nan
+    levels, words = MaxNLocator(8).tick_values(*image.get_clim()), []
+    for form, dashes, name in ((sticks, "-", STICKING), (slides, "--", LIMIT)):
+        low, high = np.nanmin(form, initial=math.inf), np.nanmax(form, initial=-math.inf)
+        if inside := [level for level in np.asarray(levels).tolist() if low < level < high]:
+            lines = axes.contour(fine_x, fine_y, form, levels=inside, colors="white",
+                                 linewidths=0.9, linestyles=dashes)  # fmt: skip
+            axes.clabel(lines, fontsize=7, fmt="%g")
+            words.append(f"{'full' if dashes == '-' else 'broken'} lines: {name}")
     axes.set_title("; ".join(words), fontsize=8)
-
-
-def _root(values: Any) -> Any:
-    return np.sign(values) * np.sqrt(np.abs(values))
-
-
-def _square(values: Any) -> Any:
-    return np.sign(values) * np.square(values)
-
-
-def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the least and the largest finite value, moved apart if they are equal."""
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    apart = 0.0 if high > low else 0.5 * (abs(low) or 1.0)
-    return low - apart, high + apart
-
-
-def _levels(low: float, high: float) -> list[float]:
-    """Return round numbers between two others: 1, 2 and 5 times powers of ten if they suffice."""
-    most = max(abs(low), abs(high))
-    decades = 10.0 ** np.arange(math.floor(math.log10(most)) - 1, math.floor(math.log10(most)) + 1)
-    sizes = np.outer(decades, [1, 2, 5]).ravel()
-    levels = [float(level) for level in [*-sizes[::-1], *sizes] if low < level < high]
-    if len(levels) >= 3:
-        return levels
-    return [float(level) for level in MaxNLocator(8).tick_values(low, high) if low < level < high]
 
 
 def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
@@ -332,21 +292,16 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
         _draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
                     label=label)  # fmt: skip
         found = [family[0].prediction(**{over: value}) for value in fine]
-        axes.plot(fine, [_mean(law.sliding) if law else math.nan for law in found],
-                  **EXACT | {"color": ink})  # fmt: skip
-        printed = [_mean(law.printed) if law else math.nan for law in found]
-        if np.isfinite(printed).any():
-            axes.plot(fine, printed, color=ink, linestyle=":", linewidth=1.6)
-            drawn["paper, " + next(law.label for law in found if law)] = ":"
-        steps = [math.nan if law is None or law.staircase is None else law.staircase
-                 for law in found]  # fmt: skip
-        measured, deviation = np.transpose([sticking(one) for one in found])
-        for name, values, off in ((STICKING, measured, deviation), (STAIRCASE, np.array(steps), 0)):
+        named = next((f"paper, {law.label}" for law in found if law), "")
+        for name, law, dashes, width in (
+            (LIMIT, _sliding, DASHED, 1.3), (named, _printed, ":", 1.6),
+            (STICKING, sticking, "-", 1.0), (STAIRCASE, _staircase, "-", 1.0),
+        ):  # fmt: skip
+            values, off = np.transpose([law(one) for one in found])
             if np.isfinite(values).any():
-                axes.plot(fine, values, color=ink, linewidth=1.0)
+                axes.plot(fine, values, color=ink, linestyle=dashes, linewidth=width)
                 axes.fill_between(fine, values - off, values + off, color=ink, alpha=0.2)
-                drawn[name] = "-"
-    axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
+                drawn[name] = dashes
     for name, dashes in drawn.items():
         axes.plot([], [], color="0.3", linewidth=1.0, linestyle=dashes, label=name)
     finite = [point for point in points if math.isfinite(point.measured)]
@@ -387,9 +342,21 @@ def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction 
     return prediction_of(about, relaxed=relaxed)
 
 
-def _mean(values: Sequence[float]) -> float:
+def _sliding(found: Prediction | None) -> tuple[float, float]:
+    return _mean(found.sliding if found else ())
+
+
+def _printed(found: Prediction | None) -> tuple[float, float]:
+    return _mean(found.printed if found else ())
+
+
+def _staircase(found: Prediction | None) -> tuple[float, float]:
+    return _mean(() if found is None or found.staircase is None else [found.staircase])
+
+
+def _mean(values: Sequence[float]) -> tuple[float, float]:
     """Return the value of a law, the mean of its two values, or nan where it does not hold."""
-    return sum(values) / len(values) if values else math.nan
+    return (sum(values) / len(values) if values else math.nan), 0.0
 
 
 def sticking(found: Prediction | None) -> tuple[float, float]:

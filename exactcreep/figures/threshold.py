@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHES, DISPLACEMENT, INKS, LENGTH, new_figure, styled
 from exactcreep.laws import edges
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
@@ -29,8 +29,6 @@ _LAWS = {
 _FURTHER, _MOST_CYCLES = 8, 200  # cycles drawn after both sides have settled, and most in all
 _SPARE = 10
 """Decimal digits of the runs on both sides, in addition to the digits of the threshold."""
-_MOST_SIGNS = 45
-"""Most characters of a line in a legend with two columns."""
 _OPEN = 1.05
 """If the last window is open, the axis ends at this multiple of the window's lower edge."""
 
@@ -41,7 +39,7 @@ def draw_threshold(found: Threshold) -> Figure:
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {float(chain.sigma_mu):.6g}: {_cut(found.finding)}"
     sides = found.kind != INTERCEPT and found.lower is not None and found.upper is not None
-    figure = new_figure(6.0, 5.6 if sides else 4.0, title)
+    figure = new_figure(6.0, 6.0 if sides else 4.4, title)
     axes, *under = figure.subplots(1 + sides, 1, height_ratios=(1, 2.4)[: 1 + sides],
                                    squeeze=False)[:, 0]  # fmt: skip
     if found.kind == INTERCEPT:
@@ -62,10 +60,7 @@ def draw_threshold(found: Threshold) -> Figure:
             axes.plot([], [], color=ink, linestyle=dashes, label=f"{label}, to the {side}")
     axes.set(xlabel=r"amplitude $A_\theta$", xlim=(low, high))
     axes.locator_params(axis="x", nbins=6)
-    said = [str(handle.get_label()) for each in figure.axes
-            for handle in each.get_legend_handles_labels()[0]]  # fmt: skip
-    short = max(map(len, said)) <= _MOST_SIGNS
-    figure.legend(loc="outside lower center", fontsize=7, ncols=1 + short)
+    figure.legend(loc="outside lower center", fontsize=7)
     return figure
 
 
@@ -98,7 +93,7 @@ def _advance(axes: Axes, found: Threshold) -> None:
         x_g = floats(run.recorded["x_G"][1::2])
         axes.plot(np.arange(x_g.size + 1), np.append(0.0, x_g), color=ink, marker=".",
                   linewidth=1.0, label=f"{words}: A = {_cut(str(side))}")  # fmt: skip
-    axes.set(xlabel="cycle", ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}")
+    axes.set(xlabel="cycle", ylabel=DISPLACEMENT)
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from exactcreep.laws.number_types import Number
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, nearest_float, refusing
 
 _FIRST = 10
 _SMALLEST = 2
@@ -30,6 +30,7 @@ _erfc = np.vectorize(math.erfc, otypes=[float])
 _REACH, _ORDER, _RATES = 6.5, 72, 32  # grid of y in units of l0 sigma_theta; decay rates per S
 
 
+@refusing
 def level_displacement(chain: Chain, drive: Drive, t: Number) -> Any:
     """Return the mean square of x_G of two level sliders after t targets, over the disorder.
 
@@ -81,6 +82,7 @@ def level_displacement(chain: Chain, drive: Drive, t: Number) -> Any:
     return _plain(size**2 * (rate * np.log(targets) + constant))
 
 
+@refusing
 def level_increment(chain: Chain, drive: Drive, t: Number, tau: Number) -> Any:
     """Return the mean square of the displacement of two level sliders from target t to t + tau.
 

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from mpmath import libmp
 
+from exactcreep.model.numbers import refusing
+
 Number = Any
 """int, Fraction, float, numpy array or mpmath number."""
 
@@ -97,6 +99,7 @@ def positive_part(value: Number) -> Number:
     return value if value > 0 else value * 0
 
 
+@refusing
 def cosine(tan_alpha: Number) -> Number:
     """Return cos(alpha), rational for Pythagorean slopes. Source: ``derivations/scaling.py``.
 

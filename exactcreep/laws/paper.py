@@ -30,6 +30,7 @@ from exactcreep.laws.number_types import (
     require,
     root_of_pi,
 )
+from exactcreep.model.numbers import refusing
 from exactcreep.model.remarks import remark
 from exactcreep.model.uniform import require_uniform
 
@@ -59,7 +60,10 @@ _SECTIONS = ("Parameters", "Returns", "Raises", "Notes", "Examples")
 
 
 def described(function: _Law) -> _Law:
-    """Write the sections that laws share into the docstring of a law that has none of its own."""
+    """Return a law that refuses what it cannot use in a sentence, and describe what laws share.
+
+    The sections of its docstring that laws share are written unless it has its own.
+    """
     taken = signature(function).parameters
     shared = {}
     if taken.keys() <= SHARED.keys():
@@ -82,7 +86,8 @@ def described(function: _Law) -> _Law:
     function.__doc__ = "\n\n".join(
         [head, *(sections[title] for title in _SECTIONS if title in sections)]
     )
-    return function
+    careful: Any = refusing(function)
+    return careful  # type: ignore[no-any-return]
 
 
 def _entry(parameter: Parameter) -> str:
@@ -118,7 +123,7 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     >>> pivots(8, Fraction(1, 4), Fraction(1, 2)), pivots(30, 0.25, 0.5)
     ((3, 4), (9,))
     """
-    count, slope, friction = int(n), rational(tan_alpha), rational(mu_d)
+    count, slope, friction = int(real(n, "n")), rational(tan_alpha), rational(mu_d)
     require(1 <= count == n, f"n must be a positive integer, not {n}")
     inside = "tan_alpha must lie between -mu_d and mu_d for a pivot, not at"
     require(abs(slope) < friction, f"{inside} {tan_alpha}")
@@ -186,6 +191,7 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
     return described(of_any)
 
 
+@refusing
 def law_values(law: Callable[..., Number], parameters: Mapping[str, Number]) -> tuple[float, ...]:
     """Return the result of a law for rationals by name, as floats.
 

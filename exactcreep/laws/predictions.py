@@ -26,6 +26,7 @@ from exactcreep.laws.sticking import (
 from exactcreep.laws.velocities import sliding_velocity, sliding_velocity_random
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
+from exactcreep.model.numbers import refusing
 from exactcreep.model.state import State
 from exactcreep.model.uniform import EXPANSION, unlike
 
@@ -80,6 +81,7 @@ class Prediction:
         return values + f" ± {self.deviation:.2g}" * (self.deviation > 0) + f" ({self.law})"
 
 
+@refusing
 def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Prediction | None:
     """Return the mean velocity that theory predicts in the long run, and which law holds.
 
@@ -116,6 +118,7 @@ def prediction(chain: Chain, drive: Drive, start: State | None = None) -> Predic
     return prediction_of(chain.parameters() | drive.parameters(), relaxed=start is None)
 
 
+@refusing
 def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) -> Prediction | None:
     """Return `prediction` of a chain and its drive that are given by their numbers.
 

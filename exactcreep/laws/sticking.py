@@ -22,6 +22,7 @@ from exactcreep.laws.velocities import gaussian_integral
 from exactcreep.model.uniform import unlike
 
 _FEWEST, _MOST = 4, 60  # sliders
+_LARGEST = 10_000  # sliders; the law adds up n**2 pairs
 _STEEPEST = 0.8  # weight and end forces over friction
 _STICKIEST = 2 / 3  # mean of mu_s - mu_d over the mean of mu_d
 _ROUGHEST, _UNEVENEST = 1.5, 0.15  # variance of mu_d and of mu_s - mu_d over their squared means
@@ -68,7 +69,7 @@ class Forces(NamedTuple):
     def smears(self) -> bool:
         """Whether there are enough sliders that stick and slip for phases to smear the pivots."""
         least = _FEWEST if self.sigma else FEWEST_CLEAN
-        return len(self.friction) >= least and self.unit > 0 and self.excess.min() >= 0
+        return least <= len(self.friction) <= _LARGEST and self.unit > 0 and self.excess.min() >= 0
 
 
 def forces(parameters: Mapping[str, Any]) -> Forces:
@@ -122,7 +123,8 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     Raises
     ------
     ValueError
-        Unless ``n >= 4``, friction holds the chain, no mu_s is below its mu_d and some are above.
+        Unless n is from 4 to 10000, friction holds the chain, no mu_s is below its mu_d, and some
+        mu_s are above.
 
     Examples
     --------
@@ -165,8 +167,9 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
 def _fitted(parameters: Mapping[str, Any], on: Forces) -> tuple[float, float]:
     """Return velocity and deviation."""
     n, unit, gain, drawn = len(on.friction), on.unit, on.gain, on.drawn
-    held = n >= _FEWEST and unit > 0 and on.excess.min() >= 0
-    require(held, f"n >= 4, no mu_s below mu_d and some above are needed, not n = {n}")
+    held = _FEWEST <= n <= _LARGEST and unit > 0 and on.excess.min() >= 0
+    needed = f"n between {_FEWEST} and {_LARGEST}, no mu_s below mu_d and some above are needed"
+    require(held, f"{needed}, not n = {n}")
     share = 0.057 * (1 - (4 / n) ** 3) + drawn / n
     nearness = 1 / np.arange(1, n + 1)
     nearness[0] = 0.094

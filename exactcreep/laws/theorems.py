@@ -16,10 +16,12 @@ from exactcreep.laws.number_types import (
     elementwise,
     positive_part,
     rational,
+    real,
     require,
 )
 from exactcreep.laws.paper import described, law, law_values
 from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import refusing
 
 
 @described
@@ -129,11 +131,12 @@ def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
 
 
 def _several(n: Number) -> int:
-    count = int(n)
+    count = int(real(n, "n"))
     require(count == n and count >= 2, f"n must be a whole number from 2 on, not {n}")
     return count
 
 
+@refusing
 def edges(chain: Chain) -> dict[str, float]:
     """Return the amplitudes between the fates of a chain, by the names of the theorems.
 

@@ -18,6 +18,7 @@ from exactcreep.model.numbers import (
     Shown,
     nearest_float,
     number_from_zero,
+    refusing,
     whole_number,
 )
 
@@ -291,6 +292,7 @@ class GaussianSteps(Drive):
         return Fraction(dilation(self, seed, q))
 
 
+@refusing
 def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
     """Return the q-th random dilation theta_q (q = 1, 2, ...), exactly; Eq. 12.
 
@@ -322,6 +324,7 @@ def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
     return float(dilations(drive, keyed_disorder.valid_seed(seed), q, 1)[0])
 
 
+@refusing
 def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
     """Return theta_q for q = first .. first + count - 1, shape (count,).
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, refusing, whole_number
 
 STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2
@@ -62,6 +62,7 @@ def _mean(chain: Chain, n: int) -> Fraction:
     return mean
 
 
+@refusing
 def static_coefficients(
     chain: Chain, seed: int, n: int, first: int, count: int
 ) -> NDArray[np.float64]:
@@ -96,6 +97,7 @@ def static_coefficients(
     return mean + width * deviates(seed, STREAM_COEFFICIENT, n, first, count)
 
 
+@refusing
 def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
@@ -137,6 +139,7 @@ def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fract
     return float(static_coefficients(chain, seed, n, k, 1)[0])
 
 
+@refusing
 def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:
     """Return `count` numbers uniform in (-1, 1), for random initial tensions.
 

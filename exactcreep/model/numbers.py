@@ -7,7 +7,6 @@ import inspect
 import math
 import numbers
 import re
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from decimal import Decimal
@@ -99,14 +98,6 @@ def refusing(function: Callable[P, T]) -> Callable[P, T]:
             raise InputError(field, usable[field], allowed) from error
 
     return careful
-
-
-def let_refuse(public: dict[str, Any]) -> None:
-    """Make the public functions of a module refuse, see `refusing`, given its global names."""
-    for name in public["__all__"]:
-        if inspect.isfunction(function := public[name]):
-            # where it is defined as well, so that it can be pickled
-            public[name] = sys.modules[function.__module__].__dict__[name] = refusing(function)
 
 
 def shown(value: Any) -> str:
@@ -376,6 +367,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.value)
     if hasattr(value, "summary"):
         return value.summary()
+    if isinstance(value, Fraction):
+        return ratio_text(value)
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, (str, int, float)) or value is None else str(value)

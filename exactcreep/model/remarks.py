@@ -22,7 +22,6 @@ _PLAUSIBLE = {
     "kappa": (0.001, "solids expand by some 1e-5 of their length per kelvin"),
     "steps": (1e6, "so many time steps in one tau_dyn; Verlet mostly takes 10 to 1000"),
     "sliders": (500_000, "a run takes about a kilobyte of memory for each"),
-    "events": (3e12, "a run of so many takes more than a day; max_seconds ends it sooner"),
 }
 """Largest plausible value of each quantity, and the remark about larger values."""
 THETA_BEYOND_ONE = (

@@ -149,8 +149,6 @@ class Run:
     def _modal(self, t: Any, rows: int = 3) -> list[NDArray[Any]]:
         """Return, by mode, the first `rows` of displacements, gains of velocities and of pulls."""
         w, v, a = self.swinging
-        if isinstance(t, np.ndarray):
-            w, v, a = w[:, None], v[:, None], a[:, None]
         sin, cos = self.arithmetic.sin_cos(w * (t / 2))
         stretched = sin / w
         out = [2 * stretched * (a * stretched + v * cos), 2 * sin * (a * cos / w - v * sin)]
@@ -160,16 +158,10 @@ class Run:
             speed, pull = self.modal[1][0], self.modal[2][0]
             means = ((speed + pull * (t / 2)) * t, pull * t, self.arithmetic.number(0))
             out = [
-                np.concatenate([np.full((1, *swing.shape[1:]), mean, v.dtype), swing])
+                np.concatenate([np.array([mean], v.dtype), swing])
                 for mean, swing in zip(means, out, strict=False)
             ]
         return out
-
-    def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements, velocities and accelerations, shape (3, p, times); in float64."""
-        begin = np.stack([np.zeros(self.p), self.velocities, self.accelerations])[:, :, None]
-        changes: NDArray[np.float64] = self.modes.vectors @ np.stack(self._modal(times))
-        return begin + changes
 
     def moved(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return displacements since time 0 and velocities at `t`, each of shape (p,).

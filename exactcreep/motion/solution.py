@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -89,26 +89,6 @@ class Solution:
             f"Solution(the motion from t = {float(self.t_min):g} to {float(self.t_max):g} tau_dyn,"
             f" {self.ts.size} events; sol(t) has positions, velocities and forces)"
         )
-
-    @classmethod
-    @refusing
-    def of(cls, pieces: Sequence[Piece], at_rest: Motion) -> Solution:
-        """Return the solution that consists of these pieces.
-
-        Parameters
-        ----------
-        pieces : sequence of Piece
-            In order of time.
-        at_rest : Motion
-            The chain if there are no pieces.
-
-        Returns
-        -------
-        Solution
-            From the beginning of the first piece to the end of the last.
-        """
-        ends = [piece.t_max for piece in pieces[-1:]] or [0.0]
-        return cls(partial(tuple, pieces), at_rest, [piece.t_min for piece in pieces] + ends)
 
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:

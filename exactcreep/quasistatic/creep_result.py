@@ -30,7 +30,7 @@ from exactcreep.quasistatic.statistics import FEWEST_STEPS, alternates
 from exactcreep.quasistatic.summary import RUN, Place, attribute_of, names
 from exactcreep.quasistatic.writing import write_file
 from exactcreep.solvers.interface import simulate
-from exactcreep.watch.limits import Stop
+from exactcreep.watch.limits import Limits, Stop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,8 +98,6 @@ class Creep(Result):
     report : mapping
         Counts of comparisons within their rounding bound (`undecided`), and facts that only this
         solver reports: precision, enclosure radii, work counts.
-    saved : mapping of int to State
-        Some states by targets reached, for `state_at`; empty for a result from a file.
 
     Examples
     --------
@@ -129,7 +127,6 @@ class Creep(Result):
     recorded: Mapping[str, NDArray[Any]]
     report: Mapping[str, Any] = field(default_factory=dict)
     since: int | None = None
-    saved: Mapping[int, State] = field(default_factory=dict)
 
     @property
     def chain(self) -> Chain:
@@ -243,29 +240,21 @@ class Creep(Result):
 
     @cached_property
     def metastable(self) -> str:
-        """A sentence if drawn coefficients will stop this creep within 1e6 cycles, or 100 runs.
-
-        The time is known only for two equal sliders (`laws.stopping`); for others use `survival`.
-        """
+        """A sentence if drawn coefficients may stop this creep within 1e6 cycles, or 100 runs."""
         chain, drive = self.chain, self.drive
         creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0 and not chain.unlike
         if not (creeps and isinstance(drive, Cycles)):
             return ""
-        time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
-        if time.cycles >= max(_FORESEEN, 50 * self.half_cycles):
+        cycles = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
+        if cycles >= max(_FORESEEN, 50 * self.half_cycles):
             return ""
-        if chain.n > 2:
-            told = "metastable: a draw exists that stops the chain for ever; then v = 0"
-            return f"{told}; survival tells for how long it creeps"
-        when = f"after some {time.cycles:.2g} cycles in the mean"
-        if not time.computed:
-            when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"
-        return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
+        told = "metastable: a draw exists that stops the chain for ever; then v = 0"
+        return f"{told}; survival tells for how long it creeps"
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest after a half-cycle, with the same bits as in the run.
 
-        It is computed again from the nearest saved state before.
+        It is computed again from the start.
 
         Parameters
         ----------
@@ -289,9 +278,9 @@ class Creep(Result):
         # a run that was given up may have gone beyond its last target
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
-        done = max((target for target in self.saved if target < until), default=0)
-        simulation = experiment.simulation(start=self.saved.get(done))
-        (stretch,) = simulate(simulation, experiment.drive, [until], done=done)
+        simulation = experiment.simulation()
+        limits = Limits(self.event_count + 1)  # a forged file may ask for more
+        (stretch,) = simulate(simulation, experiment.drive, [until], limits)
         if stretch.stop is not Stop.DONE:
             raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
         return experiment.algorithm.state_of(simulation, experiment.chain)

@@ -96,6 +96,7 @@ class Experiment:
         for name, kind, allowed in (
             ("chain", Chain, "must be a Chain"),
             ("drive", Drive, f"must be a drive: one of {', '.join(_CLASSES)}"),
+            ("options", Mapping, "must be a dict"),
             ("twin", (bool, np.bool_), "must be true or false"),
         ):
             if not isinstance(value := getattr(self, name), kind):
@@ -119,21 +120,8 @@ class Experiment:
         if self.widest >= 1:
             warn(THETA_BEYOND_ONE)
         remark("sliders", self.chain.n)
-        remark("events", self._expected_events())
         widest = float(np.abs(self.theta).max(initial=0.0))
         require_dilation(self.chain, widest, "start.theta", self.theta)
-
-    def _expected_events(self) -> float:
-        """Return about how many events cycles make on a chain of equal sliders; 0: not known."""
-        chain, drive = self.chain, self.drive
-        if not isinstance(drive, Cycles) or chain.unlike or chain.slides or chain.may_run_away:
-            return 0.0
-        advance = nearest_float(chain.l0 * drive.amplitude)
-        held = chain.friction - abs(chain.sin_alpha)
-        step = chain.times_cosine(max(chain.mu_s - chain.mu_d, chain.sigma_mu))
-        if min(held, step) <= 0:  # in float64
-            return 0.0
-        return drive.target_count * 2 * min(chain.n / 2, advance / held) ** 2 * advance / step
 
     @property
     def theta(self) -> Any:

@@ -21,7 +21,7 @@ TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
 
 def frame(result: Creep, table: str) -> pd.DataFrame:
     """Return one table of a run, its columns by their own names, or raise `InputError`."""
-    if table not in TABLES:
+    if not isinstance(table, str) or table not in TABLES:
         raise InputError("table", table, "must be one of " + ", ".join(TABLES))
     schema, dataset = TABLES[table], result.dataset
     held = list(map(str, dataset.data_vars))

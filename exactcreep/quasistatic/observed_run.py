@@ -36,16 +36,13 @@ from exactcreep.watch.preparation import clock
 
 PAUSE = 0.1  # seconds between two checks of a run
 _MOST_NUMBERS = 1 << 18  # in a column, recorded at once
-_SAVED = 1.25  # factor between the targets of successive saved states, for `state_at`
-_FIRST_SAVED = 64  # target of the first saved state; the next comes at most at twice the target
-_MOST_SAVED_SLIDERS = 2**17  # in all saved states
 
 
 class ObservedRun:
     """A simulation that follows its drive, and its observers.
 
-    `done` targets are reached; `outcome` and `reason` say why it ended before the last; `saved` has
-    states by targets reached; `kept_up_to_date`: whether a checkpoint is being written.
+    `done` targets are reached; `outcome` and `reason` say why it ended before the last;
+    `kept_up_to_date`: whether a checkpoint is being written.
     """
 
     kept_up_to_date = False
@@ -56,7 +53,6 @@ class ObservedRun:
         self.done, self.seconds = 0, 0.0
         self.outcome: Outcome | None = None
         self.reason = ""
-        self.saved: dict[int, State] = {}
         self.recorder = Recorder(experiment)
         self.velocity = MeanVelocity(experiment)
         self.range = PhysicalRange(experiment)
@@ -106,8 +102,6 @@ class ObservedRun:
                 break
             left = replace(left, pause=watched + pause)
             ahead = min(observer.next(self.done) for observer in self.observers.values())
-            save = 2 * max(self.saved, default=_FIRST_SAVED // 2)
-            ahead = min(ahead, save) if save > self.done else ahead
             count = min(ahead - self.done, self.total - self.done, longest)
             stretch = simulation.follow(drive, self.done + 1, count, left)
             self.take(stretch)
@@ -127,7 +121,6 @@ class ObservedRun:
             for observer in self.observers.values():
                 observer.take(stretch, self.done + 1, self.simulation)
             self.done += stretch.completed
-            self._save()
         if stretch.stop.final:
             self.outcome = Outcome.RUNAWAY if stretch.stop is Stop.RUNAWAY else Outcome.LIMIT
             self.reason = stretch.reason
@@ -158,13 +151,6 @@ class ObservedRun:
         if self.kept_up_to_date and self.outcome is None:
             soon = replace(limits, pause=clock() + PAUSE)
             self.recorder.add(self.simulation.come_to_rest(soon))
-
-    def _save(self) -> None:
-        """Save the state, at fewer and fewer of the targets."""
-        room = (len(self.saved) + 1) * self.experiment.chain.n <= _MOST_SAVED_SLIDERS
-        due = self.done >= _SAVED * max(self.saved, default=0) and self.done < self.total
-        if due and room and self.simulation.at_rest:
-            self.saved[self.done] = self._state()
 
     def _state(self) -> State:
         return self.experiment.algorithm.state_of(self.simulation, self.experiment.chain)
@@ -208,7 +194,6 @@ class ObservedRun:
             recorded=self.recorder.columns(),
             report=report,
             since=ended.since,
-            saved=self.saved,
         )
 
     def _velocity(
@@ -250,4 +235,3 @@ class ObservedRun:
         counts = self.recorder.counts()
         due = {name: self.done for name in counts if name in HALF_CYCLE_TABLE.columns}
         require(counts == kept["rows"] | due, "it lacks recorded rows")
-        self._save()

@@ -36,30 +36,19 @@ class Place(Flag):
 
 
 _LINE, _FILE, _CELL, _SAID = Place
+_ALL = _LINE | _FILE | _CELL
 
 
 class RunRow(NamedTuple):
     """One run; `per` is replaced by the unit of time of its drive, `Drive.per`."""
 
-    outcome: Annotated[
-        Outcome,
-        _word("what the chain does, or why the computation stopped"),
-        _LINE | _FILE | _CELL,
-    ]
-    evidence: Annotated[Evidence, _word("how well its trajectory is known"), _LINE | _FILE | _CELL]
-    known_until: Annotated[
-        int, _count("targets up to which the trajectory is known"), _LINE | _FILE | _CELL
-    ]
-    outcome_evidence: Annotated[
-        Evidence, _word("how well the outcome is known"), _LINE | _FILE | _CELL
-    ]
+    outcome: Annotated[Outcome, _word("what the chain does, or why the computation stopped"), _ALL]
+    evidence: Annotated[Evidence, _word("how well its trajectory is known"), _ALL]
+    known_until: Annotated[int, _count("targets up to which the trajectory is known"), _ALL]
+    outcome_evidence: Annotated[Evidence, _word("how well the outcome is known"), _ALL]
     direction: Annotated[str, _word("which way it creeps or runs away"), _LINE | _CELL]
-    velocity: Annotated[
-        float, _real(_PER, "mean displacement of x_G per {per}"), _LINE | _FILE | _CELL
-    ]
-    velocity_error: Annotated[
-        float, _real(_PER, "standard error of velocity"), _LINE | _FILE | _CELL
-    ]
+    velocity: Annotated[float, _real(_PER, "mean displacement of x_G per {per}"), _ALL]
+    velocity_error: Annotated[float, _real(_PER, "standard error of velocity"), _ALL]
     velocity_reason: Annotated[
         str, _word("why velocity or velocity_error is nan"), _LINE | _CELL | _SAID
     ]
@@ -70,10 +59,10 @@ class RunRow(NamedTuple):
         str, _word("that drawn coefficients will stop the chain for ever"), _LINE | _SAID
     ]
     since: Annotated[int | None, _count("the cycle from which on it does so"), _FILE]
-    half_cycles: Annotated[int, _count("targets reached"), _LINE | _FILE | _CELL]
+    half_cycles: Annotated[int, _count("targets reached"), _ALL]
     burn_in: Annotated[int, _count("targets left out of the velocity"), _FILE]
     rearrangements: Annotated[int, _count("rearrangements"), _FILE | _CELL]
-    events: Annotated[int, _count("start and stop events"), _LINE | _FILE | _CELL]
+    events: Annotated[int, _count("start and stop events"), _ALL]
     slips: Annotated[int, _count("slips"), _FILE | _CELL]
     draws_below_mu_d: Annotated[
         int, _count("static coefficients drawn below mu_d, which act as mu_d"), _FILE | _CELL
@@ -82,13 +71,9 @@ class RunRow(NamedTuple):
     solver: Annotated[str, _word("by which it was computed")]
     seed: Annotated[Any, Column("uint64", NUMBER, "of the disorder")]
     seconds: Annotated[float, _real("s", "wall time, without compilation"), _FILE]
-    reason: Annotated[
-        str, _word("for a limit or a runaway: one sentence"), _LINE | _FILE | _CELL | _SAID
-    ]
+    reason: Annotated[str, _word("for a limit or a runaway: one sentence"), _ALL | _SAID]
     warnings: Annotated[
-        Mapping[str, int],
-        _word("how often it left the model's physical range"),
-        _FILE | _SAID,
+        Mapping[str, int], _word("how often it left the model's physical range"), _FILE | _SAID
     ]
     report: Annotated[Mapping[str, Any], _word("what only this solver knows"), _FILE | _SAID]
 

@@ -22,8 +22,6 @@ from exactcreep.records.times import GAP, Times, usual_step
 if TYPE_CHECKING:
     from pandas import Series
 
-LIKE_KELVIN = (180, 400)
-"""Weather and roofs are between these in kelvin, and below the first in degrees Celsius."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0), "F": Fraction(-45967, 100)}
 COLDEST, HOTTEST, ROOFS = -90, 60, 120
 """Limits of weather, and of the temperature of roofs, in degrees Celsius."""
@@ -57,7 +55,7 @@ class RecordWarning(UserWarning):
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
     >>> print(caught[0].message)  # doctest: +ELLIPSIS
-    the temperatures of (arrays), from 283 to 304, are said to be in degrees Celsius...
+    the temperatures of (arrays): 283 to 304 is no weather in degrees Celsius...
     """
 
 
@@ -99,27 +97,21 @@ class Readings:
         table: Table | None = None,
     ) -> Readings:  # fmt: skip
         """Return the readings of a table; two temperatures are at `hours` after the date."""
-        names, maximum, entries = [*found.options.values()], None, found.cells
-        begin, end = _ends(entries) if table else (0, len(entries[0]))
-        moments: NDArray[Any] = times.values
+        names, moments = [*found.options.values()], times.values
+        daily = len(names) == 2
+        if daily and not times.dated:
+            allowed = "must be a date, where a row has the minimum and the maximum of a day"
+            raise CellError(times.columns[0], times.written[0], allowed, 1)
+        order = sorted((0, 1), key=lambda k: hours[k]) if daily else [0]
         if times.dated:
-            moments = np.round(times.values * 1e6).astype("datetime64[us]")
-        moments, written = moments[begin:end], times.written[begin:end]
-        lines = [row + 1 for row in table.rows[begin:end]] if table else []
-        entries, rows = [each[begin:end] for each in entries], end - begin
-        if len(names) == 2:
-            if not times.dated:
-                allowed = "must be a date, where a row has the minimum and the maximum of a day"
-                raise CellError(times.columns[0], written[0], allowed, 1)
-            order = sorted((0, 1), key=lambda k: hours[k])
-            maximum, names = order.index(1), [names[k] for k in order]
+            moments = np.round(moments * 1e6).astype("datetime64[us]")
+        if daily:
             after = [timedelta(hours=float(hours[k])) for k in order]
-            moments = (moments[:, None] + np.array(after, "timedelta64[us]")).ravel()
-            entries = [entries[k] for k in order]
-            lines = [line for line in lines for _ in order]
-            written = [text for text in written for _ in order]
-        flat = entries[0] if len(entries) == 1 else [e for row in zip(*entries, strict=True)
-                                                     for e in row]  # fmt: skip
+            moments = moments[:, None] + np.array(after, "timedelta64[us]")
+        begin, end = _ends(found.cells) if table else (0, len(moments))
+        flat = [found.cells[place][k] for k in range(begin, end) for place in order]
+        written = [text for text in times.written[begin:end] for _ in order]
+        lines = [row + 1 for row in table.rows[begin:end] for _ in order] if table else []
         exact = {entry: _temperature(entry, found.decimal, found.scale) for entry in {*flat}}
         several = times.columns if len(times.columns) > 1 else times.columns[0]
         options = found.options | {
@@ -129,9 +121,9 @@ class Readings:
         if table:
             options |= {"delimiter": table.delimiter, "encoding": table.encoding}
         return cls(
-            file, found.unit, names, maximum, moments, written, flat,
-            [exact[entry] for entry in flat], found.decimal, lines, table.below if table else 0,
-            len(times.written) - rows,
+            file, found.unit, [names[k] for k in order], order.index(1) if daily else None,
+            moments[begin:end].ravel(), written, flat, [exact[entry] for entry in flat],
+            found.decimal, lines, table.below if table else 0, len(times.written) - end + begin,
             {name: k for k, name in enumerate(table.names, 1)} if table else {}, options,
         )  # fmt: skip
 
@@ -210,32 +202,25 @@ class Readings:
     @cached_property
     def _far(self) -> NDArray[np.bool_]:
         """Readings that differ much from those around, if most do not; equal ones count once."""
-        values, pandas = self.celsius, import_module("pandas")
-        table = values.reshape(-1, len(self.names))
-        off = np.stack([_distance(column) for column in table.T], axis=1)
-        known = pandas.DataFrame(off)
-        limit = np.maximum(FAR, OFTEN_FAR * known.quantile(0.9, interpolation="lower").to_numpy())
+        values, entries = self.celsius, self.entries
+        known = values[np.isfinite(values)]
+        if not known.size:
+            return np.zeros(len(values), bool)
+        columns = values.reshape(-1, len(self.names))
+        off = np.stack([_distance(column) for column in columns.T], axis=1)
+        limit = np.maximum(FAR, OFTEN_FAR * np.nanquantile(off, 0.9, axis=0, method="lower"))
         far = (off > limit).ravel()
         extreme = (values < COLDEST) | (values > ROOFS)
-        usual = COLDEST < pandas.Series(values).median() < ROOFS
-        if usual and len(np.unique(values[extreme])) <= max(1, len(values) // 50):
-            far |= extreme
-        far |= self._coded | (usual & (values > 2 * ROOFS))
+        if COLDEST < np.median(known) < ROOFS:
+            far |= values > 2 * ROOFS
+            if len(np.unique(values[extreme])) <= max(1, len(values) // 50):
+                far |= extreme
+        coded = np.array([_is_code(entry, self.decimal) for entry in entries], bool)
+        others = values[~coded & np.isfinite(values)]
+        if others.size and coded.any():  # a number for missing, 15 K beyond all others
+            apart = 2 * FAR if coded.sum() == 1 or len(others) < 3 else FAR
+            far |= coded & ((values < others.min() - apart) | (values > others.max() + apart))
         return np.asarray(far | (values < float(ABSOLUTE_ZERO["C"]) - 1e-9))
-
-    @property
-    def _coded(self) -> NDArray[np.bool_]:
-        """Readings that are a number for missing, 15 K beyond all others."""
-        values, celsius = self.values, self.celsius
-        coded = np.array([_is_code(entry, self.decimal) for entry in self.entries], bool)
-        coded &= np.isfinite(values)
-        others = celsius[~coded & np.isfinite(celsius)]
-        if not others.size or not coded.any():
-            return np.zeros(len(values), bool)
-        low, high = others.min() - FAR, others.max() + FAR
-        if coded.sum() == 1 or len(others) < 3:
-            low, high = low - FAR, high + FAR
-        return np.asarray(coded & ((celsius < low) | (celsius > high)))
 
     @property
     def _swapped(self) -> NDArray[np.bool_]:
@@ -304,44 +289,36 @@ class Readings:
 
     def impossible(self) -> InputError | None:
         """Return the error that refuses temperatures without a unit that no weather has."""
-        known = self.celsius[~self._far & np.isfinite(self.celsius)]
-        if not known.size or (COLDEST <= np.median(known) <= ROOFS
-                              and np.quantile(known, 0.95, method="nearest") <= ROOFS):  # fmt: skip
+        said = self._unlikely(ROOFS, 0.95)
+        if not said:
             return None
-        low, high = (f"{value:.6g}" for value in (known.min(), known.max()))
-        allowed = f"is missing, and {low} to {high} is no weather in {_UNITS[self.unit]} (column"
-        allowed += f' {self.names[0]}, from line {self._line(0)} on): unit = "K" or "F", or scale ='
-        allowed += " 0.1 for tenths (0.001 for thousandths), reads it"
-        return CellError("unit", None, f"{allowed} ({self.file})", self._line(0))
+        where = f"(column {self.names[0]}, from line {self._line(0)} of {self.file} on)"
+        return CellError("unit", None, f"is missing, and {said} {where}", self._line(0))
 
     def doubts(self) -> Iterator[str]:
         """Yield reasons to doubt the unit of temperatures, or the order of the columns."""
-        file, celsius = self.file or "(arrays)", self.unit == "C"
+        file = self.file or "(arrays)"
         if (places := np.flatnonzero(self._swapped)).size:
             yield f"in {file} the minimum is above the maximum {self._days(places)}"
-        if np.isnan(self.values).all():
-            return
-        (least, most), (low, high) = (
-            np.nanquantile(known, (0.01, 0.99), method="nearest")
-            for known in (self.celsius, self.values)
+        if said := self._unlikely(HOTTEST, 0.99):
+            yield f"the temperatures of {file}: {said}"
+
+    def _unlikely(self, hottest: float, share: float) -> str:
+        """Return the sentence that temperatures are no weather in their unit; "" if they may be.
+
+        All are, but for a share of either end.
+        """
+        there = ~self._far & np.isfinite(self.celsius)
+        if not there.any():
+            return ""
+        low, high = np.quantile(self.celsius[there], (1 - share, share), method="nearest")
+        if low >= COLDEST and high <= hottest:
+            return ""
+        known = self.values[there]
+        return (
+            f"{known.min():.6g} to {known.max():.6g} is no weather in {_UNITS[self.unit]}: another"
+            " unit (C, K or F), or scale = 0.1 for tenths (0.001 for thousandths), may read it"
         )
-        if (
-            (LIKE_KELVIN[0] < low and high < LIKE_KELVIN[1])
-            if celsius
-            else (self.unit == "K" and high < LIKE_KELVIN[0])
-        ):
-            yield (
-                f"the temperatures of {file}, from {low:g} to {high:g}, are said to be in"
-                f' {_UNITS[self.unit]} (unit = "{self.unit}") and look like {_UNITS["CK"[celsius]]}'
-            )
-        elif most > HOTTEST:
-            yield (
-                f"{file} holds temperatures of up to {high:g} {self.unit}: they look like degrees"
-                ' Fahrenheit (unit = "F"), or like tenths (scale = 0.1)'
-            )
-        elif least < COLDEST:
-            told = f"{file} holds {low:g} {self.unit}, colder than any weather"
-            yield f"{told}: tenths (scale = 0.1)?"
 
     # --- what was read ---------------------------------------------------------------------------
 
@@ -403,18 +380,15 @@ def _is_code(entry: Any, decimal: str) -> bool:
 
 def _distance(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance to the median of five readings around, where equal ones count once."""
-    pandas, out = import_module("pandas"), np.full(len(values), np.nan)
     places = np.flatnonzero(np.isfinite(values))
     known = values[places]
     if len(known) < 10:
-        return out
+        return np.zeros(len(values))
     begins = np.append(True, np.diff(known) != 0)
-    once = pandas.Series(known[begins])
-    off = (once - once.rolling(5, center=True, min_periods=1).median()).abs().to_numpy(copy=True)
-    for k in {0, 1, len(off) - 2, len(off) - 1} & {*range(len(off))}:  # fewer than five around
-        others = once[max(k - 2, 0) : k + 3].drop(index=k)
-        off[k] = min(off[k], (others - once[k]).abs().min()) if len(others) else off[k]
-    out[places] = off[np.cumsum(begins) - 1]
+    once = known[begins]
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(once, 2, mode="reflect"), 5)
+    out = np.full(len(values), np.nan)
+    out[places] = np.abs(once - np.median(around, axis=1))[np.cumsum(begins) - 1]
     return out
 
 

@@ -167,10 +167,6 @@ def table_of(path: Path, *, delimiter: str = "", encoding: str = "") -> tuple[Ta
     if "\0" in text or not text.strip():
         raise InputError("file", shown, "must hold a table as text: save a spreadsheet as CSV")
     text = re.sub(r"\r\n?|\x0c|\x85|\u2028", "\n", text)
-    text = re.sub(  # a name may hold an end of line
-        r'(?<=[;,\t\n])"[^"\n]{0,99}\n[^"\n]{0,99}"(?=[;,\t\n])',
-        lambda cell: cell[0].replace("\n", " "), text[:_LONGEST_ROW],
-    ) + text[_LONGEST_ROW:]  # fmt: skip
     lines = text.split("\n")
     if max(map(len, lines)) > _LONGEST_ROW:
         raise InputError("file", shown, f"must not have a row of {_LONGEST_ROW} characters")
@@ -222,9 +218,9 @@ def _found(lines: list[str], shown: str, delimiter: str, encoding: str) -> Table
     sample = lines[:SAMPLE]
     best = max((_layout(sample, each) for each in (delimiter or _DELIMITERS)), default=None)
     if best is None or best[0] <= 0:
-        allowed = "is not found: no sign separates the columns of most rows in the same way, or"
-        allowed += " there is no row of data; name it, e.g. delimiter = ';'"
-        raise InputError("delimiter", shown, allowed)
+        allowed = f"is not found in {shown}: no sign separates the columns of most rows in the same"
+        allowed += " way, or there is no row of data; name it, e.g. delimiter = ';'"
+        raise InputError("delimiter", delimiter or None, allowed)
     _, _, delimiter, width, kinds = best
     if width > MOST_COLUMNS or width * len(lines) > _MOST_CELLS:
         allowed = f"must have at most {MOST_COLUMNS} columns and {_MOST_CELLS} entries"
@@ -330,7 +326,6 @@ def _names(
     """Return the names of the columns, their names with units, and the lines above them."""
     block, taken = list[list[str]](), 0
     numbered = [row[0] for row in first] == [*map(str, range(1, len(first) + 1))]
-    taken_width = max(map(len, first))
     for line in reversed(above):
         taken += 1
         if _ANNOTATION.match(line.lstrip('"')):
@@ -339,7 +334,8 @@ def _names(
             if block:
                 break
             continue
-        cells = [cell.lstrip("#").strip() for cell in _name_cells(line, delimiter, width, first)]
+        bare = re.sub(r"^\s*#+", "", line)
+        cells = [cell.lstrip("#").strip() for cell in fields(bare, delimiter)]
         if len(cells) == width - 1 and numbered:  # as R writes the names of rows
             cells = ["", *cells]
         digits = sum(bool(_NUMBER.fullmatch(cell)) for cell in cells)
@@ -351,25 +347,21 @@ def _names(
         if len(block) == _MOST_ABOVE:
             break
     notes = tuple(line for line in above[: len(above) - taken + 1] if line.strip())
-    if not block:
-        close = [line for line in above[-2:] if 1 < len(fields(line, delimiter)) < width]
-        if close and not any(map(_NUMBER.fullmatch, fields(close[-1], delimiter))):
-            count = len(fields(close[-1], delimiter))
-            allowed = f"does not read {shown}: {count} columns are named, and rows have {width},"
-            allowed += f" from line {len(above) + 1} on;"
-            told = f"decimal commas need quotes or another delimiter, or {RECIPE}"
-            told = told if delimiter == "," else "mend its first line"
-            raise InputError("delimiter", delimiter, f"{allowed} {told}")
-        numbers = tuple(str(k + 1) for k in range(width))
-        return False, numbers, ("",) * width, tuple(line for line in above if line.strip())
     for cells in block:  # names of empty columns, if any row has as many
         while len(cells) > width and not cells[-1]:
             cells.pop()
-    named = max(map(len, block))
-    if named > taken_width:
-        allowed = f"does not read {shown}: {named} columns are named, and rows have {taken_width},"
-        allowed += f" from line {len(above) + 1} on;"
-        raise InputError("delimiter", delimiter, f"{allowed} names with it need quotes")
+    near = [cells for line in above[-2:] if 1 < len(cells := fields(line, delimiter)) < width]
+    near = [cells for cells in near[-1:] if not any(map(_NUMBER.fullmatch, cells))]
+    named, most = max(map(len, block or near), default=width), max(map(len, first))
+    if (near and not block) or named > most:
+        told = "names with it need quotes" if block else "mend its first line"
+        if delimiter == "," and not block:
+            told = f"decimal commas need quotes or another delimiter, or {RECIPE}"
+        allowed = f"does not read {shown}: {named} columns are named, and rows have {most}, from"
+        raise InputError("delimiter", delimiter, f"{allowed} line {len(above) + 1} on; {told}")
+    if not block:
+        numbers = tuple(str(k + 1) for k in range(width))
+        return False, numbers, ("",) * width, tuple(line for line in above if line.strip())
     width = max(width, named)
     block = [cells + [""] * (width - len(cells)) for cells in block]
     full = [k for k, cells in enumerate(block) if all(cells)]
@@ -386,23 +378,3 @@ def _names(
         names_found.append(f"{name}.{seen[name] - 1}" if name and seen[name] > 1 else name
                            or str(k + 1))  # fmt: skip
     return True, tuple(names_found), tuple(written), notes
-
-
-def _name_cells(line: str, delimiter: str, width: int, first: list[list[str]]) -> list[str]:
-    """Return the cells of a line of names; between blanks, a date and its hour may share a name."""
-    cells = fields(re.sub(r"^\s*#+", "", line), delimiter)
-    if delimiter != " " or len(cells) == width:
-        return cells
-    apart = [cell.strip() for cell in re.split(r"\s{2,}|\t", line.strip().lstrip("# "))]
-    for names in (cells, apart):
-        if len(names) == width:
-            return names
-        if len(names) == width - 1:
-            for k in range(width - 1):
-                if all(map(_date_and_hour, (" ".join(row[k : k + 2]) for row in first))):
-                    return [*names[: k + 1], "hour", *names[k + 1 :]]
-    return cells
-
-
-def _date_and_hour(text: str) -> bool:
-    return bool(re.fullmatch(r"\d{1,4}[-/.]\w{1,3}[-/.]\d{1,4} \d{1,2}:\d\d(:\d\d)?", text))

@@ -408,14 +408,9 @@ class TemperatureRecord(Listed):
 
 def _between(values: tuple[Fraction, ...], count: int) -> list[Fraction]:
     """Return `count` values from the first to the last, interpolated linearly."""
-    if len(values) == 1:
-        return [*values] * count
-    out = []
-    for k in range(count):
-        place = Fraction(k * (len(values) - 1), count - 1)
-        before = min(int(place), len(values) - 2)
-        out.append(values[before] + (values[before + 1] - values[before]) * (place - before))
-    return out
+    steps = [b - a for a, b in itertools.pairwise(values)] + [Fraction(0)]
+    places = [Fraction(k * (len(values) - 1), max(count - 1, 1)) for k in range(count)]
+    return [values[int(p)] + steps[int(p)] * (p - int(p)) for p in places]
 
 
 def _several(names: Any) -> tuple[str, ...]:
@@ -435,7 +430,7 @@ def _times_of(moments: NDArray[Any]) -> Times:
     if moments.dtype.kind in "fiu":
         return Times(("time",), "", moments.astype(np.float64), False, written)
     if next(formats_of(written[0], digits=False), None) == "":
-        seconds = moments_of(written, "").seconds
+        seconds = moments_of(written, "")
         allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
     else:
         seconds = np.array([_float(moment) for moment in moments])

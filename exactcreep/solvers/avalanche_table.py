@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import frictions_of
-from exactcreep.motion.replay import elastic_gain
 from exactcreep.solvers.tables import (
     EVENT_KINDS,
     LENGTH,
@@ -139,7 +138,8 @@ class AvalancheLog:
             return
         arithmetic, tensions, moved = self.arithmetic, self._tensions, self._moved
         began = [row.slider for row in self._rows if row.number == 0]
-        before = arithmetic.dot(tensions, tensions) / 2
+        before, change = arithmetic.dot(tensions, tensions) / 2, np.diff(moved)
+        gain = arithmetic.dot(change, tensions) + arithmetic.dot(change, change) / 2
         rest = {
             "half_cycle": self._rows[0].half_cycle,
             "theta": self._rows[0].theta,
@@ -151,7 +151,7 @@ class AvalancheLog:
             "sliders": len({slip.slider for slip in self._own}),
             "moved": moved.sum(),
             "elastic_before": before,
-            "elastic_after": before + elastic_gain(arithmetic, tensions, moved),
+            "elastic_after": before + gain,
             "undecided": undecided,
         }
         self._rests.append(rest)

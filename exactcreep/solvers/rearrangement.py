@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Contacts, Event, Itinerary
+from exactcreep.model.contacts import Event, Itinerary
 from exactcreep.model.enclosure import same_numbers
 from exactcreep.model.numbers import Scalar, refusing
 from exactcreep.model.outcome import Evidence, Outcome, found_text
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.replay import Replay
+from exactcreep.motion.replay import solution_of
 from exactcreep.motion.solution import Solution
 from exactcreep.watch.limits import Stop
 
@@ -80,8 +80,6 @@ class Rearrangement(Result):
         Facts that only this solver reports: precision, enclosure radii, work counts.
     reason : str
         What proves a runaway, or which limit was reached, in one sentence.
-    motion : Solution or None
-        The closed form, if the solver has stored it.
 
     Examples
     --------
@@ -106,7 +104,6 @@ class Rearrangement(Result):
     decided: Evidence
     report: Mapping[str, Any]
     reason: str
-    motion: Solution | None
 
     def __init__(self, **attributes: Any) -> None:
         vars(self).update(_USUAL, **attributes)
@@ -159,10 +156,8 @@ class Rearrangement(Result):
     @cached_property
     def sol(self) -> Solution:
         """Positions, velocities and forces at any time between the first event and the last."""
-        if self.motion is not None:
-            return self.motion
         with self.arithmetic.active():
-            return self.replay().solution()
+            return solution_of(self.chain, self.initial, self.events, self.arithmetic)
 
     @property
     def error(self) -> float:
@@ -176,23 +171,6 @@ class Rearrangement(Result):
     def doubt(self) -> str:
         """Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else ""."""
         return ""
-
-    def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
-        """Return a replay of the events: the closed form of the motion between them.
-
-        Parameters
-        ----------
-        arithmetic : Arithmetic, optional
-            Numbers to compute with. Default: the solver's own.
-
-        Returns
-        -------
-        Replay
-            It yields the phases between events, and the residuals of the events.
-        """
-        contacts = Contacts(self.chain, self.seed)
-        arithmetic = self.arithmetic if arithmetic is None else arithmetic
-        return Replay(self.chain, self.initial, self.events, arithmetic, contacts)
 
     @property
     def itinerary(self) -> Itinerary:
@@ -271,7 +249,6 @@ _USUAL: dict[str, Any] = {
     "arithmetic": FLOAT64,
     "decided": Evidence.COMPUTED,
     "reason": "",
-    "motion": None,
 }
 _OUTCOMES = {Stop.DONE: Outcome.AT_REST, Stop.RUNAWAY: Outcome.RUNAWAY}
 _COMPARED = (

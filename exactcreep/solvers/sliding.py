@@ -24,7 +24,7 @@ equal, it is held at any place, and there is no limit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
@@ -39,10 +39,8 @@ from exactcreep.laws import PivotSliders, pivot_sliders, pivots
 from exactcreep.model.chain import Chain, surplus
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
-from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.model.uniform import END_FORCES, FRICTION
-from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.interface import (
     Rearrangement,
     Simulation,
@@ -60,23 +58,16 @@ _SHARE = 0.5
 """Share of the extension for each of two equally possible pivots."""
 
 
-def _not_held_because(chain: Chain) -> str:
-    """Return why friction cannot hold the chain; "" if it can."""
+def _require_held(chain: Chain) -> None:
+    """Raise `InputError` unless friction holds the chain; a single slider may be at its limit."""
     excess = max(surplus(chain, 1), surplus(chain, -1))
-    if excess > 0:
-        return (
-            f"{_STEEP[bool(chain.unlike)]}: without a static excess no balance of forces holds it"
+    if excess > 0 or (excess == 0 and chain.n > 1):
+        field = END_FORCES if END_FORCES in chain.unlike else "tan_alpha"
+        allowed = (
+            "must be less in size: without a static excess, friction has to exceed weight and end"
+            ' forces; solver="exact" follows a chain that it does not hold'
         )
-    if excess == 0 and chain.n > 1:
-        return f"{_LEVEL[bool(chain.unlike)]}; without a static excess it is in balance anywhere"
-    return ""
-
-
-_STEEP = "|tan_alpha| > mu_d", "weight and end forces exceed the friction of the chain"
-_LEVEL = (
-    "|tan_alpha| = mu_d: friction takes exactly what gravity gives",
-    ("the friction of the chain takes exactly what weight and end forces give"),
-)
+        raise InputError(field, getattr(chain, field), allowed)
 
 
 def _resting(chain: Chain) -> PivotSliders:
@@ -89,32 +80,29 @@ def _resting(chain: Chain) -> PivotSliders:
     return PivotSliders(tuple(found), tuple(chain.n + 1 - i for i in reversed(found)))
 
 
-def _reaches(
-    chain: Chain, times_cosine: Callable[[Fraction], Any], number: Callable[[Fraction], Any],
-    coefficient: str = "mu_d",
-) -> tuple[list[Any], list[Any]]:  # fmt: skip
+def _reaches(chain: Chain, coefficient: str = "mu_d") -> tuple[list[float], list[float]]:
     """Return how far the tension may fall, and rise, from one side of each slider to the other."""
 
-    def reach(way: int) -> list[Any]:
-        each = chain.each(coefficient, lambda mu: times_cosine(mu + way * chain.tan_alpha))
+    def reach(way: int) -> list[float]:
+        each: list[float] = chain.each(
+            coefficient, lambda mu: chain.times_cosine(mu + way * chain.tan_alpha)
+        )
         for slider, force in zip((0, -1), chain.end_forces, strict=True):
             if force:
-                each[slider] = each[slider] + number(way * force)
+                each[slider] += nearest_float(way * force)
         return each
 
     return reach(1), reach(-1)
 
 
-def _partial_sums(steps: Sequence[Any]) -> list[Any]:
-    """Return the sums of the first 1, 2, ... numbers; floats are rounded once from exact sums."""
-    if not isinstance(steps[0], float):
-        return list(accumulate(steps))
+def _partial_sums(steps: Sequence[float]) -> list[float]:
+    """Return the sums of the first 1, 2, ... numbers, rounded once from exact sums."""
     if min(steps) == max(steps):
         return [count * steps[0] for count in range(1, len(steps) + 1)]
     return [float(total) for total in accumulate(map(Fraction, steps))]
 
 
-def _bounds(uphill: Sequence[Any], downhill: Sequence[Any]) -> list[Any]:
+def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> list[list[float]]:
     """Return the least and the largest tension of each spring."""
     bounds = []
     for way, reach, other in ((-1, uphill, downhill), (1, downhill, uphill)):
@@ -184,38 +172,9 @@ def _brought_to_rest(
     return nearest, [v - anchor for v in x], room
 
 
-def tension_bounds(chain: Chain, coefficient: str) -> NDArray[np.float64]:
+def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
     """Return the least and the largest tension of each spring that `mu_d` or `mu_s` allows."""
-    reaches = _reaches(chain, chain.times_cosine, nearest_float, coefficient)
-    return np.array(_bounds(*reaches))
-
-
-def relaxed_cycle(
-    chain: Chain, amplitude: Fraction, cycle: int
-) -> list[tuple[Quadratic, Quadratic]]:
-    """Return the advance of x_G in a cycle of the relaxed chain, and the way of its springs.
-
-    The result is exact, for both ends of the range that the balance of forces allows. All cycles
-    from the second on are alike. Raises `ValueError` unless friction holds the chain.
-    """
-    field, n, resting = CosineField(chain.tan_alpha), chain.n, _resting(chain)
-    reaches = _reaches(chain, field.times_cosine, field.rational)
-    least, most = (np.array(bound, dtype=object) for bound in _bounds(*reaches))
-    load, above, moved = field.rational(chain.l0 * amplitude), np.arange(1, n).astype(object), []
-    tension, slid = 0 * least, []
-    for half in range(2 * min(cycle, 2)):
-        way = -1 if half % 2 else 1
-        pulled = tension - way * (2 * load if half else load)
-        tension = np.maximum(pulled, least) if way > 0 else np.minimum(pulled, most)
-        slid.append(abs(tension - pulled))
-    for p, q in {
-        (resting.dilation[0], resting.contraction[-1]): 0,
-        (resting.dilation[-1], resting.contraction[0]): 0,
-    }:
-        down = np.where(above < p, -above, n - above) * slid[-2]
-        up = np.where(above < q, above, above - n) * slid[-1]
-        moved.append((down.sum() / n + up.sum() / n, slid[-2].sum() + slid[-1].sum()))
-    return moved
+    return np.array(_bounds(*_reaches(chain, coefficient)))
 
 
 class _Ways(NamedTuple):
@@ -325,13 +284,11 @@ class SlidingSimulation(Simulation):
         self._relaxed = False
         self._way = 0
         self._theta = float(state.theta)
-        self._lost = _not_held_because(chain)
-        if self._lost:
-            return
+        _require_held(chain)
         n, resting = chain.n, _resting(chain)
-        uphill, downhill = _reaches(chain, chain.times_cosine, nearest_float)
+        uphill, downhill = _reaches(chain)
         self._ways = _Ways(
-            np.array(_bounds(uphill, downhill)),
+            tension_bounds(chain),
             np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
@@ -356,14 +313,10 @@ class SlidingSimulation(Simulation):
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        if self._lost:
-            return Tally()
         gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
         return Tally(events=starts + stops, slips=starts, undecided=gave_way)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        if self._lost:
-            return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         n, before = self.chain.n, self.tally.events
         rows = TargetRows.empty(self.record, count, n)
         done = 0
@@ -382,13 +335,7 @@ class SlidingSimulation(Simulation):
             stop = Stop.DONE if done == count else limits.stop(self.tally.events - before)
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
-    @property
-    def _too_steep(self) -> bool:
-        return max(surplus(self.chain, 1), surplus(self.chain, -1)) > 0
-
     def state(self) -> State:
-        if self._lost:
-            return self._start
         return replace(
             self._start,
             tensions=self._chain.extension - self._l0 * self._theta,
@@ -398,7 +345,7 @@ class SlidingSimulation(Simulation):
 
     @property
     def at_rest(self) -> bool:
-        return not self._lost
+        return True
 
     def unrounded(self) -> dict[str, Any]:
         taken = {name: values.copy() for name, values in self._chain._asdict().items()}
@@ -417,20 +364,12 @@ class SlidingSimulation(Simulation):
         require_like(self.snapshot(), snapshot)
         self._go_on(snapshot["unrounded"])
 
-    @property
-    def evidence(self) -> Evidence:
-        if self._too_steep:
-            return Evidence.PROVED
-        return Evidence.of(int(bool(self._lost)) + self.tally.undecided, Evidence.COMPUTED)
-
     def report(self) -> dict[str, Any]:
         """Return the pivots, and if the limit is not unique its range.
 
         ``x_G_low`` and ``x_G_high``: x_G now if the pivot had always been the one with the least,
         or the most, motion downhill. `laws.prediction` has both velocities.
         """
-        if self._lost:
-            return {"reason": self._lost}
         pivots, unique = _resting(self.chain).dilation, self.tally.undecided == 0
         report = {"start_relaxed": self._relaxed, "pivots": list(pivots), "unique": unique}
         if not unique:

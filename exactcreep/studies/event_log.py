@@ -39,12 +39,6 @@ class LoggedEvent(NamedTuple):
         """The place and the kind of the event, without its time."""
         return (*self[:3], *self.event.signature)
 
-    def summary(self) -> dict[str, Any]:
-        kind, sliders, signs = self.event.signature
-        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs)}
-        where = zip(self._fields[:3], self[:3], strict=True)
-        return dict(where) | what | {"time": float(self.event.time)}
-
 
 def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
     """Return the rearrangements in the recorded ``event_...`` columns, or raise `InputError`."""

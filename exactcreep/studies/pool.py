@@ -34,6 +34,8 @@ def in_parallel(
     further task starts; tasks in threads return soon, others are abandoned. Raises `InputError` if
     the executor accepts no more tasks, after the finished results.
     """
+    if executor is not None and not hasattr(executor, "submit"):
+        raise InputError("executor", executor, "must be a concurrent.futures.Executor")
     if executor is not None and workers is not None:
         raise InputError("workers", workers, "belongs to the executor that is given")
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -43,7 +43,7 @@ class Asked(NamedTuple):
     def never_starts(self) -> int:
         """The number of a slider that never slides without slips; 0: every slider does."""
         chain = self.chain
-        if self.question not in _EDGES or not chain.slides or chain.n == 1 or self.after == 1:
+        if self.question not in _EDGES or not chain.slides or chain.n == 1:
             return 0
         resting = pivot_sliders(chain.each("mu_d"), chain.tan_alpha, chain.end_forces)
         return resting.dilation[-1] if 0 in resting.apart else 0
@@ -79,6 +79,8 @@ CASES = (
     Case(_LIVES, lambda on: on.slips_in_half_cycle > _MOST_SLIPS, "amplitude",
          f"makes more than {_MOST_SLIPS:,} slips in every half-cycle, too many to follow thousands"
          " of cycles"),
+    Case(_THRESHOLDS, lambda on: on.chain.n < 2, "n",
+         "must be at least 2: one slider has no spring, and never creeps"),
     Case(_THRESHOLDS, lambda on: _starts_sliding(on.chain) and on.chain.unlike, "tan_alpha",
          "must leave the relaxed chain at rest, or the chain slides"),
     Case(_THRESHOLDS, lambda on: _starts_sliding(on.chain), "tan_alpha",
@@ -88,7 +90,7 @@ CASES = (
     Case(_THRESHOLDS, lambda on: on.chain.unlike and on.chain.heading == 0, "driving",
          "must not balance weight and end forces: nothing drives the chain either way;"
          f" {_BALANCED}"),
-    Case(_THRESHOLDS, lambda on: on.chain.heading == 0 and on.chain.n > 1, "tan_alpha",
+    Case(_THRESHOLDS, lambda on: on.chain.heading == 0, "tan_alpha",
          f"must not be 0: on the level a relaxed chain stays where it is; {_BALANCED}"),
     Case(_EDGES, lambda on: on.chain.sigma_mu, "sigma_mu",
          'must be 0: with disorder no edge is sharp; kind="intercept" (--kind intercept) says where'
@@ -99,13 +101,14 @@ CASES = (
     Case(_EDGES, lambda on: on.never_starts, "driving",
          "must exceed mu_d/N: on a flatter slope the pivot of an odd chain without slips is its"
          " middle slider, and the chain never creeps"),
+    Case((IN_CYCLE,), lambda on: on.chain.slides, "mu_s",
+         "equal to mu_d leaves no slips, and all cycles from the second on are alike: leave out"
+         " `after`"),
     Case((EDGE,), lambda on: on.chain.n >= CHAOTIC and not on.chain.slides, "n",
          f"must be at most {CHAOTIC - 1} for an edge: longer chains creep chaotically, and for a"
          " while only; ask `survival` how long, `threshold` with `after` for an advance in one"
          ' cycle, or with kind="intercept" (--kind intercept) where the straight part of v(A)'
          " begins"),
-    Case((INTERCEPT,), lambda on: on.chain.n < 2, "n",
-         "must be at least 2: one slider has no spring"),
     Case((INTERCEPT,), lambda on: on.chain.slides, "mu_s",
          "equal to mu_d leaves no slips: the edge of `threshold` is exact, whatever the start"),
     Case((INTERCEPT,), lambda on: on.chain.may_run_away and on.chain.unlike, "driving",

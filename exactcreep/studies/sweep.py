@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -216,7 +215,7 @@ class _Cells:
                                 partial(tell, "compiling"))  # fmt: skip
                 yield index, experiment
 
-        function = self._here if executor is None else computed
+        function = self._here if executor is None else partial(computed, version=__version__)
         with closing(in_parallel(function, tasks(), executor, workers)) as ended:
             for one in ended:
                 if one is not None:
@@ -252,26 +251,24 @@ class _Cells:
                 self.found += 1
                 self._enter(index, result)
 
-    def _here(
-        self, experiment: Experiment, stopped: Callable[[], bool]
-    ) -> tuple[str, Creep | None]:
+    def _here(self, experiment: Experiment, stopped: Callable[[], bool]) -> Creep | None:
         """Return the run of a cell, in a thread; None if it was interrupted, or has no time."""
         if experiment is not self.running.get(0) and (stopped() or self.limits.passed()):
-            return __version__, None
+            return None
         own = replace(self.limits, interrupted=stopped)
 
         def hear(progress: Progress) -> None:
             self.heard[experiment] = progress
 
         result = advanced(ObservedRun(experiment), own, hear)
-        return __version__, None if stopped() else result
+        return None if stopped() else result
 
-    def _keep(self, index: int, future: Future[tuple[str, Creep | None]]) -> None:
+    def _keep(self, index: int, future: Future[Creep | None]) -> None:
         """Take the result of a cell, and save it if it is whole; an error in it names the cell."""
         experiment = self.running.pop(index)
         self.heard.pop(experiment, None)
         try:
-            version, result = future.result()
+            result = future.result()
         except (CancelledError, BrokenExecutor):
             raise
         except InputError as error:
@@ -282,9 +279,6 @@ class _Cells:
         except Exception as error:  # a worker's: it crashed, or had too little memory
             self._fail(index, InputError("cell", index + 1, f"failed: {reason_of(error)}"))
         else:
-            if version != __version__:
-                allowed = f"must run the same version as this program, {__version__}"
-                raise InputError("worker", version, allowed)
             if result is not None:
                 if self.folder is not None and result.outcome is not Outcome.LIMIT:
                     self.folder.save(result)
@@ -306,9 +300,12 @@ class _Cells:
             raise self.failed[index] from error
 
 
-def computed(experiment: Experiment) -> tuple[str, Creep]:
-    """Return the version of this program and the run of a cell, in a worker of an executor."""
-    return __version__, advanced(ObservedRun(experiment), NO_LIMITS)
+def computed(experiment: Experiment, version: str) -> Creep:
+    """Return the run of a cell, in a worker of an executor that has this version of the program."""
+    if version != __version__:
+        allowed = f"must run the same version as this program, {version}"
+        raise InputError("worker", __version__, allowed)
+    return advanced(ObservedRun(experiment), NO_LIMITS)
 
 
 class _Folder:
@@ -391,6 +388,8 @@ def _entries(result: Creep) -> dict[str, Any]:
 class _Listed(Scene):
     """A list of experiments, as a scene that varies their number."""
 
+    listed: list[Experiment]
+
     def __init__(self, listed: Sequence[Any]) -> None:
         experiments = []
         for k, one in enumerate(listed):
@@ -403,12 +402,7 @@ class _Listed(Scene):
             raise InputError("scene", listed, "must hold at least one experiment")
         vary = {"experiment": list(range(len(experiments)))}
         super().__init__("experiments", "", {"run": {}}, vary, Path())
-        vars(self)["_listed"] = experiments
-
-    @property
-    def listed(self) -> list[Experiment]:
-        listed: list[Experiment] = vars(self)["_listed"]
-        return listed
+        vars(self).update(listed=experiments)
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         return self.listed[int((settings or {}).get("experiment", 0))]
@@ -474,6 +468,8 @@ def _assembled(
     for name, column in ((name, RUN.fields[name]) for name in _CELL):
         about = {key: text.format(per=per) for key, text in column.attributes.items() if text}
         columns[name] = column.missing, about
+    columns["finished"] = False, {"long_name": "the cell has been computed to its end"}
+    columns["file"] = "", {"long_name": "the file of its run in the directory of the sweep"}
     if any("velocity_decimal" in cell for cell in cells):
         columns["velocity_decimal"] = "", {}
     variables: dict[str, Any] = {
@@ -482,12 +478,6 @@ def _assembled(
     }
     if SEED in scene.vary:
         variables |= _means(variables, dims.index(dimension_of[SEED]))
-    for name, missing, meaning in (
-        ("finished", False, "the cell has been computed to its end"),
-        ("file", "", "the file of its run in the directory of the sweep"),
-    ):
-        values = np.array([cell.get(name, missing) for cell in cells]).reshape(shape)
-        variables[name] = (dims, values, {"long_name": meaning})
     for name, quantity in HALF_CYCLE_TABLE.columns.items():
         recorded = [cell.get("recorded", {}).get(name) for cell in cells]
         if any(array is not None for array in recorded):
@@ -503,8 +493,6 @@ def _assembled(
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}
-    if isinstance(scene, _Listed):
-        coordinates |= _differing(experiments)
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
 
 
@@ -519,17 +507,6 @@ def _means(variables: Mapping[str, Any], seeds: int) -> dict[str, Any]:
     return {
         "velocity_mean": (across, mean, {**about, "long_name": said[0]}),
         "velocity_mean_error": (across, error, {**about, "long_name": said[1]}),
-    }
-
-
-def _differing(experiments: list[Experiment]) -> dict[str, Any]:
-    """Return the numbers in which listed experiments differ, along their dimension."""
-    every = [one.chain.parameters() | one.drive.parameters() for one in experiments]
-    columns = {name: [each.get(name) for each in every] for name in every[0]}
-    return {
-        name: ("experiment", _coordinate(values))
-        for name, values in columns.items()
-        if all(isinstance(value, (int, Fraction)) for value in values) and len({*values}) > 1
     }
 
 

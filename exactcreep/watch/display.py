@@ -64,6 +64,9 @@ class Display(AbstractContextManager["Display"]):
         """Return the progress callback. A nested computation reports only to its own callable."""
         if callable(progress):
             return progress
+        if type(progress) not in (bool, type(None)):
+            numbers = import_module("exactcreep.model.numbers")  # help loads no numpy
+            raise numbers.InputError("progress", progress, "must be true, false or a function")
         if progress is False or _telling != [self]:
             return None
         notebook = "ipykernel" in sys.modules and find_spec("ipywidgets")

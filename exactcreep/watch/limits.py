@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import signal
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -14,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
+from exactcreep.watch import preparation
 from exactcreep.watch.interrupts import waiting
+from exactcreep.watch.preparation import OutOfTime as OutOfTime
 from exactcreep.watch.preparation import clock
 
 _CONTAINERS = (
@@ -22,14 +22,7 @@ _CONTAINERS = (
     ("/sys/fs/cgroup/memory/", "memory.limit_in_bytes", "memory.usage_in_bytes", "cache"),
 )
 """Files in which Linux gives the memory limit and use of a container, and its file cache."""
-_GRACE = 0.5  # seconds
-_preparing: set[float] = set()
-"""When the preparation of the present command ends late; empty: it has ended."""
 _ANY_NUMBER = 2**60  # events; compiled loops add to it in 64-bit integers
-
-
-class OutOfTime(Exception):
-    """A limit ended a computation, the message says which; within an event the state is kept."""
 
 
 class Stop(Enum):
@@ -74,10 +67,8 @@ class Limits:
             events = min(whole_number(max_events, "max_events", least=0), _ANY_NUMBER)
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
-        return cls(events, seconds=seconds, interrupted=waiting).started()
-
-    def started(self) -> Limits:
-        return replace(self, at=clock() + self.seconds)
+            preparation.limit(seconds)
+        return cls(events, clock() + seconds, seconds, interrupted=waiting)
 
     def after(self, events: int) -> Limits:
         return replace(self, used=self.used + events)
@@ -93,7 +84,8 @@ class Limits:
 
     def passed(self) -> bool:
         """Return whether the time is over, or the user has interrupted."""
-        _preparing.clear()
+        if self.at < math.inf:
+            preparation.ended()
         return self.interrupted() or (self.at < math.inf and clock() >= self.at)
 
     def require(self) -> None:
@@ -121,31 +113,6 @@ class Limits:
 
 NO_LIMITS = Limits()
 """No limits at all."""
-
-
-def enforce(seconds: float) -> None:
-    """Let a command raise `OutOfTime` if its preparation, e.g. of a million cells, ends late.
-
-    The preparation ends when the command first looks at its limits itself.
-    """
-    at = clock() + 1.5 * seconds + _GRACE
-    _preparing.add(at)
-
-    def late(*_: object) -> None:
-        if at in _preparing and clock() >= at:
-            relent()
-            raise OutOfTime(f"max_seconds = {seconds:g} was reached before there was a result")
-
-    if hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGALRM, late)
-        signal.setitimer(signal.ITIMER_REAL, _GRACE, _GRACE)
-
-
-def relent() -> None:
-    """Let the preparation of the present command take any time."""
-    _preparing.clear()
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def free_memory() -> float:

@@ -55,12 +55,6 @@ class Page:
             assert time.monotonic() < end, self.browser.find_element("tag name", "body").text
             time.sleep(0.05)
 
-    def find(self, name: str) -> Any:
-        return self.browser.find_element("id", name)
-
-    def text(self, name: str) -> str:
-        return str(self.find(name).text)
-
     def script(self, text: str, *arguments: Any) -> Any:
         return self.browser.execute_script(text, *arguments)
 
@@ -68,18 +62,7 @@ class Page:
         for key in keys:
             selenium.ActionChains(self.browser).send_keys(key).perform()
 
-    def quiet(self) -> None:
-        """Assert that the browser has complained of nothing."""
-        log = self.browser.get_log("browser")
-        assert not [entry["message"] for entry in log if entry["level"] == "SEVERE"]
-
-    def seen(self, element: Any) -> Any:
-        """Return what is drawn inside the frame of a picture, as it is seen."""
-        found = self.find(element) if isinstance(element, str) else element
-        pixels = mpimg.imread(io.BytesIO(found.screenshot_as_png))
-        return pixels[5:-5, 5:-5]
-
     def colours(self, element: Any) -> int:
         """Return how many colours are seen in a picture; one: that of the paper."""
-        pixels = self.seen(element)
+        pixels = mpimg.imread(io.BytesIO(element.screenshot_as_png))[5:-5, 5:-5]
         return len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0))

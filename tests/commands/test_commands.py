@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 import signal
@@ -10,38 +9,35 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 from matplotlib.figure import Figure
 
-from exactcreep import Cycles, creep
 from exactcreep.cli import COMMANDS
-from exactcreep.solvers.tables import LOGS
 from tests.conftest import Command
-from tests.paper import paper_chain
 from tests.processes import PROGRAM, finished
 
 TWO = ("--n", "2", "--amplitude", "0.001")
-SEARCH = "threshold --n 3 --solver exact --digits 9 --points 50"
+SEARCH = "threshold --n 3 --digits 9 --points 50"
 QUICK = "run six-sliders-cycles --set drive.cycles=10"
 SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 EVERY = {
     "scenes": (("six-sliders-cycles",), ""),
     "run": (SHORT, "out plot"),
     "show": (("run.nc",), "out.png"),
-    "export": (("run.nc",), "to.csv"),
     "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
     "record": (("days.csv",), "plot"),
     "roof": (("days.csv", "--length", "3", "--slope-degrees", "15"), "plot"),
     "threshold": (("--n", "2", "--after", "3", "--digits", "6"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
-    "compare": ((*SHORT[:1], "--seeds", "2", "--events", "20"), "out plot"),
+    "compare": (
+        ("two-sliders-cycles", "--seeds", "2", "--events", "20", "--dts", "0.1", "--digits", "20"),
+        "out plot",
+    ),
 }
 ENDINGS = {"out": ".nc", "plot": ".png"}
-BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8", ".csv": b"half_cycle"}
-SILENT = {"show", "export", "animate"}
+BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8"}
+SILENT = {"show", "animate"}
 """Commands that have files alone, and no object of JSON."""
 KNOWN = {"record": {"T0": 15.2, "readings": 4, "lowest": 8.5, "highest": 22.5}}
 """Members of the object of JSON that are known."""
@@ -94,7 +90,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
     assert bool(drawn) == ("plot" in outputs or name == "show")
     assert "written" not in told.out
     assert numbers(told.out) == PRINTED.get(name, numbers(told.out))
-    assert told.out.strip() or name in ("show", "export")
+    assert told.out.strip()
     assert all(len(row) <= 80 for row in told.out.splitlines() if "  " in row)
     if name not in SILENT:
         told_in_full = command(*line, "--json").json
@@ -136,10 +132,10 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
 
 
-def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
+def test_show_draws_the_half_cycles_asked_for(command: Command, drawn: list[Figure]) -> None:
     assert command("run", *SHORT, "--out", "run.nc").code == 0
     assert command("show", "run.nc", "--half-cycle", "4").code == 0
-    assert "end of half-cycle 4" in drawn[0].axes[-2].get_title()
+    assert drawn[0].axes[1].get_title(loc="right") == "inside half-cycles 3 to 6"
     assert Path("run.png").exists()
     assert "at most 8" in command("show", "run.nc", "--half-cycle", "9", "--out", "b.png").sentence
 
@@ -166,9 +162,10 @@ def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[
         ("reproduce all", "are scenes: exactcreep run chain-amplitude --plot"),
         ("plan chain-jumps", "is said by exactcreep compare SCENE"),
         ("sweep chain-jumps", "a scene that varies is run by exactcreep run SCENE"),
+        ("export run.nc --to run.csv", ".to_csv(FILE) writes a table"),
         (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
         (f"{QUICK} --plot run.png --record none", "needs x_G among"),
-        ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
+        ("animate two-sliders-cycles --out a.mp4", "must end in .gif"),
         ("run --n=8", "run takes a scene; set its chain.n with --set chain.n=8"),
         (f"{QUICK} --max-second 8", "run has no option --max-second (did you mean --max-seconds?)"),
         ("xyzzy", "No such command 'xyzzy'"),
@@ -251,45 +248,3 @@ def test_a_sweep_prints_a_velocity_with_its_error_at_every_point(command: Comman
     ).groups())  # fmt: skip
     assert off == pytest.approx((value - law) / error, abs=0.05 + 0.1 * abs(off))
     assert rows[4].startswith("2 points, 4 seeds each: means and their standard errors: 4 ")
-
-
-TABLES = ("half_cycles", *LOGS)
-
-
-@pytest.mark.parametrize("table", TABLES)
-@pytest.mark.parametrize("amplitude", ["0.005", "0.00001"])
-def test_a_table_comes_back_from_its_files_whole(
-    command: Command, table: str, amplitude: str
-) -> None:
-    run = creep(paper_chain(4), Cycles(amplitude, 4), seed=3, record=("x_G", "x", *LOGS))
-    run.save("run.nc")
-    own = run.to_pandas(table)
-    assert (len(own) > 0) == (amplitude == "0.005" or table == "half_cycles")
-    for ending in ("parquet", "csv"):
-        told = command("export", "run.nc", "--table", table, "--to", f"table.{ending}")
-        assert told.err == f"written: table.{ending} ({len(own)} rows)\n"
-    back = pd.read_parquet("table.parquet")
-    types = own.assign(kind=own["kind"].astype("object")) if "kind" in own else own
-    back = back.astype(types.dtypes.to_dict())  # a category without members is lost
-    pd.testing.assert_frame_equal(back, types, check_exact=True, check_index_type=False)
-    held = pq.read_schema("table.parquet")  # as programs see it that know nothing of pandas
-    assert json.loads(held.metadata[b"PANDAS_ATTRS"]) == own.attrs
-    assert set(held.names) == {own.index.name, *own}
-    with open("table.csv", newline="") as file:
-        header, *rows = csv.reader(file)
-    units = {name: f" [{unit}]" * (unit != "1") for name, unit in own.attrs["units"].items()}
-    assert header == [own.index.name, *(name + unit for name, unit in units.items())]
-    assert rows == own.reset_index().astype(str).to_numpy().tolist()
-
-
-def test_an_export_that_cannot_be_is_refused(
-    command: Command, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    creep(paper_chain(2), Cycles("0.005", 1)).save("run.nc")
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    for asked, said in (
-        ("it.csv --table events", 'needs record = ["events"]'),
-        ("it.parquet", 'needs pyarrow: pip install ".[export]"'),
-    ):
-        assert said in command(*f"export run.nc --to {asked}".split()).sentence
-    assert command("export", "run.nc", "--to", "it.csv").code == 0

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import re
+import shlex
 import signal
+import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
 import pytest
 
-from tests.warm import Warm, warm_process
+from tests.conftest import Command
+from tests.processes import PATIENCE, PROGRAM, begun
 
-pytestmark = pytest.mark.xdist_group("warm")  # one warm process
 LINES = (
     "run two-sliders-cycles --set drive.cycles=3 --json",
     "run two-sliders-cycles --set chain.n=3 --set drive.amplitude=0.001 --plot p.png --force",
     "run two-sliders-cycles --solver certified --set drive.cycles=1 --out r.nc --force",
     "fate --n 3 --amplitude 0.0004 --solver exact",
-    "threshold --n 2 --digits 4 --solver exact",
+    "threshold --n 2 --digits 4",
     "survival --n 3 --amplitude 0.0004 --starts 2 --cycles 20",
     "compare two-sliders-cycles --events 20 --dts 0.1",
     "scenes",
@@ -31,12 +32,7 @@ WORDS = (
     "--out", "/", "", "--max-seconds", "0.1", "--solver", "verlet", "'a b'", "--plot", "x" * 300,
 )  # fmt: skip
 STATUSES = 0, 2, 3, 4
-
-
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Warm]:
-    with warm_process(tmp_path_factory.mktemp("warm")) as process:
-        yield process
+MAIN = threading.main_thread().ident
 
 
 def mistyped(line: str, random: Random) -> str:
@@ -51,17 +47,15 @@ def mistyped(line: str, random: Random) -> str:
     return " ".join(words)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_mistyped_line_ends_with_an_answer_or_a_sentence(
-    seed: int, warm: Warm, tmp_path: Path
-) -> None:
-    random = Random(seed)
-    for _ in range(60):
+@pytest.mark.filterwarnings("ignore")
+def test_a_mistyped_line_ends_with_an_answer_or_a_sentence(command: Command) -> None:
+    random = Random(0)
+    for _ in range(100):
         line = mistyped(random.choice(LINES), random)
-        code, _, said = warm.run(f"{line} --max-seconds 1" if "run" in line else line, tmp_path)
-        assert code in STATUSES, (line, said)
-        assert not re.search("defect|Traceback", said), (line, said)
-        assert code == 0 or said.strip(), line
+        told = command(*shlex.split(f"{line} --max-seconds 1" if "run" in line else line))
+        assert told.code in STATUSES, (line, told.err)
+        assert not re.search("defect|Traceback", told.err), (line, told.err)
+        assert told.code == 0 or told.err.strip(), line
 
 
 ENDLESS = {
@@ -73,32 +67,29 @@ ENDLESS = {
 """Lines that are never done in time, with a word of what is known when they are stopped."""
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("line", ENDLESS)
-def test_what_is_known_when_a_command_is_stopped_is_said(
-    line: str, warm: Warm, tmp_path: Path
-) -> None:
-    for patience in (0.5, 2, 8, 32):
-        with warm.begun(line, tmp_path) as child:
-            time.sleep(patience)
-            child.signal(signal.SIGINT)
-            code, out, said = child.wait()
-        assert code == 130
-        if ENDLESS[line] in " ".join((out + said).split()):
+def test_what_is_known_when_a_command_is_stopped_is_said(line: str, command: Command) -> None:
+    for patience in (1, 4, 16):
+        pressed = threading.Timer(patience, signal.pthread_kill, (MAIN, signal.SIGINT))
+        pressed.start()
+        told = command(*line.split())
+        pressed.join()
+        assert told.code == 130
+        if ENDLESS[line] in " ".join((told.out + told.err).split()):
             return
-    pytest.fail(said)
+    pytest.fail(told.err)
 
 
-@pytest.mark.parametrize("line", [line for line in LINES if "show" not in line])
-def test_a_signal_at_any_moment_is_said_and_leaves_no_part(
-    line: str, warm: Warm, tmp_path: Path
-) -> None:
-    random = Random(line)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT):
-        with warm.begun(line, tmp_path) as child:
-            time.sleep(random.uniform(0, 0.3))
-            child.signal(number)
-            code, _, said = child.wait()
-        assert code in (128 + number, *STATUSES), said
-        assert code != 128 + number or not said or "exactcreep: interrupted" in said
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("line", LINES[1:4])
+def test_a_signal_at_any_moment_is_said_and_leaves_no_part(line: str, tmp_path: Path) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with begun(*PROGRAM, *line.split(), cwd=tmp_path) as process:
+            time.sleep(Random(f"{line} {number}").uniform(0, 3))
+            process.send_signal(number)
+            _, said = process.communicate(timeout=PATIENCE)
+        assert process.returncode in (-number, 128 + number, *STATUSES), said
+        assert process.returncode != 128 + number or not said or "interrupted" in said
         assert not re.search("defect|Traceback", said), said
         assert {path.suffix for path in tmp_path.iterdir()} <= {".png", ".nc"}

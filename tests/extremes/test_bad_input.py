@@ -35,7 +35,9 @@ from exactcreep import (
     fate,
     laws,
     load_scene,
+    physical,
     rearrange,
+    survival,
     sweep,
     threshold,
 )
@@ -45,6 +47,7 @@ from exactcreep.solvers.registry import SOLVERS
 GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 CHAIN = Chain(**GOOD)
 RUN = Cycles("0.0005", 1)
+ROOF = {"length": 3, "section": 1, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
 SCENE = """
 [chain]
 n = 3
@@ -141,7 +144,9 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: Creep.load(a), lambda a, b: load_scene(a),
         lambda a, b: Scene.from_mapping(a), lambda a, b: Scene.from_mapping({"chain": a}),
         lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
-        lambda a, b: threshold(CHAIN, solver=a), lambda a, b: fate(CHAIN, a, solver=b),
+        lambda a, b: Experiment(CHAIN, RUN, options=a), lambda a, b: physical(**ROOF, material=a),
+        lambda a, b: survival(CHAIN, 1, starts=1, cycles=1, executor=1 if a is None else a),
+        lambda a, b: threshold(CHAIN, kind=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [
         lambda a, b: compare(a), lambda a, b: compare(EXPERIMENT, seeds=a, events=0),
@@ -151,6 +156,8 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: TemperatureRecord("none.csv", 1, 20, unit=a, delimiter=b),
     ],
     "run": [
+        lambda a, b: creep(CHAIN, RUN, progress=not callable(a) and a),
+    ] + [
         lambda a, b, name=name: creep(CHAIN, RUN, **{name: a})
         for name in ("seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
                      "accuracy", "question", "every", "nonsense")

@@ -1,18 +1,15 @@
-"""An avalanche moves in its animation and on its page as it does in its run."""
+"""An avalanche moves in its animation as it does in its run."""
 
 from __future__ import annotations
 
-import base64
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 from PIL import Image
 
 from exactcreep import Creep, Cycles, Experiment, InputError, creep
-from exactcreep.figures import avalanche_page
 from exactcreep.figures.animation import (
     RunAvalanche,
     draw_avalanche,
@@ -78,34 +75,3 @@ def test_the_animation_has_the_frames_that_were_asked_for(
         first = np.asarray(moving.convert("RGB"))
         moving.seek(3)
         assert (first != np.asarray(moving.convert("RGB"))).any()
-
-
-def unpacked(packed: dict[str, str]) -> np.ndarray[Any, Any]:
-    return np.frombuffer(base64.b64decode(packed["f4"]), "<f4")
-
-
-def test_the_run_of_the_page_is_that_of_creep(run: Creep) -> None:
-    shown = avalanche_page.run_data(avalanche_page.run_to_draw(EXPERIMENT))
-    assert f"mean velocity {run.velocity:.6g}" in shown["sentence"]
-    assert f"{run.slip_count} slips" in shown["sentence"]
-    half_cycle, moved = run.recorded["rearrangement_half_cycle"], unpacked(shown["displacement"])
-    at_ends = [moved[half_cycle <= q].sum() for q in range(1, run.half_cycles + 1)]
-    assert_allclose(at_ends, run.recorded["x_G"], atol=2e-6)
-    assert_array_equal(np.ceil(unpacked(shown["when"])), half_cycle)
-    assert_array_equal(unpacked(shown["slip"]["slider"]), run.recorded["slip_slider"])
-
-
-def test_a_rearrangement_is_in_the_page_as_its_closed_form(
-    run: Creep, avalanche: RunAvalanche
-) -> None:
-    sent, motion = avalanche_page.motion_data(avalanche), avalanche.rearrangement
-    times = unpacked(sent["times"])
-    assert {np.float32(event.time) for event in motion.events} <= {*times}
-    there = motion.sol(times.astype(float)[3])
-    moved = there.positions - motion.initial.displacements
-    for name, values in (("moved", moved), ("velocity", there.velocities)):
-        assert_allclose(unpacked(sent[name]).reshape(-1, 6)[3], values, atol=1e-6)
-    assert_allclose(unpacked(sent["tension"]), motion.initial.tensions, atol=1e-6)
-    assert (sent["number"], sent["tan_alpha"]) == (NUMBER, float(CHAIN.tan_alpha))
-    for name in ("half_cycle", "events"):
-        assert sent[name] == run.recorded[f"rearrangement_{name}"][NUMBER]

@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import exactcreep as ec
-from exactcreep.figures.run import draw_descent, draw_portrait, draw_run, portrait, tension_bounds
-from exactcreep.figures.style import DISPLACEMENT
+from exactcreep.figures.run import draw_run, inside
 from exactcreep.laws import prediction
 from exactcreep.results import Progress
 from tests.paper import paper_chain
@@ -35,12 +34,10 @@ def test_the_lines_are_theta_and_x_G_of_every_target_and_the_sliders_of_a_short_
         (bottom, 1, 1.0, x[:, 0]), (bottom, 2, 3.0, x[:, 1]),
     ):  # fmt: skip
         assert_array_equal(line(axes, place), [np.arange(301), np.append(begin, values)])
-    (band,) = drawn(ec.creep(CHAIN, ec.Cycles("0.002", 201)))[0].collections  # of many cycles
-    assert_array_equal(np.ptp(band.get_paths()[0].vertices, axis=0), (402, 0.004))
 
 
 def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> None:
-    run = ec.creep(paper_chain(10), ec.Cycles("0.01", 8))
+    run = ec.creep(SIX, ec.Cycles("0.01", 8))
     law, (_, _, bottom, *_) = prediction(run.chain, run.drive), drawn(run)
     x, y = line(bottom, f"{law.law} (± {law.deviation:.2g} per half-cycle)")
     assert x.tolist() == [run.burn_in, run.half_cycles]
@@ -55,25 +52,49 @@ def test_the_course_of_one_run_has_its_law_as_a_line_with_its_deviation() -> Non
 
 
 @pytest.mark.parametrize("drive", [DRIVE, ec.Targets([[0.01, 0], [0.01, 0.01], [0, 0]])])
-def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(drive: ec.Drive) -> None:
-    chain = paper_chain(3)
+@pytest.mark.parametrize("window", [(0, 4), (7, 3), (40, 2)])
+def test_inside_half_cycles_x_G_and_the_sliders_step_at_each_rearrangement(
+    drive: ec.Drive, window: tuple[int, int]
+) -> None:
+    chain, heard = paper_chain(3), list[Progress]()
+    around, wide = min(window[0], drive.target_count), min(window[1], drive.target_count)
     full = ec.creep(chain, drive, seed=2, record=("x_G", "x", "rearrangements", "slip_table"))
-    _, ramps, _, inside, durations = drawn(ec.creep(chain, drive, seed=2))
-    until, rows = min(4, drive.target_count), full.to_pandas("rearrangements")
-    rows = rows[rows.half_cycle <= until]
+    run = ec.creep(chain, drive, seed=2)
+    seen = inside(run, around, wide, progress=heard.append)
+    begin, until = seen.first - 1, seen.last
+    assert begin <= around <= until == begin + wide == heard[-1].done == heard[-1].total
+    figure = assert_shows_data(draw_run(run, seen=seen), framed=True)
+    _, ramps, _, within, slips, durations = figure.axes
+    rows = full.to_pandas("rearrangements")
+    rows = rows[(rows.half_cycle > begin) & (rows.half_cycle <= until)]
     for n in range(4):
-        time, moved = line(inside, n)
+        time, moved = line(within, n)
         values = full.recorded["x_G"] if n == 0 else full.recorded["x"][:, n - 1]
-        ends = np.searchsorted(time, np.arange(1, until + 1), side="right") - 1
-        assert_allclose(moved[ends], values[:until], atol=1e-9)
-        assert_array_equal(line(full.plot(), n)[1][: moved.size - 1], moved[:-1])
+        ends = np.searchsorted(time, np.arange(begin, until + 1), side="right") - 1
+        assert_allclose(moved[ends], np.append(0, values)[begin : until + 1], atol=1e-9)
+        there = line(full.plot(), n)[1][rows.index[0] + 1 :]
+        assert_allclose(there[: moved.size - 2], moved[1:-1], atol=1e-9)
     assert_array_equal(np.ceil(time[1:-1]), rows.half_cycle)
     if drive.cyclic:  # theta of each is that of the ramp there
         assert_allclose(np.interp(time[1:-1], *line(ramps, 0)), rows.theta)
     (stems,) = durations.collections
     heights = [segment[1] for segment in stems.get_segments()]
     assert_allclose(heights, np.column_stack([time[1:-1], rows.duration]))
-    assert inside.get_xlim() == durations.get_xlim() == ramps.get_xlim()
+    table = full.to_pandas("slip_table")
+    table = table[table.rearrangement.isin(rows.index)]
+    for words, own in (("down", table.displacement > 0), ("up", table.displacement < 0)):
+        when, which = line(slips, words)
+        assert_array_equal(which, table.slider[own])
+        assert_array_equal(when, time[1 + table.rearrangement[own] - rows.index[0]])
+
+
+def test_a_run_of_another_program_is_not_drawn_from_inside() -> None:
+    run = ec.creep(SIX, DRIVE, seed=3, record=("x_G",))
+    changed = run.recorded["x_G"].copy()
+    changed[11] = np.nextafter(changed[11], 1e9)
+    other = dataclasses.replace(run, recorded={"x_G": changed})
+    with pytest.raises(ec.InputError, match="at half-cycle 12 when the run was saved"):
+        inside(other, 20)
 
 
 def test_a_run_that_recorded_avalanches_is_drawn_by_their_sizes_and_durations() -> None:
@@ -97,18 +118,6 @@ def recorded(days: int) -> ec.TemperatureRecord:
     return ec.TemperatureRecord.of(degrees, "29e-6", 10, times=dates, unit="C")
 
 
-def test_a_record_is_drawn_in_dates_and_degrees() -> None:
-    roof, record = ec.physical(**ROOF), recorded(30)
-    run = ec.creep(roof.chain, record)
-    axes = run.plot()
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", DISPLACEMENT)
-    assert_shows_data(axes.figure, framed=True)
-    assert_array_equal(line(axes, 0)[1], run.recorded["x_G"])
-    (beside,) = (each for each in axes.figure.axes if each is not axes)
-    assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
-    assert_allclose(beside.lines[0].get_ydata(), record.temperatures)
-
-
 @pytest.mark.parametrize("years", [1, 6])
 def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_frictions(
     years: int,
@@ -116,7 +125,7 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
     measured = 2.5
     roof = ec.physical(**ROOF, measured=measured)
     descent = roof.creep(recorded(365 * years + 3), solver="sliding")
-    top, bottom, side = assert_shows_data(draw_descent(descent)).axes
+    top, bottom, side = assert_shows_data(descent.plot()).axes
     assert_allclose(top.lines[0].get_ydata(), descent.temperatures)
     yearly = np.diff(np.interp(365.25 * np.arange(years + 1), descent.elapsed, descent.millimetres))
     several, shown = years > 4, bottom.lines[0].get_ydata()
@@ -130,57 +139,6 @@ def test_a_descent_is_drawn_in_time_or_year_by_year_beside_those_of_other_fricti
         rates = [descent.rates[descent.contacts[place], f] * span for f in roof.friction]
         assert_allclose(bar, [[place] * 3, rates])
         assert_allclose(mark.ravel(), [place, rates[1]])
-
-
-# --- a run around one half-cycle, and a rearrangement ---------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def run():
-    return ec.creep(SIX, DRIVE, seed=3, record=("x_G",))
-
-
-@pytest.mark.parametrize("half_cycle", [0, 7, 40])
-def test_a_portrait_shows_what_a_full_record_holds(run: ec.Creep, half_cycle: int) -> None:
-    full = ec.creep(SIX, DRIVE, seed=3, record=("x_G", "x", "tension", "slips")).recorded
-    heard: list[Progress] = []
-    seen = portrait(run, half_cycle, window=10, progress=heard.append)
-    assert heard[-1].done == heard[-1].total == seen.first + 9
-    there = slice(seen.first - 1, seen.first - 1 + 10)
-    assert seen.first - 1 <= half_cycle <= seen.first + 9
-    assert_array_equal(seen.slips, full["slips"][there])
-    assert_array_equal(seen.x_G[1:], full["x_G"][there])
-    assert seen.x_G[0] == np.vstack([np.zeros(6), full["x"]])[seen.first - 1].mean()
-    begin = DRIVE.targets(seen.first - 1, 1) if seen.first > 1 else [0.0]
-    assert_array_equal(seen.theta, [*begin, *DRIVE.targets(seen.first, 10)])
-    assert (np.abs(seen.forces) <= seen.limits).all()
-    (low, high), (least, most) = tension_bounds(SIX, "mu_s"), tension_bounds(SIX, "mu_d")
-    held = seen.state.tensions
-    assert ((low <= held) & (held <= high) & (low < least) & (most < high)).all()
-    if half_cycle:
-        assert_array_equal(held, full["tension"][half_cycle - 1])
-    top, middle, space, tensions, forces, _ = draw_portrait(seen).axes
-    time = np.arange(seen.first - 1, seen.first + 10)
-    assert_array_equal(line(top, 0), [time, seen.theta])
-    assert_array_equal(line(middle, 0), [time, seen.x_G])
-    assert top.get_xlim() == middle.get_xlim() == (time[0], time[-1])
-    (inset,) = middle.child_axes
-    assert_array_equal(line(inset, 0), [np.arange(1, 41), full["x_G"]])
-    mesh = space.collections[0]
-    assert_array_equal(np.asarray(mesh.get_array()).reshape(6, 10), seen.slips.T)
-    assert_array_equal(line(tensions, 4), [np.arange(1, 6), held])
-    assert_array_equal(line(forces, 0), [np.arange(1, 7), seen.forces])
-    assert_array_equal(line(forces, 1)[0], np.arange(7) + 0.5)  # steps of mu_d
-
-
-def test_what_the_run_does_not_have_or_repeat_is_refused(run: ec.Creep) -> None:
-    changed = run.recorded["x_G"].copy()
-    changed[11] = np.nextafter(changed[11], 1e9)
-    other = dataclasses.replace(run, recorded={"x_G": changed})
-    with pytest.raises(ec.InputError, match="at half-cycle 12 when the run was saved"):
-        portrait(other, 20)
-    with pytest.raises(ec.InputError, match=r"half_cycle = 41.*at most 40"):
-        portrait(run, 41)
 
 
 def test_a_rearrangement_is_drawn_by_its_velocities_and_by_energies_that_balance() -> None:

@@ -96,7 +96,7 @@ def as_text(value: Any) -> Any:
     """Return numbers as decimals, which a chain takes exactly."""
     if isinstance(value, list):
         return [as_text(one) for one in value]
-    return value if isinstance(value, int) else f"{value:.8f}"
+    return value if isinstance(value, int) else f"{float(value):.8f}"
 
 
 def measured(about: dict[str, Any]) -> dict[str, float]:
@@ -104,7 +104,7 @@ def measured(about: dict[str, Any]) -> dict[str, float]:
     chain = chain_of(about)
     clean, random = about["sigma_mu"] == 0, "sigma_theta" in about
     half = float(laws.differing_intercept(chain.each("mu_d"), chain.tan_alpha, chain.end_forces))
-    size = f"{about['sigma_theta' if random else 'amplitude']:.9f}"
+    size = f"{float(about['sigma_theta' if random else 'amplitude']):.9f}"
     width = 1000 * float(size)
     gain = width * float(laws.gaussian_integral(half / width)) if random else width - half
     excess = (sum(chain.each("mu_s")) - sum(chain.each("mu_d"))) / chain.n

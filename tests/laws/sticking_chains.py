@@ -15,20 +15,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from exactcreep import Chain, Cycles, GaussianSteps, creep
-from exactcreep.laws import pivots
-from exactcreep.laws.sticking import forces
 from exactcreep.results import PhysicsWarning
+from tests.laws.drawn_chains import measured
 from tests.laws.kept import Row, renew
 
 FILE = Path(__file__).parents[2] / "notebooks" / "pictures" / "sticking.csv"
 CHAIN = ("n", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
-SLIPS, FEWEST, MOST, MOST_SLIPS = 500_000, 4, 16, 12_000_000
-"""Of each run, roughly; seeds of each chain; and slips of all, enough for `GOAL` if they can be."""
-GOAL = 0.01
-"""Standard error of a velocity, in units of G, from the means of two halves of each run."""
 
 
 def parameters(row: Row) -> dict[str, Any]:
@@ -45,27 +37,8 @@ def held_out(row: Row) -> bool:
 
 def run(row: Row) -> dict[str, float]:
     """Return the velocity of a chain with its standard error."""
-    about = parameters(row)
-    gain, random, size = forces(about).gain, row["kind"] == "random", Fraction(row["size"])
-    chain = Chain(**{name: about[name] for name in (*CHAIN, "l0")})
-    slips = chain.n**2 * max(gain / chain.excess, 1) / 2
-    targets = int(np.clip(SLIPS / slips, 60, 3000)) // 2 * 2
-    drive = GaussianSteps(size, targets) if random else Cycles(size, targets // 2)
-    marks = np.linspace(targets // 4 // 2 * 2, targets, 3).astype(int) // 2 * 2
-    means: list[float] = []
-    for seed in range(MOST):
-        x_G = np.asarray(creep(chain, drive, seed=seed, record=("x_G",)).recorded["x_G"])
-        if random:  # the scatter of the dilations is that of the sliding limit, whose mean is known
-            limit = creep(chain, drive, seed=seed, solver="sliding", record=("x_G",))
-            i = pivots(chain.n, chain.tan_alpha, chain.mu_d)[0]
-            x_G = x_G - np.asarray(limit.recorded["x_G"])
-            x_G += (chain.n + 3 - 2 * i) * gain * np.arange(1, targets + 1)
-        means += (np.diff(x_G[marks - 1]) / np.diff(marks)).tolist()
-        error = float(np.std(means, ddof=1) / np.sqrt(len(means)))
-        enough = error <= GOAL * gain or (seed + 1) * targets * slips >= MOST_SLIPS
-        if seed + 1 >= FEWEST and enough:
-            break
-    return {"velocity": float(np.mean(means)), "error": error}
+    found = measured(parameters(row) | {"end_forces": [0, 0]})
+    return {name: found[name] for name in ("velocity", "error")}
 
 
 if __name__ == "__main__":

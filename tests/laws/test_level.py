@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import mpmath
@@ -69,24 +68,6 @@ def test_gaussian_steps_have_the_rate_and_the_constant_of_the_integral(
     v, c = level.growth(h)
     assert v == pytest.approx(rate, abs=5e-5)
     assert c == pytest.approx(constant, abs=3e-5)
-
-
-def test_the_constant_is_the_mean_over_paths_of_targets() -> None:
-    h, paths, random = 0.25, 100_000, np.random.default_rng(4)
-    y, length, moment, square = np.zeros((4, paths))
-    found = {}
-    for t in range(1, 201):
-        z = random.standard_normal(paths)
-        moved = np.clip(y, z - h, z + h) - y
-        longer, way = length + abs(moved), np.sign(moved)
-        gone = np.divide(abs(moved), length * longer, out=np.zeros(paths), where=length > 0)
-        square += (way * moment - length**3 / 3) * gone / 2 + (longer**2 - length**2) / 12
-        moment += way * (longer**3 - length**3) / 3
-        y, length = y + moved, longer
-        found[t] = square.mean()
-    v, c = level.growth(h)
-    at = [found[t] - v * math.log(t) for t in (100, 200)]
-    assert 2 * at[1] - at[0] == pytest.approx(c, abs=0.015)  # terms of 1/t cancel
 
 
 def test_increments_of_gaussian_steps_forget_the_place_of_the_spring_within_a_few_targets() -> None:
@@ -160,15 +141,3 @@ def test_runs_follow_the_law_within_three_standard_errors(
     *_, begin, end = targets[:3]
     law = level_increment(chain, drive, begin, end - begin)
     assert abs(sigmas((places[:, 2] - places[:, 1]) ** 2, law)) < 3
-
-
-def test_role_changes_are_new_maxima_of_the_draws() -> None:
-    """After m slips there were H(m + 2) - 3/2 of them, in the mean over 300 runs."""
-    changes, slips = [], 0
-    for seed in range(300):
-        run = creep(pair(), Cycles("0.005", 10), seed=seed, record=("slip_table",))
-        movers = run.to_pandas("slip_table").slider.tolist()
-        slips = max(slips, len(movers))
-        changes.append(sum(a != b for a, b in pairwise(movers)))
-    expected = sum(1 / k for k in range(1, slips + 3)) - 1.5
-    assert np.mean(changes) == pytest.approx(expected, abs=3 * np.std(changes) / 300**0.5)

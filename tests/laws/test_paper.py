@@ -207,7 +207,7 @@ def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
         (partial(laws.differing_velocity, l0=1, mu_d=[0.5] * 3, tan_alpha=0),
          ValueError, "amplitude or as sigma_theta"),
         (partial(laws.sticking_velocity, SEUIL | {"n": 3, "mu_s": 0.6, "sigma_mu": 0,
-         "amplitude": 1}), ValueError, "n >= 4"),
+         "amplitude": 1}), ValueError, "n between 4"),
         (partial(laws.pivot_sliders, [0.5] * 3, 0.5), ValueError, "friction must hold"),
         (partial(laws.pivot_sliders, [0.5] * 3, 0, (1.5, 0)), ValueError, "friction must hold"),
         (partial(laws.pivot_sliders, [], 0), ValueError, "mu_d must hold"),

@@ -14,7 +14,6 @@ import pytest
 from derivations.chain import RationalChain
 from exactcreep import laws
 from exactcreep.laws import gaussian_integral, law_values, prediction, staircase_two_sliders
-from exactcreep.laws.number_types import floor_of_surd
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.state import State
@@ -163,13 +162,6 @@ def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
     chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
     assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0
     assert staircase_two_sliders(**chain, amplitude=F(below + 1, scale)) > 0
-
-
-@pytest.mark.parametrize("surd", [F(-9, 4), F(-2), F(-1), F(0), F(3, 2)])
-def test_the_floor_of_a_surd_is_exact(surd: F) -> None:
-    for rational, radicand in ((F(1, 3), F(17, 16)), (F(-5, 2), F(25, 16)), (F(7), F(2))):
-        expected = float(surd) * math.sqrt(float(radicand)) + float(rational)
-        assert floor_of_surd(surd, radicand, rational) == math.floor(expected)
 
 
 def test_a_printed_law_ends_below_its_threshold_and_holds_on_a_plateau_of_zero() -> None:

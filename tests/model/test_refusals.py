@@ -130,7 +130,10 @@ DRIVE = Cycles("0.005", 5)
         (lambda: ec.threshold(n=3), r"n = 3: belongs to a chain: threshold\(Chain\(n=3, \.\.\.\)"),
         (lambda: ec.creep(DRIVE, n=3), r"creep\(Chain\(n=3"),
         (lambda: Chain(**PAPER | {"mu_s": [0.6] * 9}), "numbers, of each slider"),
-        (lambda: ec.physical(**ROOF, tan_alpha=1).creep(DRIVE, time_unit=9), "must exceed tan"),
+        (
+            lambda: ec.physical(**ROOF, tan_alpha=1).creep(DRIVE, time_unit=9),
+            "has to exceed weight",
+        ),
         (lambda: ec.creep(CHAIN, DRIVE, seed=None), "no run is random; default 0"),
     ],
 )
@@ -148,7 +151,6 @@ def test_a_mistake_that_everybody_makes_is_answered_with_its_mend(mistaken, mend
         (lambda: ec.physical(**ROOF, tan_alpha="0.3", kappa="0.0011"), "= 0.0011: .* per kelvin"),
         (lambda: ec.Experiment(CHAIN, Cycles(2, 1)), "theta.* reaches 1"),
         (lambda: ec.Experiment(Chain(**PAPER | {"n": 600_000}), DRIVE), "= 600000: .* of memory"),
-        (lambda: ec.Experiment(CHAIN, Cycles("0.005", 10**12)), "= .*e.14: .* more than a day"),
         (lambda: Verlet(dt=8e-7), "steps = 1.25e.0?6: "),
     ],
 )

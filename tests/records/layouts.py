@@ -60,12 +60,6 @@ def daily(head: str, row: Callable[[int, datetime], str], end: str = "", **about
     return written(head, [row(k, day) for k, day in enumerate(DAYS)], end, **(two | about))
 
 
-def one_a_day(values: Sequence[float] = HIGH, **about: Any) -> dict[str, Any]:
-    """Return what is right for a single reading a day."""
-    return {"readings": 16, "first": DAYS[0], "last": DAYS[-1], "low": min(values),
-            "high": max(values)} | about
-
-
 def written(
     head: str, rows: Sequence[str], end: str = "", *, encoding: str = "utf-8", newline: str = "\n",
     **about: Any,
@@ -112,161 +106,57 @@ def days(
     add(name, lambda: daily(head, row, end, **about))
 
 
+def months(
+    name: str, head: str, row: Callable[[int, datetime], str], low: float, high: float, **about: Any
+) -> None:
+    begins = [datetime(2029 + k // 12, k % 12 + 1, 1) for k in range(36)]
+    add(name, lambda: written(head, [row(k, m) for k, m in enumerate(begins)], readings=36,
+                              first=begins[0], last=begins[-1], low=low, high=high, **about))
+
+
 # --- services of Europe ---------------------------------------------------------------------------
 
 hours("dwd_hourly", "STATIONS_ID;MESS_DATUM;QN_9;TT_TU;RF_TU;eor",
       lambda k, h: f"        433;{h:%Y%m%d%H};    3;  {T[k]:5};  {RH[k]}.0;eor")
-hours("dwd_ten_minutes", "STATIONS_ID;MESS_DATUM;  QN;PP_10;TT_10;TM5_10;RF_10;TD_10;eor",
-      lambda k, h: f" 433;{h:%Y%m%d%H%M};    2;  1003.1;  {T[k]};  {T[k] + 1:.1f};  {RH[k]}.0;  {DEW[k]};eor")
-days("dwd_daily", "STATIONS_ID;MESS_DATUM;QN_3;  FX;  FM;QN_4; RSK;RSKF; SDK;SHK_TAG;  NM; VPM;  PM; TMK; UPM; TXK; TNK; TGK;eor",
-      lambda k, d: f" 433;{d:%Y%m%d};10; 12.1; 4.2; 3; 0.0;  0; 3.2;  0; 5.1; 9.1; 1003.1; {(LOW[k] + HIGH[k]) / 2:.1f}; 71.0; {HIGH[k]}; {LOW[k]}; {LOW[k] - 2:.1f};eor")
 hours("smhi", "Stationsnamn;Stationsnummer;Stationsnät;Mäthöjd (meter över marken)\nX;97400;SMHIs stationsnät;2.0\n\n" "Parameternamn;Beskrivning;Enhet\nLufttemperatur;momentanvärde, 1 gång/tim;celsius\n\n" "Datum;Tid (UTC);Lufttemperatur;Kvalitet;;Tidsutsnitt:",
       lambda k, h: f"{h:%Y-%m-%d};{h:%H:%M:%S};{T[k]};G" + (";;Kvalitetskontrollerade historiska data" if k < 2 else ";;"))
-hours("smhi_short_rows", "Datum;Tid (UTC);Lufttemperatur;Kvalitet;;Tidsutsnitt:",
-      lambda k, h: f"{h:%Y-%m-%d};{h:%H:%M:%S};{T[k]};G" + (";;Tidsperiod" if k == 0 else ""))
-KNMI = """# DEZE GEGEVENS MOGEN VRIJ WORDEN GEBRUIKT
-# STN         LON(east)   LAT(north)  ALT(m)      NAME
-# 260         5.180       52.100      1.90        De Bilt
-# T         : Temperature (in 0.1 degrees Celsius) at 1.50 m at the time of observation
-# TD        : Dew point temperature (in 0.1 degrees Celsius) at 1.50 m
-# U         : Relative atmospheric humidity (in percents) at 1.50 m
-# STN,YYYYMMDD,   HH,    T,   TD,    U"""
-hours("knmi_hourly", KNMI,
-      lambda k, h: f"  260,{(h - timedelta(hours=1)):%Y%m%d},{(h.hour or 24):5},{tenths(T[k]):5},{tenths(DEW[k]):5},{RH[k]:5}")
 hours("knmi_without_preamble", "STN,YYYYMMDD,HH,T,TD,U",
       lambda k, h: f"260,{h:%Y%m%d},{h.hour},{tenths(T[k])},{tenths(DEW[k])},{RH[k]}")
-days("knmi_daily", "BRON: KNMI\nTG : Etmaalgemiddelde temperatuur (in 0.1 graden Celsius)\nTN : Minimum temperatuur (in 0.1 graden Celsius)\n" "TX : Maximum temperatuur (in 0.1 graden Celsius)\nT10N : Minimum temperatuur op 10 cm hoogte (in 0.1 graden Celsius)\n\n# STN,YYYYMMDD,   TG,   TN,  TNH,   TX,  TXH, T10N",
-      lambda k, d: f"  260,{d:%Y%m%d},{tenths((LOW[k] + HIGH[k]) / 2):5},{tenths(LOW[k]):5},    4,{tenths(HIGH[k]):5},   14,{tenths(LOW[k]) - 20:5}")
-days("eca_blended", "EUROPEAN CLIMATE ASSESSMENT\n\nFILE FORMAT (MISSING VALUE CODE = -9999):\n\n01-06 STAID: Station identifier\n" "24-28 TX   : Maximum temperature in 0.1 &#176;C\n\nSTAID, SOUID,    DATE,   TX, Q_TX",
-      lambda k, d: f"     2, 36438,{d:%Y%m%d},{tenths(HIGH[k]):5},    0", **one_a_day())
 hours("meteo_france_synop", "numer_sta;date;pmer;t;td;u;vv",
       lambda k, h: f"07005;{h:%Y%m%d%H%M%S};101320;{T[k] + 273.15:.2f};{DEW[k] + 273.15:.2f};{RH[k]};mq", needs="unit", given={"unit": "K"})
-days("meteo_france_daily", "NUM_POSTE;NOM_USUEL;LAT;LON;ALTI;AAAAMMJJ;RR;QRR;TN;QTN;HTN;QHTN;TX;QTX;HTX;QHTX;TM;QTM;TNTXM;QTNTXM;TAMPLI;QTAMPLI;TNSOL;QTNSOL;TN50;QTN50",
-      lambda k, d: f"01014002;ARBENT;46.27;5.66;534;{d:%Y%m%d};0.0;1;{LOW[k]};1;0512;9;{HIGH[k]};1;1420;9;{(LOW[k] + HIGH[k]) / 2:.1f};1;" f"{(LOW[k] + HIGH[k]) / 2:.1f};1;{HIGH[k] - LOW[k]:.1f};1;{LOW[k] - 2:.1f};1;;")
-hours("meteo_france_hourly", "NUM_POSTE;NOM_USUEL;AAAAMMJJHH;RR1;QRR1;FF;QFF;T;QT;TD;QTD;TN;QTN;HTN;TX;QTX;T10;T50;TSV;U",
-      lambda k, h: f"01014002;ARBENT;{h:%Y%m%d%H};0.0;1;2.1;1;{T[k]};1;{DEW[k]};1;{T[k] - 0.4:.1f};1;{h.hour:02}20;{T[k] + 0.4:.1f};1;15.1;14.2;9.1;{RH[k]}")
-hours("meteoswiss", "station_abbr;reference_timestamp;tre200s0;tde200s0;ure200s0;tre005s0",
-      lambda k, h: f"BER;{h:%d.%m.%Y %H:%M};{T[k]};{DEW[k]};{RH[k]}.0;{T[k] + 2:.1f}")
-days("meteoswiss_daily", "station/location;date;gre000d0;hto000d0;tre200d0;tre200dn;tre200dx;ure200d0",
-      lambda k, d: f"BER;{d:%Y%m%d};210;0;{(LOW[k] + HIGH[k]) / 2:.1f};{LOW[k]};{HIGH[k]};71.2")
-hours("met_norway", "Navn;Stasjon;Tid(norsk normaltid);Lufttemperatur;Relativ luftfuktighet",
-      lambda k, h: f"Oslo - Blindern;SN18700;{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]}", "Data er gyldig per 01.07.2031 (CC BY 4.0), Meteorologisk institutt (MET);;;;")
 days("met_norway_daily", "Navn;Stasjon;Tid(norsk normaltid);Maksimumstemperatur (døgn);Minimumstemperatur (døgn);Middeltemperatur (døgn)",
       lambda k, d: f"Oslo;SN18700;{d:%d.%m.%Y};{comma(HIGH[k])};{comma(LOW[k])};{comma(round((LOW[k] + HIGH[k]) / 2, 1))}")
-hours("frost_api", "sourceId,referenceTime,elementId,value,unit,qualityCode",
-      lambda k, h: f"SN18700:0,{h:%Y-%m-%dT%H:%M:%S}.000Z,air_temperature,{T[k]},degC,0")
 hours("fmi", "Vuosi,Kk,Pv,Klo,Aikavyöhyke,Ilman lämpötila (degC),Kastepistelämpötila (degC)",
       lambda k, h: f"{h.year},{h.month},{h.day},{h:%H:%M},UTC,{T[k]},{DEW[k]}")
-hours("fmi_english", "Year,m,d,Time,Time zone,Air temperature (degC),Dew-point temperature (degC)",
-      lambda k, h: f"{h.year},{h.month},{h.day},{h:%H:%M},UTC,{T[k]},{DEW[k]}")
-hours("fmi_new", '"Havaintoasema","Vuosi","Kuukausi","Päivä","Aika [UTC]","Lämpötilan keskiarvo [°C]","Ylin lämpötila [°C]","Alin lämpötila [°C]"',
-      lambda k, h: f'"Helsinki","{h.year}","{h.month}","{h.day}","{h:%H:%M}","{T[k]}","{T[k] + 1:.1f}","{T[k] - 1:.1f}"')
-hours("dmi", "observed,stationId,temp_dry,temp_dew,humidity",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M:%SZ},06180,{T[k]},{DEW[k]},{RH[k]}")
-hours("dmi_archive", "DateTime;Middeltemperatur;Luftfugtighed",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S};{T[k]};{RH[k]}")
 days("chmi", "Rok;Měsíc;Den;Průměrná teplota;Maximální teplota;Minimální teplota",
       lambda k, d: f"{d.year};{d.month};{d.day};{comma(round((LOW[k] + HIGH[k]) / 2, 1))};{comma(HIGH[k])};{comma(LOW[k])}", encoding="cp1250")
-hours("imgw_hourly_without_names", "",
-      lambda k, h: f'249180010,"PSZCZYNA",{h.year},{h:%m},{h:%d},{h:%H},"",{T[k]},"",{DEW[k]},"",{RH[k]}', needs="time_column", given={"time_column": ["3", "4", "5", "6"], "temperature_column": "8"})
-days("aemet", '"fecha","indicativo","nombre","provincia","altitud","tmed","prec","tmin","horatmin","tmax","horatmax","dir"',
-      lambda k, d: f'"{d:%Y-%m-%d}","3195","MADRID, RETIRO","MADRID","667","{comma(round((LOW[k] + HIGH[k]) / 2, 1))}","0,0","{comma(LOW[k])}","05:10","{comma(HIGH[k])}","15:00","24"')
-hours("aemet_observation", "fint;idema;ubi;prec;ta;tamin;tamax;hr;tpr",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M:%S};3195;MADRID;0.0;{T[k]};{T[k] - 0.3:.1f};{T[k] + 0.3:.1f};{RH[k]};{DEW[k]}")
-hours("ipma", "idEstacao,time,temperatura,humidade,intensidadeVentoKM,precAcumulada",
-      lambda k, h: f"1200545,{h:%Y-%m-%dT%H:%M},{T[k]},{RH[k]}.0,9.4,0.0")
-hours("arpa", "Data-Ora,Temperatura media (°C),Umidità relativa (%)",
-      lambda k, h: f"{h:%d/%m/%Y %H:%M},{T[k]},{RH[k]}")
 hours("met_ie", "Station Name: X\nStation Height: 71 M \n\ndate:  -  Date and Time (utc)\ntemp:  -  Air Temperature (C)\nwetb:  -  Wet Bulb Temperature (C)\nind:   -  Indicator\n\n" "date,ind,rain,ind,temp,ind,wetb,dewpt,vappr,rhum,msl",
       lambda k, h: f"{h:%d-%b-%Y %H:%M},0,0.0,0,{T[k]},0,{T[k] - 2:.1f},{DEW[k]},9.1,{RH[k]},1012.1".lower())
 days("met_ie_daily", "date,ind,maxtp,ind,mintp,igmin,gmin,ind,rain",
       lambda k, d: f"{d:%d-%b-%Y},0,{HIGH[k]},0,{LOW[k]},0,{LOW[k] - 2:.1f},0,0.1".lower())
-hours("badc_csv", "Conventions,G,BADC-CSV,1\ntitle,G,uk-hourly-weather-obs\nmissing_value,G,NA\nlong_name,air_temperature,Dry bulb temperature,degC\n" "long_name,dewpoint,Dew point,degC\ntype,air_temperature,float\ndata\nob_time,id,id_type,met_domain_name,src_id,wind_speed,air_temperature,dewpoint,wetb_temp,air_temperature_q,dewpoint_q,wetb_temp_q",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},1467,DCNN,SYNOP,19144,7,{T[k]},{DEW[k]},{T[k] - 2:.1f},6,6,6", "end data")
-days("badc_daily", "data\nob_end_time,id_type,id,ob_hour_count,max_air_temp,min_air_temp,min_grss_temp,max_air_temp_q,min_air_temp_q,max_air_temp_j",
-      lambda k, d: f"{d:%Y-%m-%d} 09:00:00,DCNN,1467,24,{HIGH[k]},{LOW[k]},{LOW[k] - 2:.1f},6,6,NA", "end data", first=DAYS[0] + timedelta(hours=14), last=DAYS[-1] + timedelta(hours=24))
-add(
-    "met_office_monthly",
-    lambda: written(
-        "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
-        [
-            f"   {2029 + k // 12}  {k % 12 + 1:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2"
-            for k in range(36)
-        ],
-        readings=36,
-        first=datetime(2029, 1, 1),
-        last=datetime(2031, 12, 1),
-        low=12.5,
-        high=18.5,
-        needs="temperature_column",
-        given={"temperature_column": "tmax"},
-    ),
-)
-hours("euskalmet", "Fecha;Hora;Temp. Aire (ºC);Humedad (%)",
-      lambda k, h: f"{h:%d/%m/%Y};{h:%H:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
+months("met_office_monthly", "Oxford\nLocation 450900E 207200N, 63 metres amsl\n   yyyy  mm   tmax    tmin      af    rain     sun\n              degC    degC    days      mm   hours",
+       lambda k, m: f"   {m.year}  {m.month:2}   {12 + k % 7}.5    {4 + k % 7}.1       4    {40 + k}.1    {60 + k}.2", 12.5, 18.5, needs="temperature_column", given={"temperature_column": "tmax"})
 
 # --- other continents -----------------------------------------------------------------------------
 
 hours("isd_global_hourly", '"STATION","DATE","SOURCE","LATITUDE","REPORT_TYPE","WND","TMP","DEW","SLP"',
       lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","7","40.77","FM-15","340,5,N,0021,5","{tenths(T[k]):+05},5","{tenths(DEW[k]):+05},5","10131,5"')
-hours("isd_lite_without_names", "",
-      lambda k, h: f"{h.year} {h:%m %d %H} {tenths(T[k]):5} {tenths(DEW[k]):5} 10131   340    21     0 -9999 -9999", needs="time_column", given={"time_column": ["1", "2", "3", "4"], "temperature_column": "5", "scale": "0.1"})
-hours("lcd_v1", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyRelativeHumidity","HourlyWetBulbTemperature"',
-      lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{round(fahrenheit(DEW[k]))}","{round(fahrenheit(T[k]))}","{RH[k]}","{round(fahrenheit(T[k])) - 4}"', needs="unit", given={"unit": "F"}, near=0.3)
-hours("lcd_v2", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyWetBulbTemperature"',
-      lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{DEW[k]}","{T[k]}","{T[k] - 2:.1f}"')
 days("ghcn_access", '"STATION","DATE","LATITUDE","LONGITUDE","ELEVATION","NAME","PRCP","PRCP_ATTRIBUTES","TMAX","TMAX_ATTRIBUTES","TMIN","TMIN_ATTRIBUTES"',
       lambda k, d: f'"USW00094728","{d:%Y-%m-%d}","40.77","-73.96","42.7","NY CITY, NY US","    0",",,W,2400","{tenths(HIGH[k]):5}",",,W","{tenths(LOW[k]):5}",",,W"', needs="unit", given={"scale": "0.1"})
-days("cdo_standard", '"STATION","NAME","DATE","PRCP","TAVG","TMAX","TMIN"',
-      lambda k, d: f'"USW00094728","NY CITY, NY US","{d:%Y-%m-%d}","0.00","","{round(fahrenheit(HIGH[k]))}","{round(fahrenheit(LOW[k]))}"', needs="unit", given={"unit": "F"}, near=0.3)
-days("cdo_metric", '"STATION","NAME","DATE","PRCP","TMAX","TMIN"',
-      lambda k, d: f'"USW00094728","NY CITY, NY US","{d:%Y-%m-%d}","0.0","{HIGH[k]}","{LOW[k]}"')
-hours("iem_asos", "#DEBUG: Format Typ    -> onlycomma\n#DEBUG: Time Period   -> 2031-06-01\nstation,valid,tmpf,dwpf,relh,feel",
-      lambda k, h: f"AMW,{h:%Y-%m-%d %H:%M},{fahrenheit(T[k]):.2f},{fahrenheit(DEW[k]):.2f},{RH[k]}.1,{fahrenheit(T[k]) + 3:.2f}")
-hours("iem_celsius_tab", "station\tvalid\ttmpc\tdwpc",
-      lambda k, h: f"AMW\t{h:%Y-%m-%d %H:%M}\t{T[k]:.2f}\t{DEW[k]:.2f}")
-hours("meteostat_hourly", "date,hour,temp,dwpt,rhum,prcp,snow,wdir,wspd,wpgt,pres,tsun,coco",
-      lambda k, h: f"{h:%Y-%m-%d},{h.hour},{T[k]},{DEW[k]},{RH[k]},0.0,,220,9.4,,1013.1,,")
-days("meteostat_daily", "date,tavg,tmin,tmax,prcp,snow,wdir,wspd,wpgt,pres,tsun",
-      lambda k, d: f"{d:%Y-%m-%d},{(LOW[k] + HIGH[k]) / 2:.1f},{LOW[k]},{HIGH[k]},0.0,,220,9.4,,1013.1,")
 hours("meteostat_bulk_without_names", "",
       lambda k, h: f"{h:%Y-%m-%d},{h.hour},{T[k]},{DEW[k]},{RH[k]},0.0,,220,9.4,,1013.1,,", needs="temperature_column", given={"time_column": ["1", "2"], "temperature_column": "3"})
-hours("canada_hourly", '"Longitude (x)","Latitude (y)","Station Name","Climate ID","Date/Time (LST)","Year","Month","Day","Time (LST)","Flag","Temp (°C)","Temp Flag","Dew Point Temp (°C)","Dew Point Temp Flag","Rel Hum (%)","Wind Chill","Hmdx","Weather"',
-      lambda k, h: f'"-79.4","43.67","TORONTO","6158355","{h:%Y-%m-%d %H:%M}","{h.year}","{h:%m}","{h:%d}","{h:%H:%M}","","{T[k]}","","{DEW[k]}","","{RH[k]}","","",""', encoding="utf-8-sig")
-days("canada_daily", '"Longitude (x)","Station Name","Date/Time","Year","Month","Day","Data Quality","Max Temp (°C)","Max Temp Flag","Min Temp (°C)","Min Temp Flag","Mean Temp (°C)","Heat Deg Days (°C)","Cool Deg Days (°C)","Total Rain (mm)"',
-      lambda k, d: f'"-79.4","TORONTO","{d:%Y-%m-%d}","{d.year}","{d:%m}","{d:%d}","","{HIGH[k]}","","{LOW[k]}","","{(LOW[k] + HIGH[k]) / 2:.1f}","3.1","0.0","0.0"')
-days("bom_maximum", '"Product code","Bureau of Meteorology station number","Year","Month","Day","Maximum temperature (Degree C)","Days of accumulation of maximum temperature","Quality"',
-      lambda k, d: f"IDCJAC0010,066062,{d.year},{d:%m},{d:%d},{HIGH[k]},1,Y", **one_a_day())
-days("bom_recent", ',"Date","Minimum temperature (°C)","Maximum temperature (°C)","Rainfall (mm)","9am Temperature (°C)","3pm Temperature (°C)","9am relative humidity (%)"',
-      lambda k, d: f",{d:%Y-%m-%d},{LOW[k]},{HIGH[k]},0,{LOW[k] + 5:.1f},{HIGH[k] - 1:.1f},61")
 hours("jma", "ダウンロードした時刻：2031/07/01 10:00:00\n\n,東京,東京,東京,東京,東京\n年月日時,気温(℃),気温(℃),気温(℃),露点温度(℃),露点温度(℃)\n,,品質情報,均質番号,,品質情報",
       lambda k, h: f"{h.year}/{h.month}/{h.day} {h.hour}:00:00,{T[k]},8,1,{DEW[k]},8", encoding="cp932", newline="\r\n")
 days("jma_daily", "年月日,最高気温(℃),最高気温(℃),最低気温(℃),最低気温(℃)\n,,品質情報,,品質情報",
       lambda k, d: f"{d.year}/{d.month}/{d.day},{HIGH[k]},8,{LOW[k]},8", encoding="cp932")
-hours("kma", "지점,지점명,일시,기온(°C),습도(%)",
-      lambda k, h: f"108,서울,{h:%Y-%m-%d %H:%M},{T[k]},{RH[k]}", needs="", given={})
 hours("inmet", "REGIAO:;SE\nUF:;SP\nESTACAO:;SAO PAULO\nLATITUDE:;-23,5\nDATA DE FUNDACAO:;25/07/06\n" "Data;Hora UTC;PRECIPITAÇÃO TOTAL, HORÁRIO (mm);TEMPERATURA DO AR - BULBO SECO, HORARIA (°C);TEMPERATURA DO PONTO DE ORVALHO (°C);TEMPERATURA MÁXIMA NA HORA ANT. (AUT) (°C);TEMPERATURA MÍNIMA NA HORA ANT. (AUT) (°C);UMIDADE RELATIVA DO AR, HORARIA (%);",
       lambda k, h: f"{h:%Y/%m/%d};{h:%H%M} UTC;0;{comma(T[k])};{comma(DEW[k])};{comma(round(T[k] + 1, 1))};{comma(round(T[k] - 1, 1))};{RH[k]};", encoding="latin-1")
 hours("cimis", "Stn Id,Stn Name,CIMIS Region,Date,Hour (PST),Jul,ETo (in),qc,Air Temp (F),qc,Rel Hum (%),qc,Dew Point (F),qc,Soil Temp (F),qc",
       lambda k, h: f"6,Davis,Sacramento Valley,{(h - timedelta(hours=1)).month}/{(h - timedelta(hours=1)).day}/{(h - timedelta(hours=1)).year},{(h.hour or 24) * 100:04},{151},0.01, ,{fahrenheit(T[k])}, ,{RH[k]}, ,{fahrenheit(DEW[k])}, ,66.1, ")
-hours("agrimet", "DateTime,boii_ob,boii_tu",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{fahrenheit(T[k])},{RH[k]}", needs="temperature_column", given={"temperature_column": "boii_ob", "unit": "F"})
-hours("ncei_semicolon_kelvin", "time;air_temperature [K];dew_point_temperature [K]",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M:%SZ};{T[k] + 273.15:.2f};{DEW[k] + 273.15:.2f}")
-hours("coagmet", "station,date_time,t,rh,dewpt",
-      lambda k, h: f"ftc01,{h:%m/%d/%Y %H:%M},{T[k]},{RH[k]},{DEW[k]}")
-hours("usda_scan", "# Reporting Frequency: Hourly\n#\nDate,Fort Assiniboine (581) Air Temperature Observed (degF),Fort Assiniboine (581) Relative Humidity (pct)",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{fahrenheit(T[k])},{RH[k]}")
 hours("uscrn", "",
       lambda k, h: f"94728 {h:%Y%m%d %H%M} {h:%Y%m%d %H%M}  3 -96.6 40.7 {T[k]:7.1f} {T[k]:7.1f} {T[k] + 0.3:7.1f} {T[k] - 0.3:7.1f} 0.0", needs="temperature_column", given={"time_column": ["2", "3"], "temperature_column": "9"})
-days("saws", "StasName,DateT,MaxTemp,MinTemp,Rain",
-      lambda k, d: f"PRETORIA,{d:%Y/%m/%d},{HIGH[k]},{LOW[k]},0.0")
 days("imd", "INDEX,YEAR,MN,DT,MAX,MIN,RF",
       lambda k, d: f"42182,{d.year},{d.month:02},{d.day:02},{HIGH[k]},{LOW[k]},0.0", needs="time_column", given={"time_column": ["YEAR", "MN", "DT"], "minimum_column": "MIN", "maximum_column": "MAX"})
-hours("niwa", 'Station information:\nName,Agent Number\n"Kelburn",3385\n\nSurface: Hourly\nStation,Date(UTC),Tmax(C),Period(Hrs),Tmin(C),Tgmin(C),Tmean(C),RHmean(%)',
-      lambda k, h: f"Kelburn,{h:%Y%m%d:%H%M},{T[k] + 0.5:.1f},1,{T[k] - 0.5:.1f},-,{T[k]},{RH[k]}")
-hours("nasa_power", "-BEGIN HEADER-\nNASA/POWER Source Native Resolution Hourly Data \nThe value for missing source data that cannot be computed or is outside of the sources availability range: -999 \nparameter(s): \n" "T2M       MERRA-2 Temperature at 2 Meters (C) \nT2MDEW    MERRA-2 Dew/Frost Point at 2 Meters (C) \n-END HEADER-\nYEAR,MO,DY,HR,T2M,T2MDEW,RH2M",
-      lambda k, h: f"{h.year},{h.month},{h.day},{h.hour},{T[k]},{DEW[k]},{RH[k]}")
 days("nasa_power_daily", "-BEGIN HEADER-\nT2M_MAX  MERRA-2 Temperature at 2 Meters Maximum (C) \nT2M_MIN  MERRA-2 Temperature at 2 Meters Minimum (C) \n-END HEADER-\nYEAR,DOY,T2M_MAX,T2M_MIN",
       lambda k, d: f"{d.year},{d:%j},{HIGH[k]},{LOW[k]}")
 
@@ -274,38 +164,16 @@ days("nasa_power_daily", "-BEGIN HEADER-\nT2M_MAX  MERRA-2 Temperature at 2 Mete
 
 hours("era5_csv", "valid_time,u10,d2m,t2m,latitude,longitude",
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},-3.1,{DEW[k] + 273.15:.2f},{T[k] + 273.15:.2f},52.5,13.25")
-hours("era5_index_first", ",time,t2m,skt,stl1",
-      lambda k, h: f"{k},{h:%Y-%m-%d %H:%M:%S},{T[k] + 273.15:.4f},{T[k] + 274.15:.4f},280.1")
-hours("open_meteo", "latitude,longitude,elevation,utc_offset_seconds,timezone,timezone_abbreviation\n52.52,13.419998,38.0,0,GMT,GMT\n\n" "time,temperature_2m (°C),relative_humidity_2m (%),dew_point_2m (°C),apparent_temperature (°C),soil_temperature_0_to_7cm (°C)",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]},{RH[k]},{DEW[k]},{T[k] - 2:.1f},14.1")
-hours("open_meteo_fahrenheit", "latitude,longitude,elevation\n52.52,13.419998,38.0\n\ntime,temperature_2m (°F),apparent_temperature (°F)",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},{fahrenheit(T[k]) - 3:.1f}")
-days("open_meteo_daily", "latitude,longitude\n52.52,13.41\n\ntime,temperature_2m_max (°C),temperature_2m_min (°C),apparent_temperature_max (°C),apparent_temperature_min (°C)",
-      lambda k, d: f"{d:%Y-%m-%d},{HIGH[k]},{LOW[k]},{HIGH[k] - 2:.1f},{LOW[k] - 2:.1f}")
 hours("open_meteo_unix", "latitude,longitude\n52.52,13.41\n\ntime,temperature_2m (°C)",
       lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{T[k]}", needs="date_format", given={"date_format": "%s"})
-hours("visual_crossing", "name,datetime,temp,feelslike,dew,humidity,precip,preciptype,windgust,sealevelpressure,conditions",
-      lambda k, h: f'"Berlin, Germany",{h:%Y-%m-%dT%H:%M:%S},{T[k]},{T[k] - 1:.1f},{DEW[k]},{RH[k]}.1,0,,12.1,1013.1,Clear')
-days("visual_crossing_daily", "name,datetime,tempmax,tempmin,temp,feelslikemax,feelslikemin,feelslike,dew,sunrise,sunset",
-      lambda k, d: f"Berlin,{d:%Y-%m-%d},{HIGH[k]},{LOW[k]},{(LOW[k] + HIGH[k]) / 2:.1f},{HIGH[k]},{LOW[k]},15,9.1,{d:%Y-%m-%d}T04:45:00,{d:%Y-%m-%d}T21:20:00")
 hours("wunderground_cells", "Time,Temperature,Dew Point,Humidity,Wind",
       lambda k, h: f"{h:%Y/%m/%d %I:%M %p},{fahrenheit(T[k])} °F,{fahrenheit(DEW[k])} °F,{RH[k]} %,3 mph")
-hours("wunderground_old", "DateUTC,TemperatureF,DewpointF,PressureIn,WindDirection",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{fahrenheit(T[k])},{fahrenheit(DEW[k])},29.92,NW")
 hours("weatherapi", "time_epoch,time,temp_c,temp_f,is_day,feelslike_c,dewpoint_c",
       lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{h:%Y-%m-%d %H:%M},{T[k]},{fahrenheit(T[k])},1,{T[k]},{DEW[k]}")
 hours("openweather", "dt,dt_iso,timezone,city_name,temp,visibility,dew_point,feels_like,temp_min,temp_max,pressure",
       lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{h:%Y-%m-%d %H:%M:%S} +0000 UTC,0,X,{T[k] + 273.15:.2f},10000,{DEW[k] + 273.15:.2f},285.1,{T[k] + 272.15:.2f},{T[k] + 274.15:.2f},1013", needs="unit", given={"unit": "K"})
 hours("meteoblue", "location,Basel,Basel\nlat,47.56,47.56\nlon,7.57,7.57\nvariable,Temperature,Relative Humidity\nunit,°C,%\nlevel,2 m elevation corrected,2 m\nresolution,hourly,hourly\naggregation,None,None\n" "timestamp,Basel Temperature [2 m elevation corrected],Basel Relative Humidity [2 m]",
       lambda k, h: f"{h:%Y%m%dT%H%M},{T[k]},{RH[k]}.0")
-hours("pvgis", "Latitude (decimal degrees):\t45.000\nLongitude (decimal degrees):\t8.000\nElevation (m):\t250\nRadiation database:\tPVGIS-SARAH3\n\n\ntime,P,G(i),H_sun,T2m,WS10m,Int",
-      lambda k, h: f"{h:%Y%m%d:%H10},{k}.0,{k}.1,{k / 2:.2f},{T[k]},2.1,0.0", "\nP: PV system power (W)\nG(i): Global irradiance on the inclined plane (plane of the array) (W/m2)\nH_sun: Sun height (degree)\nT2m: 2-m air temperature (degree Celsius)\n\nPVGIS (c) European Union, 2001-2031", first=HOURS[0] + timedelta(minutes=10), last=HOURS[-1] + timedelta(minutes=10))
-hours("pvgis_tmy", "Latitude (decimal degrees): 45.0\nmonth,year\n1,2016\n2,2012\ntime(UTC),T2m,RH,G(h),Gb(n),Gd(h),IR(h),WS10m,WD10m,SP",
-      lambda k, h: f"{h:%Y%m%d:%H%M},{T[k]},{RH[k]}.1,{k}.0,{k}.0,{k}.0,300.1,2.1,120,99000")
-hours("tmy3", '724010,"RICHMOND INTL AP",VA,-5.0,37.517,-77.317,50\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2),GHI source,Dry-bulb (C),Dry-bulb source,Dry-bulb uncert (code),Dew-point (C),Dew-point source,RHum (%)',
-      lambda k, h: f"{(h - timedelta(hours=1)):%m/%d/%Y},{(h.hour or 24):02}:00,0,1,{T[k]},A,7,{DEW[k]},A,{RH[k]}")
-hours("epw", "LOCATION,Richmond,VA,USA,TMY3,724010,37.52,-77.32,-5.0,50.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,x\nCOMMENTS 2,y\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31",
-      lambda k, h: f"{(h - timedelta(hours=1)).year},{(h - timedelta(hours=1)).month},{(h - timedelta(hours=1)).day},{h.hour or 24},60,A7A7A7A7?0?0,{T[k]},{DEW[k]},{RH[k]},101300,0,0", needs="time_column", given={"time_column": ["1", "2", "3", "4"], "temperature_column": "7"})
 hours("nsrdb", "Source,Location ID,City,Latitude,Longitude,Time Zone,Temperature Units,Clearsky Units\nNSRDB,145809,-,40.57,-105.1,-7,c,w/m2\nYear,Month,Day,Hour,Minute,DHI,DNI,Temperature,Dew Point,Relative Humidity",
       lambda k, h: f"{h.year},{h.month},{h.day},{h.hour},30,0,0,{T[k]},{DEW[k]},{RH[k]}.1", first=HOURS[0] + timedelta(minutes=30), last=HOURS[-1] + timedelta(minutes=30))
 hours("merra_tab_doy", "Year\tDOY\tHour\tT_air_C\tRH",
@@ -313,103 +181,37 @@ hours("merra_tab_doy", "Year\tDOY\tHour\tT_air_C\tRH",
 
 # --- loggers --------------------------------------------------------------------------------------
 
-hours("hobo", '"Plot Title: Roof"\n"#","Date Time, GMT+00:00","Temp, °C (LGR S/N: 10343, SEN S/N: 10343, LBL: Temp)","RH, % (LGR S/N: 10343)","Coupler Attached (LGR S/N: 10343)","Host Connected (LGR S/N: 10343)","End Of File (LGR S/N: 10343)"',
-      lambda k, h: f"{k + 1},{h:%m/%d/%y %I:%M:%S %p},{T[k]:.3f},{RH[k]}.1,,,", "49,06/02/31 11:20:11 PM,,,Logged,,\n50,06/02/31 11:20:31 PM,,,,Logged,Logged")
-hours("hobo_fahrenheit", '"#","Date Time, GMT-05:00","Temp, °F (LGR S/N: 1, SEN S/N: 1)","Intensity, lum/ft² (LGR S/N: 1)"',
-      lambda k, h: f"{k + 1},{h:%m/%d/%y %I:%M:%S %p},{fahrenheit(T[k]):.3f},{k}.0")
 hours("onset_inTemp", "Line#,Date,Time,Max: Temperature (*C),Avg: Temperature (*C)",
       lambda k, h: f"{k + 1},{h:%m/%d/%Y},{h:%H:%M:%S},{T[k] + 0.2:.1f},{T[k]}", needs="", given={})
-hours("toa5", '"TOA5","Station","CR1000","1234","CR1000.Std.32","CPU:prog.CR1","5432","Table1"\n"TIMESTAMP","RECORD","BattV_Avg","PTemp_C_Avg","AirTC_Avg","RH","SlrW_Avg","T_soil_Avg"\n"TS","RN","Volts","Deg C","Deg C","%","W/m^2","Deg C"\n"","","Avg","Avg","Avg","Smp","Avg","Avg"',
-      lambda k, h: f'"{h:%Y-%m-%d %H:%M:%S}",{k},12.91,{T[k] + 3:.2f},{T[k]:.2f},{RH[k]},{k}.1,15.2')
-days("toa5_daily", '"TOA5","S","CR1000","1234","OS","p","1","Daily"\n"TIMESTAMP","RECORD","BattV_Min","AirTC_Max","AirTC_TMx","AirTC_Min","AirTC_TMn"\n"TS","RN","Volts","Deg C","","Deg C",""\n"","","Min","Max","TMx","Min","TMn"',
-      lambda k, d: f'"{d:%Y-%m-%d %H:%M:%S}",{k},12.1,{HIGH[k]},"{d:%Y-%m-%d} 14:10:00",{LOW[k]},"{d:%Y-%m-%d} 04:50:00"')
-hours("davis", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\t\tIn\tIn\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tBar\tTemp\tHum\tDew",
-      lambda k, h: f"{h.day:02}/{h.month:02}/{h:%y}\t{h:%H:%M}\t{T[k]}\t{T[k] + 0.3:.1f}\t{T[k] - 0.3:.1f}\t{RH[k]}\t{DEW[k]}\t1.3\t1013.1\t21.1\t41\t7.1")
-hours("weatherlink_cloud", '"WeatherLink Export"\n"Some station"\n\n"Date & Time","Barometer - hPa","Inside Temp - °C","Inside Hum - %","Temp - °C","High Temp - °C","Low Temp - °C","Hum - %","Dew Point - °C","Wet Bulb - °C","Wind Chill - °C","THW Index - °C"',
-      lambda k, h: f'"{h:%d/%m/%y %H:%M}","1013.1","21.1","41","{T[k]}","{T[k] + 0.3:.1f}","{T[k] - 0.3:.1f}","{RH[k]}","{DEW[k]}","{T[k] - 2:.1f}","{T[k]}","{T[k]}"')
-hours("ecowitt", "Time,Outdoor Temperature(℃),Feels Like(℃),Dew Point(℃),Outdoor Humidity(%),Indoor Temperature(℃),Indoor Humidity(%)",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{T[k]},{DEW[k]},{RH[k]},21.1,41")
 hours("ecowitt_raw", "dateutc,tempinf,humidityin,baromrelin,tempf,humidity,temp1f",
       lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},70.1,41,29.92,{fahrenheit(T[k])},{RH[k]},58.1", needs="temperature_column", given={"temperature_column": "tempf"})
-hours("netatmo", 'Name;"Longitude";"Latitude";"ModuleName";"ModuleType"\nHome;"8.1";"47.2";Outdoor;Outdoor\nTimestamp;"Timezone : Europe/Zurich";Temperature;Humidity',
-      lambda k, h: f'{(h - datetime(1970, 1, 1)).total_seconds():.0f};"{h:%Y/%m/%d %H:%M:%S}";{T[k]};{RH[k]}')
-hours("logtag", '"LogTag Analyzer"\n"Serial number","1234"\n\n"Date","Time","Elapsed Time","Reading","°C"',
-      lambda k, h: f"{h:%Y-%m-%d},{h:%H:%M:%S},{k}:00:00,{k + 1},{T[k]}")
 hours("testo", "Datum/Uhrzeit;[°C] Temperatur;[%rF] Feuchte;[°C] Taupunkt",
       lambda k, h: f"{h:%d.%m.%Y %H:%M:%S};{comma(T[k])};{RH[k]},1;{comma(DEW[k])}", encoding="cp1252")
 hours("lascar", "Roof,Time,Celsius(°C),Humidity(%rh),Dew Point(°C),Serial Number",
       lambda k, h: f"{k + 1},{h:%d/%m/%Y %H:%M:%S},{T[k]},{RH[k]}.5,{DEW[k]}" + (",000143311" if k == 0 else ""), encoding="latin-1")
-hours("lascar_alarms", "Data,Time,Celsius(°C),High Alarm,Low Alarm",
-      lambda k, h: f"{k + 1},{h:%Y-%m-%d %H:%M:%S},{T[k]},,")
 hours("ibutton", "1-Wire/iButton Part Number: DS1922L-F5\nRegistration Number: 8F00\nIs Mission Active?  true\nSample Rate:  Every 3600 second(s)\n\nDate/Time,Unit,Value",
       lambda k, h: f"{h:%m/%d/%y %I:%M:%S %p},C,{T[k]}")
 hours("thermochron_tidbit", "Date;Time;Temperature °C",
       lambda k, h: f"{h:%d-%b-%y};{h:%H:%M:%S};{comma(T[k])}")
-hours("govee", "Timestamp for sample frequency every 60 min min,Temperature_Celsius,Relative_Humidity",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]},{RH[k]}")
-hours("sensorpush", "Timestamp,Temperature (°F),Humidity (%)",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{fahrenheit(T[k])},{RH[k]}")
-hours("elitech", "No.,Time,Temperature°C,Humidity%RH",
-      lambda k, h: f"{k + 1},{h:%Y-%m-%d %H:%M:%S},{T[k]},{RH[k]}")
-hours("tempmate", "Nr.;Datum;Zeit;Temp. [°C];Alarm",
-      lambda k, h: f"{k + 1};{h:%d.%m.%Y};{h:%H:%M:%S};{comma(T[k])};")
-hours("arduino_epoch", "epoch,temp,vbat",
-      lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds():.0f},{T[k]},3.91")
-hours("node_milliseconds", "timestamp,value",
-      lambda k, h: f"{(h - datetime(1970, 1, 1)).total_seconds() * 1000:.0f},{T[k]}")
-hours("arduino_no_names", "", lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]}")
-hours("arduino_no_names_two", "",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{RH[k]},{T[k]}", needs="temperature_column", given={"temperature_column": "3"})
-hours("home_assistant", "entity_id,state,last_changed",
-      lambda k, h: f"sensor.outdoor_temperature,{T[k]},{h:%Y-%m-%dT%H:%M:%S}.123Z", needs="temperature_column", given={"temperature_column": "state"}, first=HOURS[0] + timedelta(milliseconds=123), last=HOURS[-1] + timedelta(milliseconds=123))
 hours("influx", "#group,false,false,true\n#datatype,string,long,dateTime:RFC3339\nresult,table,_time,_value,_field",
       lambda k, h: f",0,{h:%Y-%m-%dT%H:%M:%SZ},{T[k]},temperature", needs="temperature_column", given={"temperature_column": "_value"})
-hours("grafana", '"Time","temp roof"', lambda k, h: f'"{h:%Y-%m-%d %H:%M:%S}","{T[k]} °C"')
-hours("thingspeak", "created_at,entry_id,field1",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S} UTC,{k + 1},{T[k]}", needs="temperature_column", given={"temperature_column": "field1"})
-hours("weewx", "#YYYY MM DD hh mm temp dew hum", lambda k, h: f"{h:%Y %m %d %H %M} {T[k]} {DEW[k]} {RH[k]}")
 
 # --- programs -------------------------------------------------------------------------------------
 
-hours("series_to_csv", ",temperature", lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]}")
 hours("series_without_name", ",0", lambda k, h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]}")
-hours("frame_with_index", ",time,temp", lambda k, h: f"{k},{h:%Y-%m-%d %H:%M:%S},{T[k]}")
-hours("zoned_index", "time,temp",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S}+02:00,{T[k]}", first=HOURS[0] - timedelta(hours=2), last=HOURS[-1] - timedelta(hours=2))
-hours("r_write_csv", '"","time","temp"', lambda k, h: f'"{k + 1}","{h:%Y-%m-%d %H:%M:%S}",{T[k]}')
 hours("r_write_table", '"time" "temp"', lambda k, h: f'"{k + 1}" "{h:%Y-%m-%d %H:%M:%S}" {T[k]}')
-hours("r_write_csv2", '"time";"temp"', lambda k, h: f'"{h:%Y-%m-%d %H:%M:%S}";{comma(T[k])}')
-hours("excel_german", "Datum;Uhrzeit;Temperatur;Luftdruck",
-      lambda k, h: f"{h:%d.%m.%Y};{h:%H:%M};{comma(T[k])};1.013,2", newline="\r\n", encoding="cp1252")
-hours("excel_sep", "sep=;\nZeit;Temperatur", lambda k, h: f"{h:%d.%m.%Y %H:%M};{comma(T[k])}")
 hours("excel_unicode_text", "Date\tTemp °C", lambda k, h: f"{h:%d.%m.%Y %H:%M}\t{T[k]}", encoding="utf-16")
-hours("excel_quoted_commas", "Date,Temp,Hum", lambda k, h: f'{h:%d.%m.%Y %H:%M},"{comma(T[k])}","{RH[k]},1"')
-hours("excel_twelve_hours", "Date,Time,Temp",
-      lambda k, h: f"{h.month}/{h.day}/{h.year},{h:%I:%M:%S %p},{T[k]}")
 hours("excel_spanish_clock", "Fecha;Temp",
       lambda k, h: f"{h:%d/%m/%Y %I:%M:%S} {'a. m.' if h.hour < 12 else 'p. m.'};{comma(T[k])}")
-hours("excel_two_rows_of_names", "Date;Outside;;Inside;\n;Temp;Hum;Temp;Hum",
-      lambda k, h: f"{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]};21,1;41")
-hours("excel_empty_columns", "Date,Temp,,", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},,")
 hours("excel_name_with_line_end", 'Date,"Temp\n(°F)"', lambda k, h: f"{h:%Y-%m-%d %H:%M},{fahrenheit(T[k])}")
-hours("zip_of_one", "time,temp", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}")
 hours("markdown_pipes", "time | temp | hum", lambda k, h: f"{h:%Y-%m-%d %H:%M} | {T[k]} | {RH[k]}")
 hours("aligned", "date       hour   temp   hum", lambda k, h: f"{h:%Y-%m-%d}  {h:%H:%M}  {T[k]:5}  {RH[k]}")
-hours("aligned_one_name", "datetime             temp   hum",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S}  {T[k]:5}  {RH[k]}")
-hours("aligned_decimal_commas", "date hour temp hum",
-      lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
 hours("matlab_names_of_months", "time,T_air", lambda k, h: f"{h:%d-%b-%Y %H:%M:%S},{T[k]}")
 hours("german_months", "Zeit;Temperatur", lambda k, h: f"{h.day}. {'Juni'} {h.year} {h:%H:%M};{comma(T[k])}")
 hours("french", "Date;Température (°C);Humidité",
       lambda k, h: f"{h:%d/%m/%Y} {h:%H}h{h:%M};{comma(T[k])};{RH[k]}", encoding="latin-1")
 
-hours("ibutton_fahrenheit", "Registration Number: 8F00\n\nDate/Time,Unit,Value",
-      lambda k, h: f"{h:%m/%d/%y %I:%M:%S %p},F,{fahrenheit(T[k])}")
-hours("unit_column_after", "time,temp,unit,hum,unit",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{fahrenheit(T[k])},°F,{RH[k]},%")
-hours("value_of_humidity", "time,parameter,value",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},humidity,{T[k]}", needs="temperature_column", given={"temperature_column": "value"})
+hours("korean", "일시,기온(°C),습도(%)", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{RH[k]}", encoding="cp949")
 hours("gbk", "时间,温度(℃),湿度(%)", lambda k, h: f"{h:%Y/%m/%d %H:%M},{T[k]},{RH[k]}", encoding="gbk")
 hours("russian", "Дата;Температура;Влажность",
       lambda k, h: f"{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]}", encoding="cp1251")
@@ -419,295 +221,65 @@ add(
         "time,temp", [f"{h:%d/%m/%Y %H:%M},{T[k]}" for k, h in reversed([*enumerate(HOURS)])]
     ),
 )
-hours("ds18b20", "time,DS18B20,DHT22_H", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{RH[k]}")
-hours("roof_and_air", "time,T_roof,T_air",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{T[k] - 4:.1f}", needs="temperature_column", given={"temperature_column": "T_roof"})
 
 hours("mesowest", "# STATION: KSLC\n# LATITUDE: 40.77\nStation_ID,Date_Time,air_temp_set_1,dew_point_temperature_set_1d\n,,Fahrenheit,Fahrenheit",
       lambda k, h: f"KSLC,{h:%m/%d/%Y %H:%M} UTC,{fahrenheit(T[k])},{fahrenheit(DEW[k])}")
-hours("rp5", '# Weather station Berlin\n"Local time in Berlin";"T";"Po";"U";"DD";"Tn";"Tx";"Td"',
-      lambda k, h: f'"{h:%d.%m.%Y %H:%M}";"{T[k]}";"755.1";"{RH[k]}";"Wind";"";"";"{DEW[k]}";')
 hours("nrel_midc", "DATE (MM/DD/YYYY),MST,Tower Dry Bulb Temp [deg C],Tower RH [%],Tower Dew Point Temp [deg C]",
       lambda k, h: f"{h:%m/%d/%Y},{h:%H:%M},{T[k]},{RH[k]},{DEW[k]}")
-hours("pangaea", "/* DATA DESCRIPTION:\nCitation: x\n\tTemperature, air [deg C]\n*/\nDate/Time\tSWD [W/m**2]\tT2 [°C]\tRH [%]",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M}\t{k}\t{T[k]}\t{RH[k]}")
 hours("fluxnet", "TIMESTAMP_START,TIMESTAMP_END,TA_F,TA_F_QC,SW_IN_F,VPD_F",
       lambda k, h: f"{h:%Y%m%d%H%M},{h + timedelta(hours=1):%Y%m%d%H%M},{T[k]},0,{k},3.1")
 hours("acurite", "Timestamp,Outdoor Temperature,Dew Point,Heat Index,Barometric Pressure",
       lambda k, h: f"{h:%m/%d/%Y %H:%M},{fahrenheit(T[k])},{fahrenheit(DEW[k])},70,29.92", needs="unit", given={"unit": "F"})
 hours("tinytag", 'Series 1,,\nProperty,"Temperature",\nRecord Number,Time,Ch 1 Temperature (°C)',
       lambda k, h: f"{k + 1},{h:%d %b %Y %H:%M:%S},{T[k]} °C")
-hours("kestrel", "Time,Temp,Wet Bulb Temp.,Rel. Hum.,Baro.\nhh:mm:ss dd/mm/yyyy,°F,°F,%,inHg",
-      lambda k, h: f"{h:%d/%m/%Y %H:%M:%S},{fahrenheit(T[k])},55,{RH[k]},29.9")
-hours("delta_t", "Label,Air Temp,RH,Rad\nUnits,deg C,%,kW.m-2\nDate/Time,,,",
-      lambda k, h: f"{h:%d/%m/%Y %H:%M:%S},{T[k]},{RH[k]},0")
-hours("zentra", "z6-00001,Port 1,Port 1\n48 records,ATMOS 14,ATMOS 14\nTimestamps, °C Air Temperature, RH Relative Humidity",
-      lambda k, h: f"{h:%m/%d/%Y %I:%M:%S %p},{T[k]},0.{RH[k]}")
-hours("extech", "Place,Date,Time,Value,Unit,Value,Unit",
-      lambda k, h: f"{k + 1},{h:%Y/%m/%d},{h:%H:%M:%S},{T[k]},C,{RH[k]},%")
 hours("tomst_without_names", "",
       lambda k, h: f"{k};{h:%Y.%m.%d %H:%M};4;{T[k]};{T[k] + 1:.2f};{T[k] + 2:.2f};240;202;0", needs="temperature_column", given={"temperature_column": "4"})
-days("silo", "Date  Day Date2      T.Max Smx T.Min Smn Rain  Srn\n(yyyymmdd) () (ddmmyyyy) (oC) () (oC) () (mm) ()",
-      lambda k, d: f"{d:%Y%m%d} {152 + k} {d:%d-%m-%Y} {HIGH[k]} 25 {LOW[k]} 25 0.0 25")
-days("daymet", "Latitude: 35.9\nHow to cite: x\nyear,yday,dayl (s),prcp (mm/day),tmax (deg c),tmin (deg c)",
-      lambda k, d: f"{d.year},{d:%j},34571.1,0.0,{HIGH[k]},{LOW[k]}")
-days("prism", "PRISM Time Series Data\nDate,tmin (degrees F),tmax (degrees F)",
-      lambda k, d: f"{d:%Y-%m-%d},{fahrenheit(LOW[k])},{fahrenheit(HIGH[k])}")
-days("singapore", "Station,Year,Month,Day,Daily Rainfall Total (mm),Mean Temperature (°C),Maximum Temperature (°C),Minimum Temperature (°C)",
-      lambda k, d: f"Changi,{d.year},{d.month},{d.day},0.0,26,{HIGH[k]},{LOW[k]}")
 hours("argentina", "FECHA   HORA  TEMP   HUM", lambda k, h: f"{h:%d%m%Y} {h.hour:5} {T[k]:5} {RH[k]:4}")
-hours("estonia", "Aasta,Kuu,Päev,Kell (UTC),Õhutemperatuur °C,Suhteline õhuniiskus %",
-      lambda k, h: f"{h.year},{h.month},{h.day},{h:%H:%M},{T[k]},{RH[k]}")
-days("zamg", "time,station,tlmin,tlmax,tl_mittel",
-      lambda k, d: f"{d:%Y-%m-%dT%H:%M}+00:00,5904,{LOW[k]},{HIGH[k]},15")
-hours("imgw_with_names", "Kod stacji;Rok;Miesiąc;Dzień;Godzina;Temperatura powietrza [°C];Temperatura termometru zwilżonego [°C];Temperatura punktu rosy [°C]",
-      lambda k, h: f"1;{h.year};{h.month};{h.day};{h.hour};{T[k]};9;{DEW[k]}")
-hours("hobo_without_quotes", "#,Date Time, GMT+00:00,Temp, °C,RH, %",
-      lambda k, h: f"{k + 1},{h:%m/%d/%y %I:%M:%S %p},{T[k]},{RH[k]}", needs="delimiter")
 hours("decimal_commas_unquoted", "time,temp,hum",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])},{RH[k]}", needs="delimiter")
 hours("decimals_in_a_column_without_name", "time,temp,",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])}", needs="delimiter")
 hours("thousandths", "time,temp_mdegC",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{round(1000 * T[k])}", needs="unit", given={"unit": "C", "scale": "0.001"})
-hours("text_row_between", "time,temp",
-      lambda k, h: ("logger,restarted\n" if k == 20 else "") + f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="line 22")
-hours("names_repeated_between", "time,temp",
-      lambda k, h: ("time,temp\n" if k == 20 else "") + f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="line 22")
 hours("first_time_missing", "time,temp",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}" if k else "?,10.5", needs="line 2")
 hours("clock_without_date", "time,temp", lambda k, h: f"{h:%H:%M},{T[k]}", needs="date_format")
 hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k]}", needs="date_format")
-hours("soil_alone", "time,T_soil",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="temperature_column", given={"temperature_column": "T_soil"})
-hours("indoor_alone", "time,Indoor Temperature (C)",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="temperature_column", given={"temperature_column": "Indoor Temperature (C)"})
-hours("percentiles", "time,temp_median,temp_p10,temp_p90",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{T[k] - 1:.1f},{T[k] + 1:.1f}", needs="temperature_column", given={"temperature_column": "temp_median"})
-days("names_min_max_alone", "Date,Min,Max",
-      lambda k, d: f"{d:%Y-%m-%d},{LOW[k]},{HIGH[k]}", needs="minimum_column", given={"minimum_column": "Min", "maximum_column": "Max"})
 
 # --- adversaries ----------------------------------------------------------------------------------
 
-hours("battery_between", "time,battery_temp,temp,batt_v",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k] + 9:.1f},{T[k]},3.9")
 hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
-hours("indoor_first", "time,T_in,T_out", lambda k, h: f"{h:%Y-%m-%dT%H:%M},21.{k % 10},{T[k]}")
-hours("inside_outside", "time;Innentemperatur;Außentemperatur",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M};21.{k % 10};{T[k]}")
-hours("two_sensors", "time,Temp 1,Temp 2",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]},{T[k] + 4:.1f}", needs="temperature_column", given={"temperature_column": "Temp 1"})
-hours("flag_named_temp", "time,temp_flag,temp_qc,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},0,1,{T[k]}")
-hours("feels_like_named_temp", "time,Feels Like Temp,Heat Index Temp,Air Temp",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k] + 2:.1f},{T[k] + 3:.1f},{T[k]}")
-hours("setpoint", "time,Temp setpoint,Temp alarm,Temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},20.0,40.0,{T[k]}")
-hours("unit_in_preamble", "# Logger 7\n# Temperature in degrees Fahrenheit\ntime,temp",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])}")
-hours("tenths_in_preamble", "# all temperatures in 0.1 °C\ntime,temp",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
-hours("units_row", "time,temp,hum\nUTC,0.1 °C,%", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])},{RH[k]}")
-hours("units_row_fahrenheit", "time;temp;hum\n;°F;%",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M};{fahrenheit(T[k])};{RH[k]}")
-hours("kelvin_row", "time,temp,hum\n-,K,%", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k] + 273.15:.2f},{RH[k]}")
-hours("kelvin_unsaid", "time,temp",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k] + 273.15:.2f}", needs="unit", given={"unit": "K"})
-hours("tenths_unsaid", "time,temp",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}", needs="unit", given={"scale": "0.1"})
-hours("inches_beside", "time,temp,rain (in),pressure (inHg)",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},0.0,29.92", needs="unit", given={"unit": "F"})
-hours("cells_with_units", "time,outdoor", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]} °C")
-hours("cells_in_fahrenheit", "time,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])}F")
-hours("whole_fahrenheit", "time,Temp (F)",
-      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{round(fahrenheit(T[k]))}", near=0.3)
-hours("day_first_even", "time,temp", lambda k, h: f"{h:%d/%m/%Y %H:%M},{T[k]}")
-hours("month_first_even", "time,temp", lambda k, h: f"{h:%m/%d/%Y %H:%M},{T[k]}")
-add(
-    "one_day_ambiguous",
-    lambda: written(
-        "time,temp",
-        [f"{h:%d/%m/%Y %H:%M},{T[k]}" for k, h in enumerate(HOURS[:24])],
-        readings=24,
-        last=HOURS[23],
-        low=min(T[:24]),
-        high=max(T[:24]),
-        needs="date_format",
-        given={"date_format": "%d/%m/%Y %H:%M"},
-    ),
-)
-add(
-    "twelve_days_ambiguous",
-    lambda: written(
-        "date,temp",
-        [f"{d:%m/%d/%Y},{HIGH[k]}" for k, d in enumerate(DAYS[:12])],
-        readings=12,
-        first=DAYS[0],
-        last=DAYS[11],
-        low=min(HIGH[:12]),
-        high=max(HIGH[:12]),
-        needs="date_format",
-        given={"date_format": "%m/%d/%Y"},
-    ),
-)
+hours("another_table_below", "time,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]}", "\n".join(["end,of"] * 41), needs="time = ")
+add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
+    last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
+add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
+    first=DAYS[0], last=DAYS[11], low=min(HIGH[:12]), high=max(HIGH[:12]), needs="date_format", given={"date_format": "%m/%d/%Y"}))
 hours("two_digit_years", "time,temp", lambda k, h: f"{h:%d.%m.%y %H:%M},{T[k]}")
 hours("year_first_short", "time,temp", lambda k, h: f"{h:%y-%m-%d %H:%M},{T[k]}")
-hours("midnight_as_24", "time,temp",
-      lambda k, h: f"{(h - timedelta(hours=1)):%Y-%m-%d} {(h.hour or 24):02}:00,{T[k]}")
-hours("hours_from_1_to_24", "date,hour,temp",
-      lambda k, h: f"{(h - timedelta(hours=1)):%Y-%m-%d},{h.hour or 24},{T[k]}")
 hours("hours_hhmm", "date,time,temp", lambda k, h: f"{h:%Y-%m-%d},{h:%H%M},{T[k]}")
-hours("year_month_day_hour", "year,month,day,hour,temp",
-      lambda k, h: f"{h.year},{h.month},{h.day},{h.hour},{T[k]}")
-hours("jahr_monat_tag", "Jahr;Monat;Tag;Stunde;Temperatur",
-      lambda k, h: f"{h.year};{h.month};{h.day};{h.hour};{comma(T[k])}")
 hours("weekday", "time,temp", lambda k, h: f"{h:%a %d %b %Y %H:%M},{T[k]}")
 hours("rfc", "time,temp", lambda k, h: f'"{h:%a, %d %b %Y %H:%M:%S} GMT",{T[k]}')
-hours("footer_mean", "time,temp", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", "\nMean,15.3\nMax,24.1")
-hours("footer_prose", "time,temp",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", "# 48 rows, (c) somebody, all rights reserved")
-hours("index_and_id", "id,station,time,temp", lambda k, h: f"{1000 + k},433,{h:%Y-%m-%d %H:%M},{T[k]}")
-hours("received_first", "received,time,temp",
-      lambda k, h: f"{h:%Y-%m-%d} 23:59:{k:02},{h:%Y-%m-%d %H:%M},{T[k]}")
-hours("utc_and_local", "time local,time UTC,temp",
-      lambda k, h: f"{(h + timedelta(hours=2)):%Y-%m-%d %H:%M},{h:%Y-%m-%d %H:%M},{T[k]}")
-hours("soil_beside", "time,soil temp,air temp,grass temp",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},15.1,{T[k]},{T[k] - 2:.1f}")
-hours("value_alone", "time,value", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}")
-hours("pressure_alone", "time,pressure",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="temperature_column", given={"temperature_column": "pressure"})
-hours("unknown_name", "time,qx1",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]}", needs="temperature_column", given={"temperature_column": "qx1"})
-hours("data_named_data", "data;temp", lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]}")
-hours("temps_is_time", "Temps;Température", lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]}")
-hours("bom_and_comment", "\ufeff# a comment; with; signs\ntime;temp;hum",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]};{RH[k]}")
-hours("preamble_as_wide", "Station;Hamburg\nOwner;me\ntime;temp", lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]}")
-hours("preamble_with_numbers", "Station;12;34\nOwner;me;7\ntime;temp;hum",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M};{T[k]};{RH[k]}")
-hours("tmin_tmax_of_hours", "time,temp_min,temp_max",
-      lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k]},{T[k] + 1:.1f}", needs="temperature_column", given={"temperature_column": "temp_min"})
-days("min_max_and_others", "date,soil_min,soil_max,Tmin,Tmax,rh_min,rh_max",
-      lambda k, d: f"{d:%Y-%m-%d},9.1,11.1,{LOW[k]},{HIGH[k]},40,90")
 days("two_stems", "date,TX,TN,TG_max,TG_min",
       lambda k, d: f"{d:%Y-%m-%d},{HIGH[k]},{LOW[k]},30.1,5.1", needs="minimum_column", given={"minimum_column": "TN", "maximum_column": "TX"})
-add(
-    "monthly",
-    lambda: written(
-        "month,temp",
-        [f"{2029 + k // 12}-{k % 12 + 1:02},{5 + k % 12}.5" for k in range(36)],
-        readings=36,
-        first=datetime(2029, 1, 1),
-        last=datetime(2031, 12, 1),
-        low=5.5,
-        high=16.5,
-    ),
-)
-add(
-    "monthly_min_max",
-    lambda: written(
-        "year,month,tmin,tmax",
-        [f"{2029 + k // 12},{k % 12 + 1},{5 + k % 12}.5,{15 + k % 12}.5" for k in range(36)],
-        readings=36,
-        first=datetime(2029, 1, 1),
-        last=datetime(2031, 12, 1),
-        low=15.5,
-        high=26.5,
-        needs="temperature_column",
-        given={"temperature_column": "tmax"},
-    ),
-)
+months("monthly", "month,temp", lambda k, m: f"{m:%Y-%m},{5 + k % 12}.5", 5.5, 16.5)
 
 # --- layouts found by an adversary ----------------------------------------------------------------
 
 
-
-def lost(k: int, code: object) -> object:
-    return code if k in (7, 8, 9, 30) else T[k]
-
-
-hours("dwd_hour_999", "STATIONS_ID;MESS_DATUM;QN_9;TT_TU;RF_TU;eor",
-  lambda k,h: f"       3987;{h:%Y%m%d%H};    3;{lost(k,-999):>6};{RH[k]:>6}.0;eor", missing=4)
-hours("lcd_suspect", '"STATION","DATE","LATITUDE","LONGITUDE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyPrecipitation","HourlyWetBulbTemperature"',
-  lambda k,h: f'"72295023174","{h:%Y-%m-%dT%H:%M:%S}","33.938","-118.388","FM-15","{fahrenheit(DEW[k]):.0f}","{fahrenheit(T[k]):.0f}{"s" if k in (5,17) else ""}","0.00","{fahrenheit(T[k]-2):.0f}"',
-  needs="unit", given={"unit":"F"}, near=0.4)
-days("ghcn_daily", '"STATION","DATE","LATITUDE","LONGITUDE","ELEVATION","NAME","PRCP","PRCP_ATTRIBUTES","TMAX","TMAX_ATTRIBUTES","TMIN","TMIN_ATTRIBUTES","TAVG","TAVG_ATTRIBUTES"',
-  lambda k,d: f'"GME00122614","{d:%Y-%m-%d}","52.46","13.30","51.0","BERLIN, GM","    0",",,E","{tenths(HIGH[k]):>5}",",,E","{tenths(LOW[k]):>5}",",,E","  150","H,,S"', needs="scale", given={"scale":"0.1"})
-days("ghcn_superset", 'ID,DATE,ELEMENT,DATA_VALUE,M_FLAG,Q_FLAG,S_FLAG,OBS_TIME',
-  lambda k,d: f'GME00122614,{d:%Y%m%d},TMAX,{tenths(HIGH[k])},,,E,', needs="temperature_column",given={"temperature_column":"DATA_VALUE","scale":"0.1"}, **one_a_day())
-EC='"Longitude (x)","Latitude (y)","Station Name","Climate ID","Date/Time (LST)","Year","Month","Day","Time (LST)","Temp (°C)","Temp Flag","Dew Point Temp (°C)","Dew Point Temp Flag","Rel Hum (%)","Rel Hum Flag","Wind Chill","Wind Chill Flag","Weather"'
-hours("envcan_hourly", EC, lambda k,h: f'"-75.67","45.32","OTTAWA","6106001","{h:%Y-%m-%d %H:%M}","{h:%Y}","{h:%m}","{h:%d}","{h:%H:%M}","{"" if k in (4,5) else T[k]}","{"M" if k in (4,5) else ""}","{DEW[k]}","","{RH[k]}","","","","Mainly Clear"', missing=2)
-hours("meteoswiss_ogd", "station_abbr;reference_timestamp;tre200h0;tre200hn;tre200hx;ure200h0;rre150h0",
-  lambda k,h: f"BAS;{h:%d.%m.%Y %H:%M};{T[k]};{T[k]-.4:.1f};{T[k]+.4:.1f};{RH[k]};0")
 days("imgw_no_header", "", lambda k,d: f'"352200375","WARSZAWA-OKĘCIE","{d:%Y","%m","%d}",{HIGH[k]:.1f},"",{LOW[k]:.1f},"",{(HIGH[k]+LOW[k])/2:.1f},"",{LOW[k]-2:.1f},"",.0,"9",""', encoding="cp1250", needs="time_column", given={"time_column":["3","4","5"],"maximum_column":"6","minimum_column":"8"})
-IN="REGIAO:;SE\nUF:;SP\nESTACAO:;SAO PAULO\nLATITUDE:;-23,49\nDATA DE FUNDACAO:;25/07/06\nData;Hora UTC;PRECIPITAÇÃO TOTAL, HORÁRIO (mm);TEMPERATURA DO AR - BULBO SECO, HORARIA (°C);TEMPERATURA DO PONTO DE ORVALHO (°C);TEMPERATURA MÁXIMA NA HORA ANT. (AUT) (°C);TEMPERATURA MÍNIMA NA HORA ANT. (AUT) (°C);UMIDADE RELATIVA DO AR, HORARIA (%);"
-hours("inmet_preamble", IN, lambda k,h: f"{h:%Y/%m/%d};{h:%H00} UTC;0;{comma(T[k])};{comma(DEW[k])};{comma(round(T[k]+.5,1))};{comma(round(T[k]-.5,1))};{RH[k]};", encoding="latin-1")
-hours("jma_slashes", "ダウンロードした時刻：2031/07/01 10:00:00\n\n,東京,東京,東京\n年月日時,気温(℃),気温(℃),気温(℃)\n,,品質情報,均質番号",
-  lambda k,h: f"{h.year}/{h.month}/{h.day} {h.hour}:00:00,{T[k]},8,1", encoding="cp932")
-hours("hobo_f", '"Plot Title: Roof"\n"#","Date Time, GMT-07:00","Temp, °F (LGR S/N: 10234, SEN S/N: 10234)","RH, % (LGR S/N: 10234, SEN S/N: 10234)","Host Connected (LGR S/N: 10234)","End Of File (LGR S/N: 10234)"',
-  lambda k,h: f'{k+1},{h:%m/%d/%y %I:%M:%S %p},{fahrenheit(T[k]):.3f},{RH[k]}.1,,', '49,06/03/31 12:10:00 AM,,,Logged,Logged')
-hours("toa5_panel", '"TOA5","CR1000X","CR1000X","1234","CR1000X.Std.05","CPU:roof.CR1X","1234","Hourly"\n"TIMESTAMP","RECORD","BattV_Avg","PTemp_C_Avg","AirTC_Avg","Temp_dew_Avg","RH"\n"TS","RN","Volts","Deg C","Deg C","Deg C","%"\n"","","Avg","Avg","Avg","Avg","Smp"',
-  lambda k,h: f'"{h:%Y-%m-%d %H:%M:%S}",{k},12.9,{T[k]+5:.1f},{lost(k,chr(34)+"NAN"+chr(34))},{DEW[k]},{RH[k]}', missing=4)
-hours("davis_two_rows", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
-  lambda k,h: f"{h:%d.%m.%y}\t{h:%H:%M}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
 hours("davis_ampm", "\t\tTemp\tHi\tLow\tOut\tDew\tWind\tWind\tIn\nDate\tTime\tOut\tTemp\tTemp\tHum\tPt.\tSpeed\tDir\tTemp",
   lambda k,h: f"{h.day}/{h.month}/{h:%y}\t{h:%I:%M}{'a' if h.hour<12 else 'p'}\t{T[k]}\t{T[k]+.4:.1f}\t{T[k]-.4:.1f}\t{RH[k]}\t{DEW[k]}\t3.2\tNW\t21.5")
-hours("netatmo_quoted", 'Name;"Lat";"Long";"ModuleName";"ModuleType"\nHome;2.1;48.1;Outdoor;Outdoor module\nTimestamp;"Timezone : Europe/Paris";Temperature;Humidity',
-  lambda k,h: f'{1938038400+3600*k+6*0};"{h:%Y/%m/%d %H:%M:%S}";{T[k]};{RH[k]}')
-hours("logtag_elapsed", '"Serial number","A0HK123456"\n"Start time","6/1/2031 12:00:00 AM"\n\n"Index","Date","Time","Elapsed time","Reading (°C)","Events"',
-  lambda k,h: f'{k+1},{h:%d %b %Y},{h:%H:%M:%S},{k//24}.{h:%H:%M:%S},{T[k]},')
-hours("testo_brackets", "Datum;Uhrzeit;[1] °C;[2] %rF", lambda k,h: f"{h:%d.%m.%Y};{h:%H:%M:%S};{comma(T[k])};{RH[k]},0", encoding="latin-1")
-hours("elusb", "Roof,Time,Celsius(°C),Humidity(%rh),dew point(°C),Serial Number", lambda k,h: f"{k+1},{h:%d/%m/%Y %H:%M:%S},{T[k]},{RH[k]}.0,{DEW[k]}" + (",010012345" if k==0 else ""), encoding="latin-1")
-hours("thermopro", "Datetime,Temperature_Fahrenheit(°F),Humidity(%)", lambda k,h: f"{h:%m/%d/%Y %H:%M},{fahrenheit(T[k])},{RH[k]}")
 hours("shelly", "timestamp,temperature_tC,temperature_tF,humidity", lambda k,h: f"{1938038400+3600*k},{T[k]},{fahrenheit(T[k])},{RH[k]}")
 hours("home_assistant_state", "entity_id,state,last_changed", lambda k,h: f"sensor.outdoor_temperature,{'unavailable' if k==11 else T[k]},{h:%Y-%m-%dT%H:%M:%S}.000Z", missing=1, needs="temperature_column", given={"temperature_column":"state"})
-hours("esphome_log", "time;id;Temperature [°C];WiFi Signal [dBm];Internal Temperature [°C]", lambda k,h: f"{h:%Y-%m-%d %H:%M:%S};roof;{lost(k,'nan')};-71;{T[k]+12:.1f}", missing=4)
-hours("influx_annotated", "#group,false,false,true,true,false,false,true,true\n#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n#default,_result,,,,,,,\n,result,table,_start,_stop,_time,_value,_field,_measurement",
-  lambda k,h: f",,0,2031-06-01T00:00:00Z,2031-06-03T00:00:00Z,{h:%Y-%m-%dT%H:%M:%S}Z,{T[k]},temperature,roof", needs="_column", given={"time_column":"_time","temperature_column":"_value"})
-hours("grafana_units", '"Time","Outdoor temperature"', lambda k,h: f'{h:%Y-%m-%d %H:%M:%S},{T[k]} °C')
-hours("grafana_ms", '"time","roof.temperature"', lambda k,h: f'{(1938038400+3600*k)*1000},{T[k]}', needs="date_format",given={"date_format":"%s"})
-TM="723860,\"LAS VEGAS\",NV,-8.0,36.083,-115.150,648\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2),GHI (W/m^2),Dry-bulb (C),Dry-bulb source,Dry-bulb uncert (code),Dew-point (C),Dew-point source,RHum (%)"
-hours("tmy3_quoted_name", TM, lambda k,h: f"{h:%m/%d/%Y},{k%24+1:02}:00,0,0,{T[k]},A,7,{DEW[k]},A,{RH[k]}", first=HOURS[1], last=HOURS[-1]+timedelta(hours=1))
-EP="LOCATION,Roma,-,ITA,IGDG,162390,41.80,12.58,1.0,3.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,x\nCOMMENTS 2,y\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31"
-hours("epw_given", EP, lambda k,h: f"2031,{h.month},{h.day},{k%24+1},0,?9?9?9,{T[k]},{DEW[k]},{RH[k]},100300,0,0,280,0,0,0", needs="time_column", given={"time_column":["1","2","3","4"],"temperature_column":"7"}, first=HOURS[1], last=HOURS[-1]+timedelta(hours=1))
-PV="Latitude (decimal degrees):\t45.000\nLongitude (decimal degrees):\t8.000\nElevation (m):\t250\nRadiation database:\tPVGIS-SARAH2\n\ntime,G(i),H_sun,T2m,WS10m,Int"
-hours("pvgis_footer", PV, lambda k,h: f"{h:%Y%m%d:%H}10,0.0,0.0,{T[k]},1.2,0.0", "\nG(i): Global irradiance (W/m2)\nH_sun: Sun height (degree)\nT2m: 2-m air temperature (degree Celsius)\nInt: 1 means solar radiation values are reconstructed\n\nPVGIS (c) European Union, 2001-2024", first=HOURS[0]+timedelta(minutes=10), last=HOURS[-1]+timedelta(minutes=10))
-PT="Latitude (decimal degrees): 45.0\nElevation (m): 250\nmonth,year\n1,2015\n2,2012\ntime(UTC),T2m,RH,G(h)"
-hours("pvgis_tmy_footer", PT, lambda k,h: f"{h:%Y%m%d:%H%M},{T[k]},{RH[k]},0.0", "T2m: 2-m air temperature (degree Celsius)\nRH: relative humidity (%)")
-hours("excel_serial", "Date,Temperature", lambda k,h: f"{48000+k/24:.5f},{T[k]}", needs="pandas")
 hours("excel_serial_datum", "Datum;Temperatur", lambda k,h: f"{48000+k},{comma(T[k])}".replace(",",";",1), needs="pandas")
-hours("unquoted_commas", "time,temperature,humidity", lambda k,h: f"{h:%Y-%m-%d %H:%M},{comma(T[k])},{RH[k]},5", needs="pandas")
-add("months_across", lambda: written("Year   Jan   Feb   Mar   Apr   May   Jun   Jul   Aug   Sep   Oct   Nov   Dec", [f"{y}  "+"  ".join(f"{5+m+y%3}.{m%10}" for m in range(12)) for y in range(1990,2030)], needs="pandas"))
-add("hours_across", lambda: written("date,"+",".join(f"{h:02}:00" for h in range(24)), [f"{d:%Y-%m-%d},"+",".join(str(T[h]) for h in range(24)) for d in DAYS], needs="pandas"))
-add("hours_across_h", lambda: written("Datum;"+";".join(f"h{h:02}" for h in range(1,25)), [f"{d:%d.%m.%Y};"+";".join(comma(T[h]) for h in range(24)) for d in DAYS], needs="pandas"))
-add("monthly_temp_across", lambda: written("station,year,tmax_jan,tmax_feb,tmax_mar,tmax_apr,tmax_may", [f"x,{y},1.0,2.1,3.5,7.{y%10},9.9" for y in range(1990,2030)], needs="pandas"))
-add("text_row_3cols", lambda: written("time,outdoor temperature,indoor temperature",[x for k,h in enumerate(HOURS) for x in (["2031,wet,dry"] if k==2 else [])+[f"{h:%Y-%m-%d %H:%M},{T[k]},20.5"]], needs="line"))
-add("text_indoor_swap", lambda: written("time,temperature,dew point",[x for k,h in enumerate(HOURS) for x in (["time,dew point,temperature"] if k==1 else [])+[f"{h:%Y-%m-%d %H:%M},{T[k]},{DEW[k]}"]], needs="line"))
-NP="-BEGIN HEADER-\nNASA/POWER Source Native Resolution Hourly Data\nDates (month/day/year): 06/01/2031 through 06/02/2031 in LST\nValue for missing source data that cannot be computed or is outside of the sources availability range: -999\nParameter(s):\nT2M          MERRA-2 Temperature at 2 Meters (C)\nT2MDEW  MERRA-2 Dew/Frost Point at 2 Meters (C)\n-END HEADER-\nYEAR,MO,DY,HR,T2MDEW,T2M"
-hours("nasa_power_missing", NP, lambda k,h: f"{h.year},{h.month},{h.day},{h.hour},{DEW[k]},{lost(k,-999.0)}", missing=4)
-hours("fmi_quoted", '"Havaintoasema","Vuosi","Kuukausi","Päivä","Aika [Paikallinen aika]","Lämpötilan keskiarvo [°C]"', lambda k,h: f'"Helsinki Kaisaniemi","{h.year}","{h.month}","{h.day}","{h:%H:%M}","{T[k]}"')
-hours("metno_frost", "sourceId,referenceTime,elementId,value,unit,timeOffset,qualityCode", lambda k,h: f"SN18700:0,{h:%Y-%m-%dT%H:%M:%S}.000Z,air_temperature,{T[k]},degC,PT0H,0")
-hours("seklima_no", "Navn;Stasjon;Tid(norsk normaltid);Lufttemperatur;Relativ luftfuktighet", lambda k,h: f"Oslo - Blindern;SN18700;{h:%d.%m.%Y %H:%M};{comma(T[k])};{RH[k]}", "Data er gyldig per 01.07.2031 (CC BY 4.0), Meteorologisk institutt (MET);;;;")
-hours("govee_long", "Timestamp for sample frequency every 60 min,Temperature_Celsius,Relative_Humidity", lambda k,h: f"{h:%Y-%m-%d %H:%M:%S},{T[k]},{RH[k]}")
-hours("sensorpush_dew", '"Timestamp (America/New_York)","Temperature (°F)","Dew Point (°F)","Barometric Pressure (inHg)"', lambda k,h: f'"{h:%Y-%m-%d %H:%M}","{fahrenheit(T[k])}","{fahrenheit(DEW[k])}","29.9"')
-hours("ruuvi", "Date,Temperature (°C),Relative humidity (%),Battery voltage (V)", lambda k,h: f"{h:%d/%m/%Y %H:%M:%S},{T[k]},{RH[k]},2.9")
-hours("ecowitt_signs", "Time,Outdoor Temperature(℃),Feels Like(℃),Dew Point(℃),Indoor Temperature(℃)", lambda k,h: f"{h:%Y-%m-%d %H:%M},{T[k]},{T[k]-1:.1f},{DEW[k]},21.0")
-hours("ibutton_us", "1-Wire/iButton Part Number: DS1922L-F5\n\nDate/Time,Unit,Value", lambda k,h: f"{h:%m/%d/%y %I:%M:%S %p},C,{T[k]}")
-hours("cimis_qc", "Stn Id,Stn Name,CIMIS Region,Date,Hour (PST),Jul,ETo (in),qc,Air Temp (F),qc,Dew Point (F),qc,Soil Temp (F),qc", lambda k,h: f"6,Davis,SAC,{(h-timedelta(hours=1)).month}/{(h-timedelta(hours=1)).day}/{h.year},{h.hour or 24:02}00,152,0.01, ,{fahrenheit(T[k])}, ,{fahrenheit(DEW[k])}, ,65.1, ")
-hours("arpa_it", "Idsensore;Data-Ora;Valore;Stato", lambda k,h: f"2001;{h:%d/%m/%Y %H:%M};{comma(T[k])};VA", needs="temperature_column", given={"temperature_column": "Valore"})
-hours("aemet_ta", "fecha;hora;ta;tamin;tamax;hr", lambda k,h: f"{h:%d/%m/%Y};{h:%H:%M};{comma(T[k])};{comma(T[k])};{comma(T[k])};{RH[k]}")
-days("roc_tw", "觀測時間(day),氣溫(℃),最高氣溫(℃),最低氣溫(℃)", lambda k,d: f"{d:%Y-%m-%d},{(HIGH[k]+LOW[k])/2:.1f},{HIGH[k]},{LOW[k]}")
-hours("kelvin_unit_row", "time,tas,pr\nUTC,K,mm", lambda k,h: f"{h:%Y-%m-%dT%H:%M:%SZ},{T[k]+273.15:.2f},0.0")
-hours("deg_c_x10", "time,temp_x10_degC", lambda k,h: f"{h:%Y-%m-%d %H:%M},{tenths(T[k])}", needs="scale = 0.1", given={"scale":"0.1"})
-hours("decimal_milli", "time;T_mC", lambda k,h: f"{h:%Y-%m-%d %H:%M};{tenths(T[k])*100}", needs="scale = 0.1", given={"scale":"0.001"})
 for place, words in enumerate(("unavailable,unavailable,error", "sensor restart,n/a,fault", "start,temp,roof")):
     add(f"text_row_{place}", lambda place=place, words=words: hourly("time,temperature,status",
         lambda k, h: (f"{words}\n" if k == place else "") + f"{h:%Y-%m-%d %H:%M},{T[k]},ok", needs="line" if place else ""))
     add(f"text_cell_{place}", lambda place=place: hourly("time,temperature,status",
         lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == place else T[k]},ok", missing=1))
 
-days("min_temp_is_no_minute", "year,month,day,min temp,max temp",
-     lambda k, d: f"{d:%Y,%m,%d},{LOW[k]},{HIGH[k]}")
 
 LONG = [BEGIN + timedelta(hours=k) for k in range(480)]
 LONG_T = [T[k % 48] for k in range(480)]
@@ -731,27 +303,8 @@ def coded(
 
 RUNS = {"one": [77], "three": [60, 61, 62], "day": [*range(100, 124)], "several": [*range(40, 47), 99, *range(300, 340)],
         "every_other": [*range(101, 200, 2)], "long": [*range(200, 320)]}
-for code in (
-    "99.9",
-    "999.9",
-    "-9999",
-    "85",
-    "-88.8",
-    "32767",
-    "-99",
-    "-999.0",
-    "9999",
-    "-127",
-    "888.8",
-    "NA",
-    "",
-    "M",
-    "---",
-    "nan",
-    "-32768",
-    "1e20",
-    "6999",
-):
+CODES = ("99.9", "999.9", "-9999", "85", "-88.8", "32767", "-99", "-999.0", "9999", "-127", "888.8", "NA", "", "M", "---", "nan", "-32768", "1e20", "6999")
+for code in CODES:
     for run, places in RUNS.items():
         CODED[f"{code or 'empty'}_{run}"] = lambda code=code, places=places: coded(code, places)
 CODED["tenths"] = lambda: coded(
@@ -772,12 +325,12 @@ def zipped() -> File:
 
 @layout
 def packed_by_gzip() -> File:
-    return File(gzip.compress(LAYOUTS["hobo"]().content), ending=".csv.gz")
+    return File(gzip.compress(LAYOUTS["series_without_name"]().content), ending=".csv.gz")
 
 
 @layout
 def utf_16_without_mark() -> File:
-    return File(LAYOUTS["series_to_csv"]().content.decode().encode("utf-16-le"))
+    return File(LAYOUTS["series_without_name"]().content.decode().encode("utf-16-le"))
 
 
 # --- layouts that nobody has thought of -----------------------------------------------------------

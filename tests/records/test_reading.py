@@ -17,9 +17,6 @@ from hypothesis import strategies as st
 from exactcreep import InputError, TemperatureRecord
 from tests.records.layouts import CODED, LAYOUTS, File, drawn
 
-MOST_REFUSED = 0.25
-"""Part of the layouts that may need an option."""
-
 
 def assert_right(file: File, path: Path, **options: Any) -> TemperatureRecord:
     readings = TemperatureRecord.readings(path, **options)
@@ -59,11 +56,6 @@ def test_a_layout_is_read_rightly_or_by_the_option_that_is_named(name: str, tmp_
 @pytest.mark.parametrize("name", CODED)
 def test_a_code_for_missing_is_counted_in_runs_of_any_length(name: str, tmp_path: Path) -> None:
     assert_read_or_helped(CODED[name](), tmp_path)
-
-
-def test_most_layouts_need_no_option() -> None:
-    needing = [name for name, make in LAYOUTS.items() if make().needs]
-    assert len(needing) < MOST_REFUSED * len(LAYOUTS)
 
 
 @given(file=st.randoms(use_true_random=False).map(drawn))

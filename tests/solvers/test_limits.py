@@ -25,7 +25,8 @@ from exactcreep import (
 )
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.results import EventKind, Interrupted, Progress
-from exactcreep.watch.limits import NO_LIMITS, OutOfTime, enforce, relent
+from exactcreep.watch import preparation
+from exactcreep.watch.limits import NO_LIMITS, Limits
 from tests.paper import captions, paper_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")
@@ -146,12 +147,14 @@ def test_a_preparation_that_looks_at_no_limit_is_ended_and_a_computation_is_not(
         while time.monotonic() < end:
             time.sleep(0.01)
 
-    try:
-        enforce(0.01)
-        with pytest.raises(OutOfTime, match=r"max_seconds = 0\.01 was reached before"):
+    with preparation.command():
+        Limits.of(max_seconds=0.01)
+        with pytest.raises(preparation.Late, match=r"max_seconds = 0\.01 was reached before"):
             waits(20)
-        enforce(0.01)
+    with preparation.command():
+        limits = Limits.of(max_seconds=0.01)
         assert not NO_LIMITS.passed()
+        limits.passed()
         waits(1.2)
-    finally:
-        relent()
+    Limits.of(max_seconds=0.01)  # in a program of the user nothing is ended
+    waits(0.8)

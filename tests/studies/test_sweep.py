@@ -113,9 +113,6 @@ def test_pairs_of_a_chain_and_a_drive_are_cells_of_their_own(tmp_path: Path) -> 
     alone = [creep(*pair).velocity for pair in pairs]
     assert grid.velocity.dims == ("experiment",)
     assert grid.velocity.values.tolist() == alone
-    assert {*grid.coords} == {"experiment", "n", "amplitude"}  # what differs
-    assert grid.n.values.tolist() == [2, 2, 3, 3]
-    assert grid.amplitude.values.tolist() == [0.005, 0.01, 0.005, 0.01]
     sweep(pairs[:2], out=tmp_path)
     assert sweep(pairs[::-1], out=tmp_path).velocity.values.tolist() == alone[::-1]
     with pytest.raises(InputError, match=r"scene\[1\] = 3: must be an Experiment, or a pair"):
@@ -295,6 +292,7 @@ def test_cells_for_which_no_time_is_left_are_not_even_made(
     assert len(made) < 300
 
 
+@pytest.mark.slow
 def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     scene, killed = load_scene(written(tmp_path, cycles=300)), []

@@ -43,7 +43,6 @@ class ChainIntegrator(ChainAtRest):
 
     def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.way = 0
         self.flow: Flow | None = None
         self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)

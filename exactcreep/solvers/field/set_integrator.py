@@ -10,10 +10,8 @@ may run away), the set is treated as plain balls.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -28,9 +26,8 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Balls, Undecided, certain_sign
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.motion.first_event import FirstEvent, lone_event
-from exactcreep.motion.modes import Flow, ModalPiece, forces_of
+from exactcreep.motion.modes import Flow
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
-from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.field.at_rest import Rest
 from exactcreep.solvers.field.integrator import ChainIntegrator, event_of
@@ -44,19 +41,6 @@ MOST_ERROR = 2.0**-10
 
 
 _OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
-
-
-class Kind(StrEnum):
-    """The kind of zero of an event function, and how it is known."""
-
-    TRANSVERSE = "transverse"
-    """In every state of the set the root is the first and only one, with non-zero slope."""
-    TIE = "tie"
-    """Several sliders act at once in every state, by symmetry or by numbers of Q(c)."""
-    GRAZING = "grazing"
-    """A resting neighbour comes exactly to its threshold, by numbers of Q(c), and stays."""
-    UNRESOLVED = "unresolved"
-    """Undecided at the precision limit: settled by the model's rules, and counted."""
 
 
 @dataclass
@@ -73,27 +57,19 @@ class RestOfSet(Rest):
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
-    `keep`: whether to store the motion of the last rearrangement, in `start` and `pieces`;
     `tangent`: rows that move along: differences of states, with a derivative in each column;
-    `kinds`: of all events.
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
     rest: RestOfSet
 
-    def __init__(
-        self, start: Start, arithmetic: Balls, *, assume: bool = False, keep: bool = False
-    ) -> None:
+    def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.keep = keep
-        self.start: Motion | None = None
-        self.pieces: list[ModalPiece] = []
         self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
         self._slack: Any = None
         self.widest = 0.0  # largest distance of forces, velocities, l0 theta from the middle's
         self.crossing: Crossing | None = None
-        self.kinds: Counter[Kind] = Counter()
         self.shown: State | None = None  # the present rest, until a slider moves
         self.shown_theta: Any = None
         self.drags = [float(x) for x in self.frictions.tolist()]  # frictions in float64
@@ -147,19 +123,13 @@ class SetIntegrator(ChainIntegrator):
         wide[still] = velocities[still]
         return wide
 
-    def _wide(self, flow: Flow) -> Flow:
-        """Return the flow in balls that hold every state."""
-        out = Flow(self.arithmetic, self._widened(flow.forces, StateSet.of_forces), self.frictions)
-        out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
-        out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
-        return out
-
     def _give_up(self, flow: Flow) -> None:
         """Switch to balls that hold every state."""
-        wide = self._wide(flow)
-        flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        rest = self.rest
-        rest.displacements = self._widened(rest.displacements, StateSet.of_displacements)
+        rest, displacements = self.rest, StateSet.of_displacements
+        flow.forces = self._widened(flow.forces, StateSet.of_forces)
+        flow.velocities = self._wide_velocities(flow.velocities)
+        flow.moved = self._widened(flow.moved, displacements)
+        rest.displacements = self._widened(rest.displacements, displacements)
         rest.theta = self.known_theta()
         rest.set, rest.since, self._runs = None, self.renew_every, None
 
@@ -259,11 +229,6 @@ class SetIntegrator(ChainIntegrator):
 
     def _set_off(self, starts: list[tuple[int, int]], *, ramped: bool) -> None:
         self.ends = [n for n, _ in starts] if ramped else []
-        if self.keep:
-            begin = self.state()
-            forces = forces_of(self.arithmetic, begin.tensions, self.loads)
-            still = self.arithmetic.zeros(self.chain.n)
-            self.start, self.pieces = Motion(begin.displacements, still, forces), []
         super()._set_off(starts, ramped=ramped)
 
     # -- the rearrangement ---------------------------------------------------------------------
@@ -284,22 +249,10 @@ class SetIntegrator(ChainIntegrator):
             if of_all is None and not (self.assume or self._may_run_away(flow)):
                 of_all = self._proved(flow)
         if of_all is not None:
-            self.kinds[Kind.TIE if self.rest.symmetric else Kind.TRANSVERSE] += 1
             return of_all
         if self.rest.set is not None:
             self._give_up(flow)
-        undecided = self.tally.undecided
-        event = super().first_event(flow)
-        if event is not None:
-            kind = Kind.TRANSVERSE
-            if self.tally.undecided > undecided:
-                kind = Kind.UNRESOLVED
-            elif len(event.stops) + len(event.starts) > 1:
-                kind = Kind.TIE
-            elif not event.starts and self._touched(flow, event):
-                kind = Kind.GRAZING
-            self.kinds[kind] += 1
-        return event
+        return super().first_event(flow)
 
     def _lone_slip(self, flow: Flow) -> FirstEvent | None:
         """Return the slip of an end alone from its threshold, which is the same in all states.
@@ -328,15 +281,6 @@ class SetIntegrator(ChainIntegrator):
             return self.rest.exact
         known = (type(x) is Quadratic for x in (self.rest.theta, *flow.forces.tolist()))
         return all(known) and all(bool(v == 0) for v in flow.velocities.tolist())
-
-    def _touched(self, flow: Flow, event: FirstEvent) -> bool:
-        """Return whether a lone slip ends where it takes a neighbour exactly to its threshold."""
-        pushes: dict[int, Any] = {}
-        for n, ways, _ in event.shifts or ():
-            for m in (n - 1, n + 1):
-                if type(ways[0]) is Quadratic and 0 <= m < self.chain.n and not flow.signs[m]:
-                    pushes[m] = pushes.get(m, 0) + ways[0]
-        return any(abs(flow.forces[m] + push) == self.thresholds[m] for m, push in pushes.items())
 
     def _may_run_away(self, flow: Flow) -> bool:
         whole = len(flow.moving) == self.chain.n
@@ -449,8 +393,7 @@ class SetIntegrator(ChainIntegrator):
 
     def move(self, flow: Flow, event: FirstEvent) -> None:
         """Let the middle move to its event, and the set along with it."""
-        rest, begin, moves = self.rest, self.time, not bool(event.time == 0)
-        wide = self._wide(flow) if self.keep and moves else None
+        rest, moves = self.rest, not bool(event.time == 0)
         super().move(flow, event)
         if moves and not event.alike:
             rest.since = 0 if self.exact else rest.since + 1
@@ -462,8 +405,6 @@ class SetIntegrator(ChainIntegrator):
                 (further,) = rest.set.balls([spread])
                 self.time = self.time + flint.arb(0, further)
                 self._look_around()
-        if wide is not None and self.start is not None:
-            self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
 
     def _draw(self, n: int) -> None:
         super()._draw(n)

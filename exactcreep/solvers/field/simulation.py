@@ -1,27 +1,30 @@
-"""A simulation by `solvers.field.integrator`, and a rearrangement."""
+"""A simulation by `solvers.field.set_integrator`, and a rearrangement."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Balls, Disturbance, certain_sign
+from exactcreep.motion.arithmetic import Disturbance, Undecided, balls_of, certain_sign, objects
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.solvers.avalanche_table import AvalancheLog
 from exactcreep.solvers.field.integrator import ChainIntegrator
+from exactcreep.solvers.field.set_integrator import SetIntegrator
 from exactcreep.solvers.interface import (
     Ending,
     Rearrangement,
@@ -32,6 +35,9 @@ from exactcreep.solvers.interface import (
 )
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 from exactcreep.watch.limits import NO_LIMITS, Limits, OutOfTime, Stop
+
+if TYPE_CHECKING:
+    from exactcreep.solvers.field.certified import Certified
 
 
 def completed(
@@ -78,30 +84,100 @@ def mechanics_report(mechanics: ChainIntegrator) -> dict[str, Any]:
     return report
 
 
-class FieldSimulation(Simulation):
-    """A simulation by `ChainIntegrator`.
+def require_digits(mechanics: ChainIntegrator, digits: int) -> None:
+    """Raise `Undecided` if a displacement is known to fewer digits."""
+    allowed = mechanics.arithmetic.number(10) ** -digits
+    for x in mechanics.state().displacements.tolist():
+        if not x.rad() <= allowed * (1 + abs(x)):
+            raise Undecided(f"fewer than {digits} digits are left")
 
-    Rows of events are delivered when a target is reached, because an arithmetic with an undecided
-    comparison begins again with more digits.
+
+def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
+    """Return radius, digits and bits lost of a calculation in balls."""
+    arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
+    radii = [0.0 if x.is_exact() else math.nextafter(float(x.rad()), math.inf) for x in places]
+    largest = max(radii)
+    relative = max(r / (1 + abs(float(x.mid()))) for r, x in zip(radii, places, strict=True))
+    lost = 0.0
+    if largest > 0:
+        mantissa, exponent = max(places, key=lambda x: x.rad()).rad().man_exp()
+        lost = max(arithmetic.bits + float(exponent) + math.log2(int(mantissa)), 0.0)
+    return {
+        "largest_radius": largest,
+        "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
+        "bits_lost": lost,
+        "bits_lost_per_event": lost / max(mechanics.tally.events, 1),
+        "exact_in_q_c": mechanics.rest.exact,
+    }
+
+
+class CertifiedSimulation(Simulation):
+    """A simulation in balls, which goes back to its anchor when a comparison is undecided.
+
+    Rows of events are delivered when a target is reached, because they may come again.
     """
 
-    kind: ClassVar[type[ChainIntegrator]] = ChainIntegrator
+    kind: ClassVar[type[SetIntegrator]] = SetIntegrator
+    leap: ClassVar[int] = 2
+    """Factor by which the precision grows."""
 
-    def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Balls) -> None:
-        self.start = start
+    def __init__(self, start: Start, record: tuple[str, ...], solver: Certified) -> None:
+        self.start, self.record, self.solver = start, record, solver
         self.begin: Any = start.state.theta  # exactly, where springs have their own dilations
-        self.record = record
-        with arithmetic.active():
-            self.mechanics = self.kind(start, arithmetic)
-        self.tally = self.mechanics.tally
-        self._begin_log()
-        self.undecided = 0  # up to the end of the last rearrangement
+        self.restarts = 0
+        self.settles = False  # at the precision limit
+        self.ahead: int | None = None  # the next target of the chain; None: any
+        self.reached: tuple[int, State, Tally] | None = None  # the last target, state and counts
+        kept = start.unrounded
+        self._begin(kept["bits"] if kept else solver.arithmetic().bits)
         self.theta_target: Fraction | None = None
         with suppress(InputError):
             given = 0 if self.mechanics.rest.leg else start.state.theta
             self.theta_target = exact_number(given, "theta")
+        if kept is not None:
+            self._go_on_from(kept["rest"].copy())
+            self.theta_target = kept["theta_target"]
+            if (leg := kept["rest"].leg) is not None:
+                self.begin = objects(leg.end)
+        self._drop_anchor(None)
+
+    def _begin(self, bits: int) -> None:
+        arithmetic = balls_of(bits)
+        with arithmetic.active():
+            self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
+        self.tally = self.mechanics.tally
+        self.log = AvalancheLog(self.start.chain, self.record, arithmetic)
+        self._forget_rows()
+        self.way = 0  # of the present ramp
+        self.undecided = 0  # comparisons up to the end of the last rearrangement
+
+    def _go_on_from(self, rest: Any) -> None:
+        with self.mechanics.arithmetic.active():
+            self.mechanics.go_on_from(rest)
+        self.tally, self.undecided = self.mechanics.tally, self.mechanics.tally.undecided
+
+    def _drop_anchor(self, target: int | None) -> None:
+        """Make the present state, which is known exactly, the state to go back to."""
+        self.anchor = self.mechanics.rest.copy()
+        self.anchor_target: list[Any] = [target, self.theta_target]
+
+    def _go_back(self) -> None:
+        """Start again from the anchor with more bits."""
+        self.restarts += 1
+        bits, most = self.mechanics.arithmetic.bits, self.solver.most_bits
+        self.settles = bits >= most
+        self._begin(min(self.leap * bits, most))
+        self._go_on_from(self.anchor.copy())
+        target, self.theta_target = self.anchor_target
+        self.ahead = target + 1
+
+    @property
+    def behind(self) -> bool:
+        """Whether the last target has to be reached again."""
+        return self.reached is not None and self.ahead is not None and self.ahead <= self.reached[0]
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
+        self.tally = self.mechanics.tally
         before = self.tally.events
         rows, doubts = self._rows(), []
 
@@ -126,6 +202,8 @@ class FieldSimulation(Simulation):
                 runaway = stop is Stop.RUNAWAY
                 ended = Ending(stop, NEVER_STOPS if runaway else limits.reason(stop))
                 break
+        if self.behind and self.reached is not None:
+            self.tally = self.reached[2]
         n = self.start.chain.n
         logged = {name: values for name, values in self._made().items() if name in LOGS and values}
         return Stretch(
@@ -136,10 +214,6 @@ class FieldSimulation(Simulation):
     def _rows(self) -> dict[str, list[Any]]:
         """Return an empty list for every recorded quantity; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
-
-    def _begin_log(self) -> None:
-        self.log = AvalancheLog(self.start.chain, self.record, self.mechanics.arithmetic)
-        self.under_way = self._rows()
 
     def _forget_rows(self) -> None:
         """Begin the rows on the way to the next target."""
@@ -155,6 +229,31 @@ class FieldSimulation(Simulation):
         self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
     ) -> Stop | None:
         """Take the chain to target q; return why it was not reached, or None."""
+        if self.ahead is None:
+            self.ahead = q
+        if self.anchor_target[0] is None:
+            self.anchor_target[0] = q - 1
+        while self.ahead <= q:
+            try:
+                stop = self._towards(drive, self.ahead, limits, early)
+            except Undecided:
+                self._go_back()
+                continue
+            if self.ahead < q:
+                self._forget_rows()
+            if stop is not None:
+                return stop
+            self.ahead += 1
+        with self.mechanics.arithmetic.active():
+            self.reached = q, self.mechanics.state(), replace(self.tally)
+        if self.mechanics.rest.exact:
+            self._drop_anchor(q)
+        return None
+
+    def _towards(
+        self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
+    ) -> Stop | None:
+        """Take the chain to target q at this precision."""
         mechanics = self.mechanics
         mechanics.limits = limits
         with mechanics.arithmetic.active():
@@ -194,16 +293,18 @@ class FieldSimulation(Simulation):
         """Return the direction of the ramp, which does not change on the way."""
         mechanics = self.mechanics
         if self.theta_target is not None:
-            mechanics.way = sign_of(target - self.theta_target)
+            self.way = sign_of(target - self.theta_target)
             self.theta_target = None
-        elif mechanics.way == 0:
+        elif self.way == 0:
             ahead = mechanics.arithmetic.number(target) - mechanics.known_theta()
-            mechanics.way = certain_sign(ahead)
-        return mechanics.way
+            self.way = certain_sign(ahead)
+        return self.way
 
     def _arrive(self, target: Fraction) -> None:
         mechanics = self.mechanics
-        mechanics.way = 0
+        if not self.settles:
+            mechanics.steadily(partial(require_digits, mechanics, self.solver.digits))
+        self.way = 0
         self.theta_target = target
         state = mechanics.state()
         reached = {
@@ -227,7 +328,7 @@ class FieldSimulation(Simulation):
         rows.get("events", []).extend(logged)
         if self.log.wanted:
             moved, drawn = mechanics.known_moves(), mechanics.rest.coefficients
-            way = mechanics.way if mechanics.ramped else 0
+            way = self.way if mechanics.ramped else 0
             for row, k in ((row, row.slider - 1) for row in logged):
                 self.log.take(row, lambda: mechanics.state().tensions, moved[k], drawn[k], way)
 
@@ -236,13 +337,21 @@ class FieldSimulation(Simulation):
         self.log.rest(self.undecided - before)
 
     def state(self) -> State:
+        """Return the present state, or the last target's if that has to be reached again."""
+        if self.behind and self.reached is not None:
+            return self.reached[1]
         with self.mechanics.arithmetic.active():
             return self.mechanics.state()
 
     @property
+    def evidence(self) -> Evidence:
+        """Proved, unless a tie had to be assumed at the precision limit."""
+        return Evidence.of(self.tally.undecided, Evidence.PROVED)
+
+    @property
     def at_rest(self) -> bool:
         """Whether the chain is at a target."""
-        return self.mechanics.flow is None and self.theta_target is not None
+        return not self.behind and self.mechanics.flow is None and self.theta_target is not None
 
     def unrounded(self) -> dict[str, Any]:
         rest = replace(self.mechanics.rest.copy(), tally=Tally(), evaluations=0)
@@ -254,13 +363,22 @@ class FieldSimulation(Simulation):
             "theta_target": self.theta_target,
             "rest": self.mechanics.rest.copy(),
             "undecided": self.undecided,
+            "bits": self.mechanics.arithmetic.bits,
+            "anchor": self.anchor,
+            "anchor_target": self.anchor_target,
+            "settles": self.settles,
+            "restarts": self.restarts,
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        with self.mechanics.arithmetic.active():
-            self.mechanics.go_on_from(snapshot["rest"].copy())
+        self.settles, self.restarts = snapshot["settles"], snapshot["restarts"]
+        self._begin(snapshot["bits"])
+        self._go_on_from(snapshot["rest"].copy())
         self.theta_target, self.undecided = snapshot["theta_target"], snapshot["undecided"]
-        self.tally = self.mechanics.tally
+        self.anchor, self.anchor_target = snapshot["anchor"], snapshot["anchor_target"]
 
     def report(self) -> dict[str, Any]:
-        return mechanics_report(self.mechanics)
+        """Return precision, enclosure radius, bits lost, ties assumed and work counts."""
+        with self.mechanics.arithmetic.active():
+            certified = certificate(self.mechanics)
+        return mechanics_report(self.mechanics) | certified | {"restarts": self.restarts}

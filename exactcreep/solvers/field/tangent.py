@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import flint
@@ -24,14 +25,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
-from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Balls, Undecided, balls_of
+from exactcreep.model.contacts import Itinerary
+from exactcreep.motion.arithmetic import Balls, Disturbance, Undecided, balls_of
+from exactcreep.motion.first_event import SearchLimit
 from exactcreep.motion.modes import Flow
+from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.state_set import StateSet, exponent_of, scaled
 from exactcreep.solvers.field.set_integrator import SetIntegrator, middle, radius
-from exactcreep.solvers.field.simulation import FieldSimulation
 from exactcreep.solvers.interface import Start
+from exactcreep.watch.limits import OutOfTime
 
 BITS = 128
 """Precision of the product of the derivatives of short stretches."""
@@ -90,11 +92,34 @@ class TangentMechanics(SetIntegrator):
     """
 
     renew_every: ClassVar[int] = 2  # the set is much wider than in a run
-    frame: Frame
     product: Any = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
     at_half: tuple[list[Any], Any] | None = None
+
+    def __init__(self, start: Start, arithmetic: Balls) -> None:
+        super().__init__(start, arithmetic)
+        self.frame = Frame.of(start.chain)
+
+    def follow(self, amplitude: Fraction, count: int) -> list[tuple[Itinerary, ...]]:
+        """Follow half-cycles from the end of a cycle; return the itineraries in each.
+
+        Raises `Undecided` if the states of the set part.
+        """
+        halves = []
+        try:
+            for q in range(count):
+                way, half = (-1 if q % 2 else 1), []
+                while self.steadily(partial(self.ramp, way, way * amplitude)):
+                    events = [event for event in self.rearrangement() if event is not None]
+                    half.append(tuple(event.signature for event in events))
+                    self.limits.require()
+                    if self.runaway:
+                        raise Undecided(NEVER_STOPS)
+                halves.append(tuple(half))
+        except (SearchLimit, OutOfTime, Disturbance) as limit:
+            raise Undecided(str(limit)) from None
+        return halves
 
     def begin(self, spread: NDArray[np.float64], load: float) -> None:
         """Begin with all states near the present one.
@@ -183,18 +208,3 @@ def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:
     order = np.argsort(-np.linalg.norm(middles, axis=0) * weights, kind="stable")
     basis = np.linalg.qr(middles[:, order], mode="complete")[0]
     return basis, flint.arb_mat(basis.tolist()).solve(rows) * product
-
-
-class TangentSimulation(FieldSimulation):
-    """A simulation of a set of states; `follow` raises `Undecided` if they part.
-
-    `state`: at rest at the end of a cycle, in balls.
-    """
-
-    kind = TangentMechanics
-    mechanics: TangentMechanics
-
-    def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Balls) -> None:
-        super().__init__(Start(chain, state, 0), ("events",), arithmetic)
-        self.mechanics.frame = Frame.of(chain)
-        self.theta_target = -drive.amplitude

@@ -1,1 +1,7 @@
-from .proof import logged as logged, lone as lone, obstacle as obstacle, proved_fate as proved_fate
+from .proof import (
+    Leaping as Leaping,
+    logged as logged,
+    lone as lone,
+    obstacle as obstacle,
+    proved_fate as proved_fate,
+)

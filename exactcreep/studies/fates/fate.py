@@ -52,7 +52,7 @@ def fate(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Fate:
-    """Find out whether a chain without disorder rests, is locked or creeps for ever.
+    """Find out whether a chain without disorder rests, is locked (cycling) or creeps for ever.
 
     A locked chain slips back and forth without an advance (outcome `CYCLING`).
 
@@ -119,7 +119,7 @@ def fate(
 
 def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
     """Return why a proof of what float64 has found cannot come; "" if it may."""
-    if stop is Stop.DEADLINE:
+    if stop is Stop.DEADLINE or computed.marginal:  # no ball encloses an approach like 1/k
         return "no proof was begun"
     chain, unsettled = computed.chain, computed.outcome is Outcome.LIMIT and cycles >= _TRIED
     if unsettled and chain.n >= CHAOTIC:
@@ -195,7 +195,7 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
         return None
     reason = (
         f"{approach.reason}, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
-        " slip; no proof"
+        " slip"
     )
     return reason, {
         "marginal": True,

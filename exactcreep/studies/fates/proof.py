@@ -47,12 +47,12 @@ from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
+from exactcreep.motion.arithmetic import Undecided, balls_of
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.tangent import Frame, TangentSimulation
+from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.field.simulation import CertifiedSimulation
+from exactcreep.solvers.field.tangent import Frame, TangentMechanics
 from exactcreep.solvers.interface import Start, simulate
-from exactcreep.solvers.return_map import approach
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
@@ -61,7 +61,7 @@ Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
 _MOST_PERIOD = 1000  # cycles: the longest period that is detected
-_BITS = 192  # initial precision
+_DIGITS = 38  # initially
 _PROOF_BITS = 128  # precision of conclusions from the derivatives
 _CLOSE = 2.0**-40  # distance at which a shape has returned well enough for a proof
 _BETTER = 2.0**-8  # required gain of this distance over a shorter period
@@ -71,22 +71,51 @@ _ROOM = 4.0  # factor by which the joint set is larger than necessary
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
-class _Leaping(CertifiedSimulation):
-    """A certified simulation that raises its precision in large steps, since transients cost it."""
+class Leaping(CertifiedSimulation):
+    """A certified simulation that notes which amplitudes have the same events.
+
+    It raises its precision in large steps, since transients cost it.
+    """
 
     leap = 4
     gap: Any = None
     """How far beyond all targets so far ``l0 theta`` could have gone without another event."""
+    kept: Any = None
+    """The same at the anchor."""
 
     def _arrive(self, target: Fraction) -> None:
         mechanics = self.mechanics
         for n, rate in mechanics.rates.items():
-            sign = mechanics.way if rate > 0 else -mechanics.way
-            gap = mechanics.room(n, sign) if sign else flint.arb(0)
-            ball = gap.ball() if isinstance(gap, Quadratic) else gap
-            ball = ball + flint.arb(0, 2 * mechanics.slack * mechanics.stretches[n])
-            self.gap = ball if self.gap is None else ball.min(self.gap)
+            sign = self.way if rate > 0 else -self.way
+            gap = mechanics.room(n, sign) if sign else mechanics.field.rational(Fraction(0))
+            if mechanics.rest.set is not None:
+                gap = gap + flint.arb(0, 2 * mechanics.slack * mechanics.stretches[n])
+            self.gap = gap if self.gap is None else smaller(gap, self.gap)
         super()._arrive(target)
+
+    def _drop_anchor(self, target: int | None) -> None:
+        super()._drop_anchor(target)
+        self.kept = self.gap
+
+    def _go_back(self) -> None:
+        super()._go_back()
+        self.gap = self.kept
+
+    def same_events(self, amplitude: Fraction, log: list[LoggedRearrangement]) -> Bracket | None:
+        """Return the range of amplitudes with these events so far, rounded inward.
+
+        The itinerary and theta_c do not depend on the amplitude as long as theta reaches the same
+        theta_c. So the range ends at the largest theta_c reached, and at the least at which another
+        event would have followed. None: theta drives no slider, or is ramped back from the start.
+        """
+        if self.gap is None or abs(exact_value(self.start.state.theta)) > amplitude:
+            return None  # the smaller the amplitude, the further the way back
+        with self.mechanics.arithmetic.active():
+            further = self.mechanics.arithmetic.number(self.gap / self.mechanics.l0)
+            middle, radius = enclosure(further)
+        thetas = (enclosure(one.theta) for one in log)
+        reached = max((abs(x.middle) + x.radius for x in thetas), default=Fraction(0))
+        return reached, amplitude + middle - radius
 
 
 def quiet(*_: Any) -> Any:
@@ -94,17 +123,21 @@ def quiet(*_: Any) -> Any:
 
 
 class ProvedFate(NamedTuple):
-    """A fate, the events until it was known, and the range of amplitudes with the same events.
+    """A fate, the events until it was known, and the amplitudes with the same events until then.
 
-    The times of events are the midpoints of their enclosures. The itinerary and theta_c do not
-    depend on the amplitude as long as theta reaches the same theta_c. So `between` is the largest
-    theta_c reached and the least at which another event would have followed, rounded inward. It is
-    None if the proof holds only for this amplitude.
+    The times of events are the midpoints of their enclosures.
     """
 
     fate: Fate
     log: list[LoggedRearrangement]
     between: Bracket | None
+
+    @property
+    def shared(self) -> bool:
+        """Whether the chain has the same fate at all these amplitudes."""
+        known = self.fate.evidence is Evidence.PROVED and self.fate.settled_after is not None
+        # tensions that only approach a cycle depend on the amplitude
+        return known and "contraction" not in self.fate.report
 
 
 def proved_fate(
@@ -113,22 +146,23 @@ def proved_fate(
     start: State,
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] = quiet,
-    enough: Callable[[list[LoggedRearrangement]], bool] = quiet,
+    digits: int = 1,
 ) -> ProvedFate:
-    """Follow a chain until its fate is proved, or until `enough` accepts the events so far."""
-    proof = _Proof(chain, drive, start, limits)
-    fate = proof.fate(say, enough)
-    return ProvedFate(fate, proof.log, proof.between(fate))
+    """Follow a chain until its fate is proved, with `digits` digits at least."""
+    proof = _Proof(chain, drive, start, limits, digits)
+    fate = proof.fate(say)
+    return ProvedFate(fate, proof.log, proof.simulation.same_events(drive.amplitude, proof.log))
 
 
 class _Proof:
     """One certified trajectory, examined after every cycle."""
 
-    def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
+    def __init__(
+        self, chain: Chain, drive: Cycles, start: State, limits: Limits, digits: int
+    ) -> None:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
-        digits = max(1, math.floor((_BITS - 64) / BITS_PER_DIGIT))
-        solver = Certified(digits=digits, most_digits=30_000)
-        self.simulation = _Leaping(Start(chain, start, 0), ("events",), solver)
+        solver = Certified(digits=max(_DIGITS, digits), most_digits=30_000)
+        self.simulation = Leaping(Start(chain, start, 0), ("events",), solver)
         self.halves: list[HalfCycle] = []
         self.names: dict[tuple[HalfCycle, ...], int] = {}  # number of each cycle by its itineraries
         self.cycles: list[int] = []
@@ -144,24 +178,7 @@ class _Proof:
         self.tried = 0
         self.doubt = ""
 
-    def between(self, fate: Fate) -> Bracket | None:
-        """Return the range of amplitudes with the same events; see `ProvedFate`."""
-        settled = fate.settled_after is not None and "contraction" not in fate.report
-        settled = settled and self.simulation.gap is not None  # theta drives a slider
-        # a start with |theta| > A is first ramped back, and the smaller A the further
-        within = abs(exact_value(self.start.theta)) <= fate.amplitude
-        if not settled or not within or fate.evidence is not Evidence.PROVED:
-            return None
-        mechanics = self.simulation.mechanics
-        with mechanics.arithmetic.active():
-            middle, radius = enclosure(self.simulation.gap / mechanics.l0)
-        thetas = (enclosure(one.theta) for one in self.log)
-        reached = max((abs(x.middle) + x.radius for x in thetas), default=Fraction(0))
-        return reached, fate.amplitude + middle - radius
-
-    def fate(
-        self, say: Callable[..., None], enough: Callable[[list[LoggedRearrangement]], bool]
-    ) -> Fate:
+    def fate(self, say: Callable[..., None]) -> Fate:
         self._look()
         ends = range(2, 2 * self.drive.cycles + 1, 2)
         cycles = simulate(self.simulation, self.drive, ends, self.limits)
@@ -178,26 +195,8 @@ class _Proof:
             say("cycles", cycle, self.drive.cycles, "cycles")
             if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
-            if enough(self.log):
-                return self._fate(Outcome.LIMIT, cycle, "what was asked for has happened")
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
-        return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
-
-    def _approach(self) -> Fate | None:
-        """Return the fate if the shapes approach a cycle like 1/k, which no ball can enclose."""
-        last = before = len(self.halves) // 2
-        while before > 0 and self._cycle(before) == self._cycle(last):
-            before -= 1
-        slips = [one for half in self._cycle(last) for one in half]
-        slipping = {n for one in slips for _, sliders, _ in one for n in sliders}
-        found = approach(np.array(self.shapes), last - before)
-        if found is None or len(slipping) == self.chain.n:
-            return None
-        reason = f"{found.reason}; that they go on so is not proved"
-        itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
-        known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}
-        known |= {"marginal": True, "itinerary": itinerary}
-        return self._fate(Outcome.CYCLING, before, reason, **known)
+        return self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _look(self) -> None:
         mechanics = self.simulation.mechanics
@@ -308,29 +307,24 @@ class _Proof:
 
         Raises `Undecided` if not all of them have the given itinerary.
         """
-        present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
-        arithmetic, doubt, noted = present.arithmetic, "they part", None
-        try:
-            nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
-            mechanics = nearby.mechanics
-            with arithmetic.active():
-                mechanics.begin(spread, load)
-                begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
-                forces = present.known_forces()
-                radii = [x.rad() for x in self.frame.shape_of(forces)]
-                load_radius = 2 * self.frame.load_of(forces).rad()
-                mechanics.half = word.half
-            (stretch,) = simulate(nearby, self.drive, [count], self.limits)
-            if stretch.stop is not Stop.DONE:
-                doubt = stretch.reason
-            elif _half_cycles(rearrangements(stretch.recorded), 1, count) == word.halves:
-                noted = mechanics.at_half
-        except Undecided as parting:
-            doubt = str(parting)
-        if noted is None:
+        present, n, doubt = self.simulation.mechanics, self.chain.n, "they part"
+        arithmetic, start = present.arithmetic, Start(self.chain, self.simulation.state(), 0)
+        with arithmetic.active():
+            mechanics = TangentMechanics(start, arithmetic)
+            mechanics.begin(spread, load)
+            mechanics.half, mechanics.limits = word.half, self.limits
+            begin, where = mechanics.known_forces(), sum(mechanics.rest.displacements.tolist())
+            forces = present.known_forces()
+            radii = [x.rad() for x in self.frame.shape_of(forces)]
+            load_radius = 2 * self.frame.load_of(forces).rad()
+            try:
+                halves = mechanics.follow(self.drive.amplitude, len(word.halves))
+            except Undecided as parting:
+                halves, doubt = [], str(parting)
+        if halves != word.halves or mechanics.at_half is None:
             raise Undecided(f"nearby states do not share the itinerary: {doubt}")
         with arithmetic.active():
-            shape, rows = noted
+            shape, rows = mechanics.at_half
             *first, load_row = [row[: n - 2] for row in rows]
             second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()
@@ -395,6 +389,13 @@ def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
     if times.dtype == object:
         recorded = {**recorded, "event_time": np.frompyfunc(exact_value, 1, 1)(times)}
     return rearrangements(recorded)
+
+
+def smaller(x: Any, y: Any) -> Any:
+    """Return the smaller of two numbers, exactly if both are exact."""
+    if isinstance(x, Quadratic) and isinstance(y, Quadratic):
+        return min(x, y)
+    return flint.arb.min(*(z.ball() if isinstance(z, Quadratic) else z for z in (x, y)))
 
 
 def _half_cycles(log: list[LoggedRearrangement], first: int, last: int) -> list[HalfCycle]:

@@ -1,8 +1,7 @@
-"""Ranges, bisection and decimals of amplitudes."""
+"""Ranges and decimals of amplitudes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
@@ -52,6 +51,20 @@ class Span(NamedTuple):
         free = low is None and between is None
         return cls(between, list(pairwise([begin, *ends])), free, steps)
 
+    def require_within(self, edge: Fraction) -> None:
+        """Raise `InputError` unless the bracket, or the scans, contain an edge."""
+        low, high = self.bracket or (self.scans[0][0], self.scans[-1][1])
+        if self.bracket and not low <= edge < high:
+            shown = f"{nearest_float(low)} {nearest_float(high)}"
+            raise InputError("bracket", shown, f"must straddle the edge at {nearest_float(edge)}")
+        if edge < low and not self.free:
+            raise InputError(
+                "from", nearest_float(low), "must be lower: the chain creeps there already"
+            )
+        if edge >= high:
+            allowed = "must be higher: the chain creeps at no point of the scan"
+            raise InputError("to", nearest_float(high), allowed)
+
 
 def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
     """Return two ascending numbers, none negative (or all `positive`)."""
@@ -64,17 +77,6 @@ def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
         allowed = f"must be two numbers, 0 {'<' if positive else '<='} LO < HI"
         raise InputError(field, f"{first} {second}", allowed)
     return low, high
-
-
-def bisected(
-    low: Fraction, high: Fraction, width: Fraction, above: Callable[[Fraction], bool]
-) -> Iterator[Bracket]:
-    """Yield ever smaller brackets whose ends `above` tells apart, down to a relative width."""
-    yield low, high
-    while high - low > width * high:
-        middle = (low + high) / 2
-        low, high = (low, middle) if above(middle) else (middle, high)
-        yield low, high
 
 
 def unit_of(value: Fraction, digits: int) -> Fraction:

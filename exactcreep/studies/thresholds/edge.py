@@ -4,33 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
-from functools import partial
 from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
-from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
+from exactcreep.model.outcome import Evidence, direction_of
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import EDGE, IN_CYCLE
 from exactcreep.studies.thresholds.amplitudes import Span
-from exactcreep.studies.thresholds.questions import (
-    ADVANCE,
-    MOST_CYCLES,
-    Lasting,
-    Question,
-    WithoutSlips,
-)
-from exactcreep.studies.thresholds.search import (
-    MOST_DIGITS,
-    Difference,
-    Edge,
-    Unfinished,
-    all_edges,
-    first_edge,
-)
+from exactcreep.studies.thresholds.questions import MOST_CYCLES, InCycle, Lasting
+from exactcreep.studies.thresholds.search import MOST_DIGITS, Edge, Search, sliding_edge
 from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
 from exactcreep.watch.limits import Limits
 
@@ -51,9 +35,6 @@ class CreepEdge(Threshold):
     upper: str | None = None
     evidence: Evidence = Evidence.UNDECIDED
     direction: str = "none"
-    outcome_at_lower: Outcome | None = None
-    outcome_evidence: Evidence = Evidence.COMPUTED
-    deciding_event: Difference | None = None
     fates: tuple[Fate | None, Fate | None] | None = None
     sensitive: tuple[float, ...] = ()
     edges: tuple[Edge, ...] | None = None
@@ -97,13 +78,19 @@ class CreepEdge(Threshold):
         return f"{where}, the {which} of a scan in float64"
 
     _told = (
-        "kind", "lower", "upper", "cycles", "digits", "solver",
-        "outcome_at_lower", "outcome_evidence", "evidence", "direction", "deciding_event", "report",
-    )  # fmt: skip
+        "kind",
+        "lower",
+        "upper",
+        "cycles",
+        "digits",
+        "solver",
+        "evidence",
+        "direction",
+        "report",
+    )
 
     def _facts(self) -> dict[str, Any]:
-        names = "lower upper outcome_at_lower evidence direction kind digits law_seuil"
-        names += " solver reason"
+        names = "lower upper evidence direction kind digits law_seuil solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 
     def _numbers(self) -> dict[str, Any]:
@@ -112,8 +99,7 @@ class CreepEdge(Threshold):
         if self.kind == EDGE:
             out["sensitive"] = self.sensitive
         for name, one in zip(("fate_at_lower", "fate_at_upper"), self.fates or (), strict=False):
-            known = one and one.summary()
-            out[name] = known and {part: known[part] for part in _OF_A_SIDE}
+            out[name] = one and {part: getattr(one, part) for part in _OF_A_SIDE}
         if self.edges is not None:
             out["edges"] = [edge.summary(what) for edge in self.edges]
         return out | ({"reason": self.reason} if self.reason else {})
@@ -125,79 +111,56 @@ class CreepEdge(Threshold):
 
 def edge_of(
     chain: Chain,
-    after: int | None,
     limits: Limits,
     say: Callable[..., None],
     *,
+    after: int | None = None,
     digits: Number = 15,
     low: Number | None = None,
     high: Number | None = None,
     points: Number = 1000,
     bracket: tuple[Number, Number] | None = None,
     edges: bool = False,
-    solver: str = "certified",
 ) -> CreepEdge:
     """Return the edge of a chain for which it makes sense; see `threshold`."""
-    lasting = after is None
-    most = after or MOST_CYCLES
     span = Span.of(chain, low, high, bracket, points)
-    if not isinstance(solver, str) or solver not in MOST_DIGITS:
-        raise InputError("solver", solver, "must be " + " or ".join(MOST_DIGITS))
     if not isinstance(edges, bool):
         raise InputError("edges", edges, "must be true or false")
-    places = whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver])
+    places = whole_number(digits, "digits", least=1, most=MOST_DIGITS)
     if edges and span.bracket is not None:
         raise InputError("edges", edges, "needs a scan, and a bracket skips it")
-    found: tuple[Edge, ...] = ()
-    sensitive: tuple[float, ...] = ()
-    report: dict[str, Any] = {}
-    over = ""
-    if chain.n == 1:
-        rest, proved = Outcome.AT_REST, Evidence.PROVED
-        found = (Edge(outcome_at_lower=rest, outcome_evidence=proved, evidence=proved),)
+    question = (
+        InCycle(chain, after, limits, say) if after else Lasting(chain, MOST_CYCLES, limits, say)
+    )
+    search = Search(question, places)
+    if chain.slides:
+        search.edges = [sliding_edge(chain, places)]
+        span.require_within(search.edges[0].middle)
+        direction = direction_of(chain.heading, chain.tan_alpha)
     else:
-        asked: Any = Lasting if lasting else Question
-        if chain.slides:
-            asked = partial(WithoutSlips, least=Fraction(0) if lasting else ADVANCE)
-            solver, span = "sliding", span._replace(points=1)  # its advance grows with A
-        question = asked(chain, most, State.relaxed(chain), limits, solver, say)
-        try:
-            if edges:
-                found = all_edges(question, span, places)
-            else:
-                found = (first_edge(question, span, places),)
-        except Unfinished as search:
-            found, over = search.edges, str(search)
-        report = question.report()
-        if isinstance(question, Lasting):
-            sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
-    edge = found[0] if found else Edge()
+        search.find(span, every=edges)
+        direction = search.sides[1].direction if search.sides else "none"
+    known = vars(search.edges[0]) if search.edges else {}
+    sensitive = getattr(question, "sensitive", ())
     return CreepEdge(
         chain=chain,
-        kind=EDGE if lasting else f"{IN_CYCLE} {after}",
-        cycles=most,
+        kind=f"{IN_CYCLE} {after}" if after else EDGE,
+        cycles=question.cycles,
         digits=places,
-        solver=solver,
+        solver="sliding" if chain.slides else "certified",
         compare=_compared(chain, after),
-        lower=edge.lower,
-        upper=edge.upper,
-        evidence=edge.evidence,
-        direction=edge.direction,
-        outcome_at_lower=edge.outcome_at_lower,
-        outcome_evidence=edge.outcome_evidence,
-        deciding_event=edge.deciding_event,
-        fates=edge.fates if lasting else None,
-        sensitive=sensitive,
-        edges=(found or None) if edges else None,
+        **{name: known[name] for name in ("lower", "upper", "evidence") if known},
+        direction=direction,
+        fates=(search.sides[0].fate, search.sides[1].fate) if search.sides and not after else None,
+        sensitive=tuple(sorted(map(nearest_float, sensitive))),
+        edges=(tuple(search.edges) or None) if edges else None,
         scanned=span.bracket is None and not chain.slides,
-        report=report,
-        reason=over or edge.doubt,
+        report={"deciding_runs": len(question.answers)},
+        reason=search.reason,
     )
 
 
 def _compared(chain: Chain, after: int | None) -> str:
-    if chain.n == 1:
-        return "no law: one slider has no spring"
     if chain.n == 2 and not chain.slides and not chain.unlike:
         return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
     if EXPANSION in chain.unlike:

@@ -12,13 +12,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
-from exactcreep.laws import (
-    differing_intercept,
-    law_values,
-    pivot_sliders,
-    plateau_velocity,
-    threshold_amplitude,
-)
+from exactcreep.laws import differing_intercept, pivot_sliders
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import (
@@ -160,13 +154,10 @@ def intercept_of(
 
 def _line_by_law(chain: Chain) -> tuple[float, tuple[float, ...]]:
     """Return where the law's line meets zero, and its slope (two if both are possible)."""
-    if chain.unlike:
-        driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
-        least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
-        found = pivot_sliders(*driven).apart
-        return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
-    about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
-    return law_values(threshold_amplitude, about)[0], law_values(plateau_velocity, about)
+    driven = chain.each("mu_d"), chain.tan_alpha, chain.end_forces
+    least = nearest_float(Fraction(float(differing_intercept(*driven))) / chain.l0)
+    found = pivot_sliders(*driven).apart
+    return least, tuple(chain.heading * apart * nearest_float(chain.l0) for apart in found)
 
 
 def fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from exactcreep.watch.display import shows_progress
 from exactcreep.watch.limits import Limits
 from exactcreep.watch.progress import Hearer, reporter
 
-_LONG = 100  # sliders of a chain of which one run may take seconds
+_LONG = 100  # sliders of a chain of which one run may take seconds: a theorem comes first
 _KINDS = EDGE, INTERCEPT
 
 
@@ -33,7 +33,6 @@ def threshold(
     points: Number | None = None,
     bracket: tuple[Number, Number] | None = None,
     edges: bool = False,
-    solver: str | None = None,
     cycles: Number | None = None,
     fit: tuple[Number, Number] | None = None,
     size: Number | None = None,
@@ -65,10 +64,12 @@ def threshold(
         ever, in either direction; see `fate`.
     digits : int, optional
         Edge: number of known significant digits; `lower` and `upper` have two more. Default: 15.
-    low, high : number, optional
-        Edge: ends of the scan. Default: 1/2 and 2 times Eq. 22. If nothing creeps there, the scan
-        goes on to N times the amplitude at which the relaxed chain first slips. If the chain creeps
-        at the lower end, the scan is extended down to 0.
+    low : number, optional
+        Edge: lower end of the scan. Default: half of Eq. 22. If the chain creeps there, the scan is
+        extended down to 0.
+    high : number, optional
+        Edge: upper end of the scan. Default: twice Eq. 22. If nothing creeps there, the scan goes
+        on to N times the amplitude at which the relaxed chain first slips.
     points : int, optional
         Edge: number of equal steps of the scan. Default: 1000. Intercept: number of amplitudes, at
         least 8. Default: 12. Amplitude k, from 1, has the start and the disorder of start k of
@@ -78,9 +79,6 @@ def threshold(
         second.
     edges : bool
         Edge: whether to list all edges of the scan: the first to all digits, the others in float64.
-    solver : str, optional
-        Edge: ``certified`` (default) proves the digits; ``exact`` (float64) has at most 12, fewer
-        near sensitive edges.
     cycles : int, optional
         Intercept: number of cycles at each amplitude. Default: 400.
     fit : pair of numbers, optional
@@ -129,13 +127,13 @@ def threshold(
     >>> rough.kind, round(rough.intercept / rough.law_seuil, 1)
     ('intercept', 1.3)
     """
-    if kind is not None and kind not in _KINDS:
+    if kind is not None and not (isinstance(kind, str) and kind in _KINDS):
         raise InputError("kind", kind, "must be " + " or ".join(_KINDS))
     if after is not None:
         after = whole_number(after, "after", least=1, most=10**7)
     own: dict[str, dict[str, Any]] = {
         EDGE: {"after": after, "digits": digits, "low": low, "high": high, "bracket": bracket,
-               "edges": edges or None, "solver": solver},
+               "edges": edges or None},
         INTERCEPT: {"cycles": cycles, "fit": fit, "size": size, "seed": seed},
     }  # fmt: skip
     rough = isinstance(chain, Chain) and chain.sigma_mu != 0
@@ -153,6 +151,4 @@ def threshold(
     if chain.n >= _LONG and (least := laws.edges(chain).get("no_lasting_creep")):
         theorem = f"no start creeps for ever below A = {least:.6g} (proved)"
         say("scan", 0, 1, "amplitudes", answer=theorem)
-    if chosen == INTERCEPT:
-        return intercept_of(chain, limits, say, **given)
-    return edge_of(chain, limits=limits, say=say, **{"after": None} | given)
+    return (intercept_of if chosen == INTERCEPT else edge_of)(chain, limits, say, **given)

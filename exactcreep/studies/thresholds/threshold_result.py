@@ -43,15 +43,13 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     values: dict[str, Any] = dict.fromkeys(("law_seuil", "law_corrected", "law_two_sliders"))
     if EXPANSION in chain.unlike:
         return values
-    if chain.unlike:
-        pulls = [number(force) for force in chain.end_forces]
-        least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
-        values["law_seuil"] = least / number(chain.l0)
-    else:
+    pulls = [number(force) for force in chain.end_forces]
+    least = differing_intercept(chain.each("mu_d", number), number(chain.tan_alpha), pulls)
+    values["law_seuil"] = least / number(chain.l0)
+    if not chain.unlike:
         rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
         about = {name: number(value) for name, value in rationals.items()}
         held, _ = about.pop("mu_s"), about.pop("sigma_mu")
-        values["law_seuil"] = threshold_amplitude(**about)
         values["law_corrected"] = onset_amplitude(**about, mu_s=held)
         if chain.n == 2:
             values["law_two_sliders"] = threshold_amplitude(**about | {"mu_d": held})
@@ -83,22 +81,16 @@ class Threshold(Result):
     lower, upper : str or None
         Edge. Decimals: the chain does not creep (not advance in the last cycle) at `lower`, and
         does at `upper`. If creep does not settle within `cycles`: the last amplitude of the scan at
-        which the chain locked, and the next one. None for one slider.
+        which the chain locked, and the next one. None: unknown.
     cycles : int
         Edge: the chain has to settle within so many cycles, or advance in the last of them.
         Intercept: cycles at each amplitude.
-    digits, solver
-        Edge: the arguments.
+    digits : int
+        Edge: the argument.
+    solver : str
+        Edge: ``certified``, or ``sliding`` without slips, where the edge is that of the law.
     direction : str
         Edge: direction of the creep (or advance) at `upper`; ``none`` if unknown.
-    outcome_at_lower, outcome_evidence : Outcome or None, Evidence
-        Edge: `AT_REST` (no event in a whole cycle) or `CYCLING` (slips that return the chain to the
-        same state) within `cycles`, or 64 times as many in float64; else None. `PROVED` if the run
-        is proved and the cycle has only lone slips; otherwise the state returns to within rounding.
-        With ``mu_s = mu_d`` the fate for ever: `CREEPING` is then at most 1e-6 in a cycle.
-    deciding_event : object or None
-        Edge: `at_lower` and `at_upper`, the first event that differs between both sides. None: the
-        events are the same, and only the advance passes 1e-6.
     fates : pair of Fate or None
         Kind ``edge``: what the chain does for ever at `lower` and at `upper`.
     sensitive : tuple of float

@@ -12,7 +12,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import balls_of
-from exactcreep.solvers.field.tangent import TangentSimulation
+from exactcreep.solvers.field.tangent import TangentMechanics
+from exactcreep.solvers.interface import Start
 from exactcreep.solvers.registry import solver_named
 from tests.paper import captions
 
@@ -51,23 +52,23 @@ def test_the_derivative_of_two_cycles_is_the_difference_of_neighbouring_states(
     chain, drive = captions(n), Cycles(Fraction(amplitude), 100)
     state = settled(chain, drive)
 
-    def after(change: list[Fraction]) -> TangentSimulation:
+    def after(change: list[Fraction]) -> TangentMechanics:
         """Return the set two cycles after the state whose forces are changed."""
         with BALLS.active():
             tensions = state.tensions + np.cumsum([BALLS.number(x) for x in change])[:-1]
             middle = State(BALLS.vector([x.mid() for x in tensions]), state.displacements,
                            state.coefficients, state.draws, state.theta)  # fmt: skip
-            simulation = TangentSimulation(chain, middle, drive, BALLS)
-            simulation.mechanics.begin(np.zeros((n - 2, n - 2)), 0.0)
-        simulation.follow(drive, 1, 4)
-        return simulation
+            mechanics = TangentMechanics(Start(chain, middle, 0), BALLS)
+            mechanics.begin(np.zeros((n - 2, n - 2)), 0.0)
+            mechanics.follow(drive.amplitude, 4)
+        return mechanics
 
-    first = after([Fraction(0)] * n).mechanics
+    first = after([Fraction(0)] * n)
     with BALLS.active():
         derivative = first.derivative()
         assert max(float(x.rad()) for row in derivative for x in row) < 1e-4
     for k, change in enumerate(directions(n)):
-        other = after(change).mechanics
+        other = after(change)
         with BALLS.active():
             moved = coordinates((other.known_forces() - first.known_forces()).tolist())
             for row, gap in zip(derivative, moved, strict=True):

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Evidence, InputError, Outcome, State, threshold
-from exactcreep.results import Fate, Threshold
+from exactcreep import Chain, Cycles, Evidence, InputError, creep, threshold
+from exactcreep.results import Threshold
 from exactcreep.studies.thresholds.amplitudes import Span
-from exactcreep.studies.thresholds.questions import Observation, Question
-from exactcreep.studies.thresholds.search import Edge, first_edge
+from exactcreep.studies.thresholds.questions import Answer, Question
+from exactcreep.studies.thresholds.search import Edge, Search
 from tests.conftest import OutOfTime
 from tests.oracle import rearrangement as oracle
 from tests.paper import captions
@@ -23,7 +22,7 @@ ONSET = Fraction(11, 65) / 1000  # (mu_s c - s)/l0 = (36/65 - 25/65)/l0
 
 
 def after(chain: Chain, cycles: int = 20, **given: Any) -> Threshold:
-    return threshold(chain, **{"solver": "exact", "digits": 9, "after": cycles} | given)
+    return threshold(chain, **{"digits": 9, "after": cycles} | given)
 
 
 def bounds(found: Threshold | Edge) -> tuple[Fraction, Fraction]:
@@ -41,8 +40,7 @@ def three() -> Threshold:
 @pytest.mark.parametrize(
     ("chain", "square", "digits", "given"),
     [
-        (PAIR, ONSET**2, 9, {"solver": "exact"}),
-        (PAIR, ONSET**2, 9, {"solver": "exact", "low": "1e-6", "high": "1e-3"}),
+        (PAIR, ONSET**2, 9, {"low": "1e-6", "high": "1e-3"}),
         # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000
         (captions(2), Fraction(35 * 4, 100 * 1000) ** 2 / 17, 1000, {}),
         # without slips, for ever: (mu_d - tan) cos / l0
@@ -57,12 +55,10 @@ def test_two_sliders_creep_above_their_first_slip_alone(
     found = threshold(chain, **{"after": 20, "digits": digits} | given)
     lower, upper = bounds(found)
     assert lower**2 <= square < upper**2
-    assert upper - lower <= lower / 10**digits * (1 if not given else 10)
-    assert found.outcome_at_lower is Outcome.AT_REST
+    assert upper - lower <= lower / 10**digits
     assert float(found.law_two_sliders) == pytest.approx(float(lower), rel=2e-9)
     assert f"lower='{found.lower}'" in repr(found)
-    if not given:
-        assert found.evidence is found.outcome_evidence is Evidence.PROVED
+    assert found.evidence is Evidence.PROVED
 
 
 @pytest.mark.parametrize(
@@ -87,37 +83,22 @@ def test_the_threshold_is_where_the_equations_of_motion_first_creep_to_thirty_di
 
 
 @pytest.mark.parametrize(
-    ("n", "digits", "below"),
-    [
-        (3, 40, Outcome.AT_REST),
-        (4, 60, Outcome.CYCLING),  # its ends slip for ever
-        pytest.param(6, 40, None, marks=pytest.mark.slow),
-        pytest.param(8, 40, None, marks=pytest.mark.slow),
-    ],
+    ("n", "digits"), [(3, 40), (4, 60), pytest.param(8, 40, marks=pytest.mark.slow)]
 )
-def test_two_arithmetics_agree_on_an_edge_that_balls_prove(
-    n: int, digits: int, below: Outcome | None
-) -> None:
-    floats = after(captions(n), digits=12)
+def test_float64_changes_its_answer_where_balls_prove_an_edge(n: int, digits: int) -> None:
     found = threshold(captions(n), after=20, digits=digits)
-    (low, high), (lower, upper) = bounds(floats), bounds(found)
-    assert low <= lower < upper <= high
-    assert math.log10(low / (high - low)) > 8
+    lower, upper = bounds(found)
     assert upper - lower <= lower / 10**digits
     assert found.evidence is Evidence.PROVED
-    if below:
-        assert found.outcome_at_lower is floats.outcome_at_lower is below
-        assert found.outcome_evidence is Evidence.PROVED
+    for off, creeps in ((-1e-11, False), (1e-11, True)):
+        run = creep(found.chain, Cycles(float(lower) * (1 + off), 20))
+        x_g = run.recorded["x_G"]
+        assert bool(x_g[-1] - x_g[-3] > 1e-6) is creeps
 
 
-def test_the_deciding_event_is_a_start_on_one_side_only_and_that_of_the_mirror_image(
-    three: Threshold,
-) -> None:
+def test_a_mirror_image_has_the_same_edge(three: Threshold) -> None:
     image = after(captions(3, tan_alpha="-0.25"))
     assert bounds(image) == bounds(three)
-    sides, other = three.deciding_event, image.deciding_event
-    assert sides.at_upper.half_cycle < sides.at_lower.half_cycle
-    assert [4 - n for n in sides.at_upper.event.sliders] == list(other.at_upper.event.sliders)
 
 
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions(
@@ -165,34 +146,31 @@ BRACKET = Fraction("0.0001"), Fraction("0.0009")
 class Step(Question):
     """The chain creeps above `edge`, or from it on; float64 has it creep above `floats`.
 
-    The solver is undecided at the edge itself. A run to so many digits is cut short, and taken to
-    creep, between `cut` and the edge.
+    The solver is undecided at the edge itself, and knows how far its answer holds if it `sees`.
     """
 
     edge: Fraction = EDGE
     floats: Fraction = EDGE
     from_edge: bool = False
-    cut: Fraction = EDGE
+    sees: bool = False
+    what = "creep"
 
     def creeps(self, amplitude: Fraction) -> bool:
         return amplitude > self.floats
 
-    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
-        proved, at_rest = Evidence.PROVED, Outcome.AT_REST
-        if solver == "exact":
-            return Observation(self.creeps(amplitude), Evidence.COMPUTED, [], at_rest, proved)
-        if self.cut < amplitude < self.edge and "digits" in options:
-            undecided = Evidence.UNDECIDED
-            fate = Fate(self.chain, amplitude, self.start, solver, Outcome.LIMIT, undecided, 1)
-            return Observation(True, undecided, [], Outcome.LIMIT, undecided, fate=fate)
+    def certified(self, amplitude: Fraction, digits: int) -> Answer:
         creeps = amplitude > self.edge or (self.from_edge and amplitude == self.edge)
-        evidence = Evidence.UNDECIDED if amplitude == self.edge else proved
-        return Observation(creeps, evidence, [], at_rest, proved)
+        evidence = Evidence.UNDECIDED if amplitude == self.edge else Evidence.PROVED
+        around = (self.edge, Fraction(1)) if creeps else (Fraction(0), self.edge - UNIT / 10**9)
+        return Answer(creeps, evidence, between=around if self.sees else None)
 
 
-def searched(**step: Any) -> Edge:
-    question = Step(CHAIN, 1, State.relaxed(CHAIN), **step)
-    return first_edge(question, Span(BRACKET, [], free=False, points=1), 5)
+def searched(**step: Any) -> tuple[Edge, int]:
+    """Return the edge, and the number of certified runs."""
+    question = Step(CHAIN, 1, **step)
+    search = Search(question, 5)
+    search.find(Span(BRACKET, [], free=False, points=1))
+    return search.edges[0], len(question.answers)
 
 
 ON = Fraction("0.0004567890")
@@ -204,16 +182,17 @@ ON = Fraction("0.0004567890")
     [
         *(({"floats": EDGE + Fraction(off)}, ON) for off in ("0", "1e-9", "-1e-9", "1e-4")),
         ({"floats": EDGE - Fraction("1e-4")}, ON),
-        ({"cut": EDGE - 3 * UNIT}, ON),  # a run that was cut short decides no edge
-        *(({"edge": ON, "cut": ON, "from_edge": each}, ON - UNIT) for each in (False, True)),
+        *(({"edge": ON, "from_edge": each}, ON - UNIT) for each in (False, True)),
+        ({"edge": ON, "sees": True}, ON - UNIT),
     ],
 )
 def test_an_edge_is_found_where_the_solver_has_it_wherever_float64_has_it(
     step: dict[str, Any], below: Fraction
 ) -> None:
-    edge = searched(**step)
+    edge, runs = searched(**step)
     assert bounds(edge) == (below, ON + UNIT)
     assert edge.evidence is Evidence.PROVED
+    assert not step.get("sees") or runs < 8  # else bisection
 
 
 @pytest.mark.parametrize(
@@ -222,5 +201,5 @@ def test_an_edge_is_found_where_the_solver_has_it_wherever_float64_has_it(
 )
 def test_a_bracket_without_an_edge_for_the_solver_is_refused(edge: Fraction, allowed: str) -> None:
     with pytest.raises(InputError, match=allowed) as refused:
-        searched(edge=edge, cut=edge)
+        searched(edge=edge)
     assert refused.value.field == "bracket"
