@@ -254,16 +254,6 @@ def settle(work, high, low, targets, searches, memory, most_cycles, most_work):
     return layout.DONE
 
 
-class _Noted:
-    """A whole number that `settle` notes, by the name of its field in `SEARCH`."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
-
-    def __get__(self, search: SettlingSearch, owner: type) -> int:
-        return int(search._searches[self.name][0])
-
-
 class SettlingSearch:
     """The search for the cycle to which temperature cycles of one amplitude take a chain.
 
@@ -284,11 +274,6 @@ class SettlingSearch:
     cycles, advanced_until, furthest, heading, dormant_after, alike, advanced_before, since, period
         Notes about its cycles; see `SEARCH`.
     """
-
-    cycles, advanced_until, furthest, heading = _Noted(), _Noted(), _Noted(), _Noted()
-    stirred, calm, dormant_after = _Noted(), _Noted(), _Noted()
-    alike, advanced_before = _Noted(), _Noted()
-    since, period = _Noted(), _Noted()
 
     def __init__(
         self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62
@@ -315,6 +300,17 @@ class SettlingSearch:
         if not settle.signatures:
             pair = Chain(2, 1000, "1/2", "3/5", tan_alpha=0)
             interrupts.prepare(lambda: cls(pair, Cycles("1/10", 1), State.relaxed(pair)).follow())
+
+    def __getattr__(self, name: str) -> int:
+        """Return what `settle` notes under a name in `SEARCH`."""
+        if name in (SEARCH.names or ()):
+            return int(self._searches[name][0])
+        raise AttributeError(name)
+
+    def recording(self) -> ExactSimulation:
+        """Return a simulation that goes on from the present end of a cycle, and records events."""
+        of = self.simulation
+        return ExactSimulation(of.chain, of.state(), of.seed, ("events",), unrounded=of.unrounded())
 
     @property
     def settled(self) -> LimitCycle | None:

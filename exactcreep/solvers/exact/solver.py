@@ -331,20 +331,6 @@ class ExactSimulation(Simulation):
         for sum_of in (cell[layout.FORCE] - cell[layout.WEIGHT], rate):  # springs pull both ways
             require_at_rest(sum_of.sum(), 0.0 * held)
 
-    def copied(self, record: tuple[str, ...]) -> ExactSimulation:
-        """Return a simulation that continues from here bit for bit, with other records."""
-        other = ExactSimulation(self.chain, self.origin.state, self.seed, record)
-        if self.work.series is not None:
-            other.make_room()
-        mine, its = self.work, other.work
-        its.cell[:], its.whole[:], its.deviate[:] = mine.cell, mine.whole, mine.deviate
-        if mine.clock is not None and its.clock is not None:
-            its.clock[:] = mine.clock
-        its.now[:] = mine.now
-        other.leg, other.origin, other.start = self.leg, self.origin, self.start
-        its.now["chain"]["logging"], its.now["logged"] = _logging(record), 0
-        return other
-
     def copies(self) -> Copies | None:
         """Return perturbed copies from the same start; None for one slider."""
         run = self.chain, self.start.state, self.seed

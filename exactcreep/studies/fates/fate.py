@@ -178,7 +178,7 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
     chain, approach = search.simulation.chain, search.approaching()
     if approach is None:
         return None
-    simulation = search.simulation.copied(("events",))
+    simulation = search.recording()
     drive, log, forces = Cycles(search.drive.amplitude, 1), [], []
     for half in (1, 2):
         recorded = simulation.follow(drive, 2 * search.cycles + half, 1).recorded
@@ -208,7 +208,7 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
 
 
 def _one_period(search: solvers.SettlingSearch, period: int) -> tuple[float, Period]:
-    simulation = search.simulation.copied(("events",))
+    simulation = search.recording()
     before = simulation.state().displacements
     first = 2 * search.cycles + 1
     events = simulation.follow(Cycles(search.drive.amplitude, period), first, 2 * period).recorded

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -22,12 +23,6 @@ def simulation(chain: Chain) -> ExactSimulation:
     return ExactSimulation(chain, State.relaxed(chain, 3), 3, ("events",))
 
 
-def without_clocks(found: ExactSimulation) -> ExactSimulation:
-    """Let a simulation expand whole windows only."""
-    found.work = found.work._replace(clock=None)
-    return found
-
-
 def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
     """Go on for so many events or a few more, and return them."""
     drive = Cycles(AMPLITUDES[found.chain.n], 10**6)
@@ -37,10 +32,14 @@ def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
 
 def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulation, ...]]:
     """Yield pairs in one state, every so many events of a run; the second expands all."""
-    run = without_clocks(simulation(chain))
+    run = simulation(chain)
+    clock = run.work.clock
+    run.work = run.work._replace(clock=None)
     for _ in range(count):
         rows(run, events)
-        yield run.copied(("events",)), without_clocks(run.copied(("events",)))
+        one, other = deepcopy(run), deepcopy(run)
+        one.work = one.work._replace(clock=clock.copy())
+        yield one, other
 
 
 @pytest.mark.parametrize(("n", "sigma_mu", "count"), [(300, "0.01", 8), (1000, "0", 5)])
@@ -67,12 +66,12 @@ def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> Non
     chain = paper_chain(300)
     through = simulation(chain)
     rows(through, 200_000)
-    first = through.copied(("events",))
+    first = deepcopy(through)
     events = rows(through, 2000)
     pieces: list[tuple[int, ...]] = []
     inside = 0
     while len(pieces) < len(events):
-        second = first.copied(("events",))
+        second = deepcopy(first)
         pieces += rows(second, 101)
         inside += int(second.work.now["epoch"]["on"][0])
         first = second
