@@ -263,6 +263,11 @@ hours("lcd_v1", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","Hou
       lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{round(fahrenheit(DEW[k]))}","{round(fahrenheit(T[k]))}","{RH[k]}","{round(fahrenheit(T[k])) - 4}"', needs="unit", given={"unit": "F"}, near=0.3)
 hours("utc_and_local", "time local,time UTC,temp",
       lambda k, h: f"{(h + timedelta(hours=2)):%Y-%m-%d %H:%M},{h:%Y-%m-%d %H:%M},{T[k]}")
+hours("toa5", '"TOA5","Station","CR1000","1234","CR1000.Std.32","CPU:prog.CR1","5432","Table1"\n"TIMESTAMP","RECORD","BattV_Avg","PTemp_C_Avg","AirTC_Avg","RH","SlrW_Avg","T_soil_Avg"\n"TS","RN","Volts","Deg C","Deg C","%","W/m^2","Deg C"\n"","","Avg","Avg","Avg","Smp","Avg","Avg"',
+      lambda k, h: f'"{h:%Y-%m-%d %H:%M:%S}",{k},12.91,{T[k] + 3:.2f},{T[k]:.2f},{RH[k]},{k}.1,15.2')
+hours("lcd_suspect", '"STATION","DATE","LATITUDE","LONGITUDE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyPrecipitation","HourlyWetBulbTemperature"',
+  lambda k,h: f'"72295023174","{h:%Y-%m-%dT%H:%M:%S}","33.938","-118.388","FM-15","{fahrenheit(DEW[k]):.0f}","{fahrenheit(T[k]):.0f}{"s" if k in (5,17) else ""}","0.00","{fahrenheit(T[k]-2):.0f}"',
+  needs="unit", given={"unit":"F"}, near=0.4)
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,

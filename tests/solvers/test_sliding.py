@@ -104,6 +104,16 @@ def test_any_path_from_any_start_minimises_energy_and_dissipation_step_by_step()
     assert 5 < relaxed < 35
 
 
+def test_a_start_whose_sliders_all_move_ends_in_the_middle_of_where_it_may_rest() -> None:
+    """Sliders 1 and 2 go down, slider 3 up: x is [0, -2.5, -6.5], and 2.5 to 6.5 more."""
+    chain = Chain(3, 10, ["0.5", "0.5", "1"], ["0.5", "0.5", "1"], tan_alpha=0)
+    start = State.prepared(chain, [3, 5])
+    simulation = Sliding().simulation(chain, start, 0, ("x_G",))
+    assert simulation.state().tensions == pytest.approx([0.5, 1])
+    assert simulation.state().displacements == pytest.approx([4.5, 2, -2])
+    assert simulation.evidence is Evidence.UNDECIDED
+
+
 def test_with_two_possible_pivots_a_differing_chain_creeps_between_the_two_laws() -> None:
     """Friction 3, 1, 2 and no pull: sliders 1 and 2 share a spring, as do those mirrored."""
     chain = Chain(3, 10, [3, 1, 2], [3, 1, 2], tan_alpha=0)

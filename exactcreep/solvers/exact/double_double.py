@@ -14,13 +14,9 @@ from exactcreep.solvers.exact.simd import fused
 
 def split(value: Fraction) -> tuple[float, float]:
     """Return `value` as two floats."""
-    return split_ratio(value.numerator, value.denominator)
-
-
-def split_ratio(numerator: int, denominator: int) -> tuple[float, float]:
-    """Return a ratio of whole numbers as two floats."""
+    numerator, denominator = value.as_integer_ratio()
     high = numerator / denominator  # Python rounds it correctly
-    top, bottom = high.as_integer_ratio()
+    top, bottom = high.as_integer_ratio()  # Fraction(high) would divide by common factors
     return high, (numerator * bottom - top * denominator) / (denominator * bottom)
 
 

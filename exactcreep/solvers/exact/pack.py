@@ -19,7 +19,7 @@ from exactcreep.model.drive import Leg
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, rows
-from exactcreep.solvers.exact.double_double import split, split_ratio, two_product, two_sum
+from exactcreep.solvers.exact.double_double import split, two_product, two_sum
 from exactcreep.solvers.exact.draws import KEPT, excess_of
 from exactcreep.solvers.exact.layout import CLOCKS, LADDER, NEVER, PAD, SERIES, Log, Tables
 from exactcreep.solvers.exact.loop import prepare
@@ -81,9 +81,7 @@ class Origin(NamedTuple):
             each = [*map(rational, state.theta.tolist())]
             return cls(state, numbers, each, *_of_chain(chain), (0.0, 0.0))
         theta = Fraction(state.theta) if type(state.theta) is float else rational(state.theta)
-        l0 = chain.l0
-        load = split_ratio(l0.numerator * theta.numerator, l0.denominator * theta.denominator)
-        return cls(state, numbers, [theta], *_of_chain(chain), load)
+        return cls(state, numbers, [theta], *_of_chain(chain), split(chain.l0 * theta))
 
     def kept(self) -> dict[str, Any]:
         """Return what a simulation that goes on from a later state needs; see `went_on`."""
@@ -207,19 +205,15 @@ def placed(
     It reuses the arrays `used`, if given, of a chain of the same length and logging.
     """
     work = _room(chain.n, logging) if used is None else used
-    _begin(work.now, chain, origin, seed, logging)
-    place(work.cell, work.whole, work.now, origin.numbers, origin.of_chain, origin.state.draws)
-    prepare(work.cell, work.whole, work.deviate, work.now)
-    return work
-
-
-def _begin(now: NDArray[Any], chain: Chain, origin: Origin, seed: int, logging: int) -> None:
-    """Fill in the loop's scalars."""
+    now = work.now
     now.view(np.int64)[:] = _constants(chain)  # by fields it takes longer
     now["theta"], now["theta_low"] = origin.load
     now["total"] = origin.numbers[PLACE].sum()
     now["chain"]["logging"] = logging
     now["chain"]["seed"] = seed if seed < 2**63 else seed - 2**64
+    place(work.cell, work.whole, work.now, origin.numbers, origin.of_chain, origin.state.draws)
+    prepare(work.cell, work.whole, work.deviate, work.now)
+    return work
 
 
 def _room(n: int, logging: int) -> Workspace:

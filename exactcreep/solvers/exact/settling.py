@@ -31,6 +31,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.layout import MOST_WORK
+from exactcreep.solvers.exact.rows import AtTargets
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.return_map import (
     LONGEST_PERIOD,
@@ -282,7 +283,10 @@ class SettlingSearch:
         self.simulation.make_room()  # otherwise `settle` might be compiled twice
         self.drive = drive
         self._memory = Memory.of(chain)
-        self._targets = *self.simulation.targets(drive, 1, 2), self.simulation.at_targets(2, ())
+        self._targets = (
+            *self.simulation.targets(drive, 1, 2),
+            AtTargets.of(2, (), self.simulation.origin.began),
+        )
         self._searches = np.zeros(1, dtype=SEARCH)
         search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()

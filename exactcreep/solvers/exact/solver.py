@@ -25,7 +25,7 @@ from exactcreep.solvers.avalanche_table import ledger
 from exactcreep.solvers.estimated import Estimated
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.copies import Copies
-from exactcreep.solvers.exact.double_double import split, split_ratio, two_product
+from exactcreep.solvers.exact.double_double import split, two_product
 from exactcreep.solvers.exact.layout import MOST_WORK, PAD
 from exactcreep.solvers.exact.pack import (
     Origin,
@@ -128,12 +128,8 @@ class ExactSimulation(Simulation):
             full = np.tile(split(self.chain.l0), (count, 1))
             return full[:, 0], full[:, 1]
         if isinstance(drive, Targets):  # the bits of Cycles with the same targets
-            top, bottom = self.chain.l0.as_integer_ratio()
             listed = drive.theta[first - 1 : first - 1 + count]
-            pairs = [
-                split_ratio(top * theta.numerator, bottom * theta.denominator) for theta in listed
-            ]
-            highs, lows = np.array(pairs).reshape(-1, 2).T.copy()
+            highs, lows = np.array([split(self.chain.l0 * theta) for theta in listed]).T.copy()
             return highs, lows
         theta = drive.targets(first, count, seed)
         l0, l0_low = split(self.chain.l0)
@@ -144,7 +140,7 @@ class ExactSimulation(Simulation):
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         high, low = self.targets(drive, first, count, self.seed)
         self.work.now["counts"]["target"], self.work.now["single"] = first, 0
-        targets = self.at_targets(count, self.record)
+        targets = AtTargets.of(count, self.record, self.origin.began)
         logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in tables.LOGS]
         before = self.events
         done, ended = 0, Ending(Stop.DONE)
@@ -178,10 +174,6 @@ class ExactSimulation(Simulation):
         if self.leg is None or self.load() == split(self.chain.l0):
             turn(self.chain, leg, self.work)
             self.leg, self.origin = leg, self.start.at_leg(self.chain, leg)
-
-    def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
-        """Return room for the rows of `count` targets."""
-        return AtTargets.of(count, record, self.origin.began)
 
     def ending(self, reason: int, otherwise: str = _ENDLESS) -> Ending:
         """Return why the chain goes no further; `otherwise` says so if nothing is proved."""

@@ -194,11 +194,11 @@ class Search:
                 below, above = (below, k) if self._creeps(k * unit) else (k, above)
 
         while (width := above - below) > 1:
-            evidence = self._answer(below * unit).evidence
+            lower, upper = self._answer(below * unit), self.question.answers.get(above * unit)
+            evidence = lower.evidence.and_then(upper.evidence if upper else Evidence.COMPUTED)
             self._tell(Edge(text_of(below, unit), text_of(above, unit), evidence=evidence))
-            ends = [*(self._answer(below * unit).between or ())][-1:]
-            if above * unit in self.question.answers:
-                ends += (self._answer(above * unit).between or ())[:1]
+            ends = [lower.between[1]] if lower.between else []
+            ends += [upper.between[0]] if upper and upper.between else []
             for k in (math.floor(end / unit) for end in ends):
                 for near in range(k, k + 3):  # a range is rounded inward
                     cut(near)
