@@ -268,6 +268,10 @@ hours("toa5", '"TOA5","Station","CR1000","1234","CR1000.Std.32","CPU:prog.CR1","
 hours("lcd_suspect", '"STATION","DATE","LATITUDE","LONGITUDE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyPrecipitation","HourlyWetBulbTemperature"',
   lambda k,h: f'"72295023174","{h:%Y-%m-%dT%H:%M:%S}","33.938","-118.388","FM-15","{fahrenheit(DEW[k]):.0f}","{fahrenheit(T[k]):.0f}{"s" if k in (5,17) else ""}","0.00","{fahrenheit(T[k]-2):.0f}"',
   needs="unit", given={"unit":"F"}, near=0.4)
+hours("zoned_index", "time,temp",
+      lambda k, h: f"{h:%Y-%m-%d %H:%M:%S}+02:00,{T[k]}", first=HOURS[0] - timedelta(hours=2), last=HOURS[-1] - timedelta(hours=2))
+hours("epw", "LOCATION,Richmond,VA,USA,TMY3,724010,37.52,-77.32,-5.0,50.0\nDESIGN CONDITIONS,0\nTYPICAL/EXTREME PERIODS,0\nGROUND TEMPERATURES,0\nHOLIDAYS/DAYLIGHT SAVINGS,No,0,0,0\nCOMMENTS 1,x\nCOMMENTS 2,y\nDATA PERIODS,1,1,Data,Sunday, 1/ 1,12/31",
+      lambda k, h: f"{(h - timedelta(hours=1)).year},{(h - timedelta(hours=1)).month},{(h - timedelta(hours=1)).day},{h.hour or 24},60,A7A7A7A7?0?0,{T[k]},{DEW[k]},{RH[k]},101300,0,0", needs="time_column", given={"time_column": ["1", "2", "3", "4"], "temperature_column": "7"})
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
