@@ -189,8 +189,8 @@ class Pipeline(Shown):
         cycles : int
             How often the heatings are repeated.
         solver : str
-            ``sliding`` is for soil without a peak of friction, and for equal heatings all along the
-            pipe. Other solvers need `static_friction` above 1.
+            ``sliding`` is for soil without a peak of friction, and does not take a `profile`. Other
+            solvers need `static_friction` above 1.
         **options
             As for `creep`.
 
@@ -294,6 +294,7 @@ def pipeline(
     kappa: Number,
     tan_alpha: Number = 0,
     end_tension: Number | tuple[Number, Number] = 0,
+    profile: Sequence[tuple[Number, Number]] = (),
     static_friction: Number = 1,
     sigma_mu: Number = 0,
     contacts: int = 100,
@@ -320,6 +321,9 @@ def pipeline(
         Slope of the bed, positive where it falls towards the lower end. Default: level.
     end_tension : number, or (number, number)
         Tension at the lower end, N, e.g. of a riser; or at the upper and at the lower end.
+    profile : sequence of (number, number), optional
+        Heating along the pipe: positions in m from the upper end, and the fraction of the heating
+        there; linear in between. Default: 1 everywhere.
     static_friction : number
         Peak of the static friction over the sliding friction, at least 1 (no peak).
     sigma_mu : number
@@ -389,7 +393,21 @@ def pipeline(
         sigma_mu,
         tan_alpha=slope,
         end_forces=forces,
+        expansion=_weights(profile, edges),
     )
     about: dict[str, Any] = {"friction": sections, "tan_alpha": slope, "end_forces": ends}
     about |= exact
     return Pipeline(**about, cell=cell, positions=np.asarray(positions), chain=chain)
+
+
+def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> list[float]:
+    """Return the fraction of the heating that each spring feels."""
+    if not profile:
+        return []
+    places, shares = (
+        [nearest_float(exact_number(pair[k], f"profile[{at}]")) for at, pair in enumerate(profile)]
+        for k in (0, 1)
+    )
+    if sorted(set(places)) != places:
+        raise InputError("profile", profile, "must hold places in ascending order, with shares")
+    return [float(share) for share in np.interp(edges[1:-1], places, shares)]

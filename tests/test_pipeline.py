@@ -81,6 +81,7 @@ def test_the_picture_draws_forces_and_displacements_of_the_walk() -> None:
         ({"friction": [(700, "0.7")]}, "friction"),
         ({"end_tension": "6e5"}, "friction"),
         ({"static_friction": "0.9"}, "static_friction"),
+        ({"profile": [(100, 1), (0, "0.5")]}, "profile"),
         ({"tan_alpha": "1e-7"}, "tan_alpha and end_tension"),
         ({"contacts": 1}, "contacts"),
     ],
@@ -123,13 +124,16 @@ def test_the_same_heating_all_along_a_pipe_is_one_number_and_sliding_takes_no_ot
             pipe.walk(wrong)
     with pytest.raises(InputError, match=r"drive\.theta"):
         pipe.walk([[60, 50]])
+    with pytest.raises(InputError, match="expansion"):
+        pipeline(**SLOPE, profile=[(0, 1), (2000, "0.6")]).walk(60)
 
 
 def test_a_profile_of_heating_has_the_slope_of_the_heating_between_the_anchors() -> None:
     """With `exact`, which needs a peak of friction; a small one."""
-    pipe = pipeline(**ROUGH, static_friction="1.05", contacts=12)
-    low, high = (pipe.walk([[1.3 * h, 0.7 * h]], cycles=4, solver="exact").per_cycle[-1]
-                 for h in (150, 250))  # fmt: skip
+    pipe = pipeline(
+        **ROUGH, profile=[(0, "1.3"), (2000, "0.7")], static_friction="1.05", contacts=12
+    )
+    low, high = (pipe.walk(h, cycles=4, solver="exact").per_cycle[-1] for h in (150, 250))
     hot, cold = pipe.anchors
     mean = 1.3 - 0.6 * (hot + cold) / 2 / 2000  # of the profile between them
     slope = 1000 * float(pipe.kappa) * (cold - hot) * mean
