@@ -92,20 +92,12 @@ def status(words: Sequence[str]) -> int:
     end = arguments.index("--") if "--" in arguments else len(arguments)
     debug = "--debug" in arguments[:end]  # anywhere, so that it can be appended to a line
     arguments = [word for word in arguments[:end] if word != "--debug"] + arguments[end:]
-    if arguments and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        from exactcreep.model.names import did_you_mean
-
-        # not by exactcreep.scene, which loads numpy
-        scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
-        near = f": {moved.COMMANDS[arguments[0]]}" if arguments[0] in moved.COMMANDS else ""
-        near = near or did_you_mean(arguments[0], [*COMMANDS, "--help"])
-        near = near or did_you_mean(f"run {arguments[0]}", scenes)
-        near = near or "; exactcreep --help lists the commands"
-        complain(f"No such command {arguments[0]!r}{near}")
-        return 2
     code = 0 if arguments else 2
     try:
         try:
+            if arguments and arguments[0] not in COMMANDS and not arguments[0].startswith("-"):
+                complain(_no_command(arguments[0]))
+                return 2
             with preparation.command():
                 program(arguments[:1])(
                     arguments, exit_on_error=False, print_error=False, result_action="return_value"
@@ -120,35 +112,48 @@ def status(words: Sequence[str]) -> int:
         interrupts.check()  # an interrupted call may end with any error
         if debug:
             raise
-        from exactcreep.model.numbers import InputError
+        code, said = _failed(arguments, error)
+        complain(said)
+    return code
 
-        late = error if isinstance(error, preparation.Late) else error.__cause__
-        if isinstance(late, preparation.Late):
-            complain(str(late))
-            return 3
-        if isinstance(error, UnusedCliTokensError):
+
+def _no_command(name: str) -> str:
+    """Return the sentence about an unknown command: where it went, or a similar line."""
+    from exactcreep.model.names import did_you_mean
+
+    if name in moved.COMMANDS:
+        return f"No such command {name!r}: {moved.COMMANDS[name]}"
+    # not by exactcreep.scene, which loads numpy
+    scenes = [f"run {path.stem}" for path in (Path(__file__).parent / "scenes").glob("*.toml")]
+    near = did_you_mean(name, [*COMMANDS, "--help"]) or did_you_mean(f"run {name}", scenes)
+    return f"No such command {name!r}{near or '; exactcreep --help lists the commands'}"
+
+
+def _failed(arguments: Sequence[str], error: Exception) -> tuple[int, str]:
+    """Return the exit status of a command line that failed, and the sentence about it."""
+    from exactcreep.model.numbers import InputError
+
+    match error:
+        case preparation.Late() | Exception(__cause__=preparation.Late()):
+            return 3, str(error if isinstance(error, preparation.Late) else error.__cause__)
+        case UnusedCliTokensError():
             told = "; --set takes KEY=VALUE" if "--set" in arguments else ""
             further = " ".join(error.unused_tokens or ())
-            complain(f"{arguments[0]} takes no further {further!r}{told}")
-        elif isinstance(error, MissingArgumentError):
-            complain(_missing(arguments, error))
-        elif isinstance(error, UnknownOptionError):
-            complain(_no_option(arguments, error))
-        elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
-            complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
-        elif isinstance(error, (CycloptsError, InputError)):
-            complain(str(error))
-        elif isinstance(error, OSError):
+            return 2, f"{arguments[0]} takes no further {further!r}{told}"
+        case MissingArgumentError():
+            return 2, _missing(arguments, error)
+        case UnknownOptionError():
+            return 2, _no_option(arguments, error)
+        case _ if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+            return 2, "NUMBA_DISABLE_JIT must not be set: the solvers are compiled"
+        case CycloptsError() | InputError():
+            return 2, str(error)
+        case OSError():
             name = f"{error.filename}: " if error.filename else ""
-            complain(f"{name}{error.strerror or error}")
-        elif isinstance(error, MemoryError):
-            complain("the memory of this machine does not hold so much")
-            return 3
-        else:
-            complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
-            return 1
-        return 2
-    return code
+            return 2, f"{name}{error.strerror or error}"
+        case MemoryError():
+            return 3, "the memory of this machine does not hold so much"
+    return 1, f"{type(error).__name__}: {error} (a defect; --debug shows where)"
 
 
 def _missing(arguments: Sequence[str], error: MissingArgumentError) -> str:

@@ -32,7 +32,6 @@ from exactcreep.commands.values import (
     Settings,
     Solver,
     Whole,
-    one_of,
     scene_of,
     taken,
     whole,
@@ -58,6 +57,7 @@ def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
     --------
     exactcreep scenes chain-jumps > my-scene.toml
     """
+    from exactcreep.model.names import one_of
     from exactcreep.scene import builtin_scenes
 
     texts = builtin_scenes()

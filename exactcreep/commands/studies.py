@@ -101,11 +101,6 @@ def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
     write_file(path, netcdf({None: data}), "out", force=force)
 
 
-def _drawn(result: Any) -> Any:
-    """Return the picture of an answer; the drawing modules are imported only here."""
-    return result.plot()
-
-
 def question(command: str) -> Callable[..., None]:
     """Return a public function as a command; see `QUESTIONS`.
 
@@ -140,7 +135,7 @@ def question(command: str) -> Callable[..., None]:
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
-            draw=partial(_drawn, result),
+            draw=lambda: result.plot(),  # noqa: PLW0108 - matplotlib is imported only here
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is the part known so far" if interrupted else "",
         ))  # fmt: skip

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -100,13 +100,6 @@ def whole(text: str | None, name: str, least: int = 1, most: int | None = None) 
     from exactcreep.model.numbers import whole_number
 
     return None if text is None else whole_number(text, name, least=least, most=most)
-
-
-def one_of(name: str, known: Sequence[str] | Mapping[str, Any]) -> str:
-    """Return the allowed names, and a suggestion near the given name."""
-    from exactcreep.model.names import one_of
-
-    return one_of(name, known)
 
 
 # --- docstrings -----------------------------------------------------------------------------------

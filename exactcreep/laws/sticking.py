@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from exactcreep.laws.number_types import cosine, require
 from exactcreep.laws.paper import described, law_values
-from exactcreep.laws.theorems import at_rest_amplitude, locked_ends_amplitude
+from exactcreep.laws.theorems import locked_ends_amplitude, rest_edge
 from exactcreep.laws.velocities import gaussian_integral
 from exactcreep.model.uniform import unlike
 
@@ -256,14 +256,7 @@ def rests(parameters: Mapping[str, Any], name: str, share: float = 1) -> bool:
 
     The bound is `at_rest_amplitude` times `share`.
     """
-    n, ends = int(parameters["n"]), parameters.get("end_forces", (0, 0))
-    value = parameters[name]
-    coefficients = value if isinstance(value, list | tuple) else [value] * n
-    try:
-        edge = at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], coefficients, ends)
-    except ValueError:  # one slider, or no state is at rest even without cycles
-        return False
-    return bool(parameters["amplitude"] <= share * edge)
+    return bool(parameters["amplitude"] <= share * rest_edge(parameters, name))
 
 
 def locks(parameters: Mapping[str, Any], on: Forces) -> bool:

@@ -6,7 +6,7 @@ Derivation: ``derivations/shakedown.py``. Amplitudes are dimensionless, slopes o
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from exactcreep.laws.number_types import (
@@ -157,24 +157,24 @@ def edges(chain: Chain) -> dict[str, float]:
     >>> {name: round(amplitude, 8) for name, amplitude in edges(chain).items()}
     {'at_rest': 0.00058209, 'no_lasting_creep': 0.00048507, 'locked_ends': 0.00101865}
     """
-    parameters, amplitudes = chain.parameters(), {}
+    parameters, clean = chain.parameters(), chain.sigma_mu == 0
     if chain.n < 2:
         return {}
-    clean = chain.sigma_mu == 0
-
-    def rests(name: str) -> float:
-        held = chain.l0, chain.tan_alpha, chain.each(name), chain.end_forces, chain.expansion
-        try:
-            return float(at_rest_amplitude(*held))
-        except ValueError:
-            return math.nan
-
-    if clean and not math.isnan(at_rest := rests("mu_s")):
-        amplitudes["at_rest"] = at_rest
-    if chain.unlike:  # Melan's bound is that of rest, with mu_d
-        least = rests("mu_d")
-        return amplitudes | {"no_lasting_creep": 0.0 if math.isnan(least) else least}
-    (amplitudes["no_lasting_creep"],) = law_values(no_lasting_creep_amplitude, parameters)
-    if clean:
+    at_rest, least = (rest_edge(parameters, name) for name in ("mu_s", "mu_d"))
+    amplitudes = {"at_rest": at_rest} if clean and not math.isnan(at_rest) else {}
+    # Melan's bound is that of rest, with mu_d
+    amplitudes["no_lasting_creep"] = 0.0 if math.isnan(least) else least
+    if clean and not chain.unlike:
         (amplitudes["locked_ends"],) = law_values(locked_ends_amplitude, parameters)
     return amplitudes
+
+
+def rest_edge(parameters: Mapping[str, Number], name: str) -> float:
+    """Return `at_rest_amplitude` of a chain with the coefficients `name`; nan: it never rests."""
+    value, shared = parameters[name], ("end_forces", "expansion")
+    held = value if isinstance(value, list | tuple) else [value] * int(parameters["n"])
+    more = {key: parameters[key] for key in shared if key in parameters}
+    try:
+        return float(at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], held, **more))
+    except ValueError:
+        return math.nan

@@ -38,10 +38,10 @@ EXACTLY = rules(lambda x, slack: (sign_of(x), False))
 
 
 Ask = Callable[..., Any]
-"""Asks a rule about one slider or two (from 0), with the numbers of the rule."""
+"""Asks a rule, with the numbers of the rule."""
 
 
-def _answered(_: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
+def _answered(told: Callable[..., tuple[Any, bool]], *of: Any) -> Any:
     return told(*of)[0]
 
 
@@ -345,21 +345,21 @@ def lone_event(
     pull = direction * flow.forces[n] - flow.friction[n]
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
-    if from_rest and ask((n,), rules.leaves, pull, True, 0):
+    if from_rest and ask(rules.leaves, pull, True, 0):
         return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),))
     root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
     longest = (pull + root) / w2
     rooms = {}
     for m in beside:
         room = thresholds[m] - direction * flow.forces[m]
-        lacks = ask((m,), rules.is_before, zero, room, 0)
+        lacks = ask(rules.is_before, zero, room, 0)
         rooms[m] = room if lacks else zero
-    early = [m for m in beside if ask((m,), rules.is_before, rooms[m], longest, 0)]
+    early = [m for m in beside if ask(rules.is_before, rooms[m], longest, 0)]
     if not early:
         time = (flint.arb.pi() - _phase(speed * w, pull)) / w
         return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
-        order = ask((*early,), rules.order, *rooms.values(), 0)
+        order = ask(rules.order, *rooms.values(), 0)
         early = early if order == 0 else early[:1] if order < 0 else early[1:]
     way = rooms[early[0]]
     if bool(way == 0):
@@ -400,7 +400,7 @@ def lone_slips(
         return None
     pulls = {n: int(flow.signs[n]) * flow.forces[n] - flow.friction[n] for n in moving}
     zero = number(0)
-    idle = [n for n in moving if ask((n,), rules.leaves, pulls[n], True, 0)]
+    idle = [n for n in moving if ask(rules.leaves, pulls[n], True, 0)]
     if idle:
         return FirstEvent(zero, tuple(idle), (), ())
     w2 = stiffnesses[moving[0]]
@@ -412,7 +412,7 @@ def lone_slips(
         for m in beside[n]:
             pushes[m] = pushes.get(m, 0) + ways[n]
     for m, push in pushes.items():
-        if ask((m,), rules.start_direction, flow.forces[m] + push, thresholds[m], 0):
+        if ask(rules.start_direction, flow.forces[m] + push, thresholds[m], 0):
             return None
     time = flint.arb.pi() / flow.arithmetic.sqrt(number(w2))
     shifts = tuple((n, [ways[n]], [zero]) for n in moving)

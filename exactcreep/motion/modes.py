@@ -226,7 +226,7 @@ def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
 
 @dataclass(eq=False)
 class ModalPiece:
-    """The motion between two events, in closed form (a `Piece` of a `Solution`).
+    """The motion between two events, in closed form (a piece of a `Solution`).
 
     It stores displacements since `initial`, from slider `first` on.
     """
@@ -367,12 +367,8 @@ class Flow:
 
 def loads_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:
     """Return the weight of each slider along the incline, plus the end forces."""
-    loads: NDArray[Any] = arithmetic.zeros(chain.n)
-    loads = loads + arithmetic.times_cosine(chain, chain.tan_alpha)
-    for end, force in zip((0, -1), chain.end_forces, strict=True):
-        if force:
-            loads[end] = loads[end] + arithmetic.number(force)
-    return loads
+    weight, number = arithmetic.times_cosine(chain, chain.tan_alpha), arithmetic.number
+    return arithmetic.vector(weight + number(chain.pull(n)) for n in range(chain.n))
 
 
 def frictions_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:

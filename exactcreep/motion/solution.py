@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,17 +34,6 @@ class Motion(NamedTuple):
     forces: NDArray[Any]
 
 
-class Piece(Protocol):
-    """The motion between two successive events, in closed form."""
-
-    t_min: Any
-    t_max: Any
-
-    def __call__(self, t: Any) -> Motion:
-        """Return the motion at the time `t` (since the start of the rearrangement), shape (n,)."""
-        ...
-
-
 class Solution:
     """The motion of a rearrangement: a sequence of pieces, each exact.
 
@@ -59,8 +48,9 @@ class Solution:
 
     Attributes
     ----------
-    pieces : tuple of Piece
-        ``pieces[i]`` holds from event i to event i + 1; made on demand.
+    pieces : tuple of callable
+        ``pieces[i](t)`` is the `Motion` from event i to event i + 1, at the times `t_min` and
+        `t_max` of the piece; made on demand.
     ts : ndarray, shape (len(pieces) + 1,)
         The times that separate them.
     t_min, t_max : number
@@ -77,7 +67,7 @@ class Solution:
 
     @refusing
     def __init__(
-        self, make: Callable[[], Sequence[Piece]], at_rest: Motion, times: Sequence[Scalar]
+        self, make: Callable[[], Sequence[Any]], at_rest: Motion, times: Sequence[Scalar]
     ) -> None:
         self._make, self._at_rest = make, at_rest
         self.ts = np.array(times)
@@ -91,11 +81,11 @@ class Solution:
         )
 
     @cached_property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[Any, ...]:
         """The motion from each event to the next, made on demand."""
         return tuple(self._make())
 
-    def piece_at(self, t: Scalar) -> Piece:
+    def piece_at(self, t: Scalar) -> Any:
         """Return the piece that holds at a time; at an event, the piece that begins there.
 
         Parameters
@@ -105,8 +95,8 @@ class Solution:
 
         Returns
         -------
-        Piece
-            Its own `t_min` and `t_max` are the events around it.
+        callable
+            Returns the `Motion` at a time; its own `t_min` and `t_max` are the events around it.
 
         Raises
         ------
@@ -151,4 +141,5 @@ class Solution:
     def _at(self, t: Scalar) -> Motion:
         if not self.pieces:
             return self._at_rest
-        return self.piece_at(t)(t)
+        motion: Motion = self.piece_at(t)(t)
+        return motion

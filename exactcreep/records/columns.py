@@ -15,7 +15,6 @@ from exactcreep.records.table import MISSING, RECIPE, CellError, Table, kind
 from exactcreep.records.times import Times, listed
 from exactcreep.records.words import (
     is_less,
-    is_mean,
     is_neutral,
     is_temperature,
     scale_of,
@@ -126,13 +125,7 @@ def _chosen(table: Table, times: Times) -> dict[str, str]:
             return {"minimum_column": table.names[low], "maximum_column": table.names[high]}
         if pairs:
             raise _unsure(table, found, "several pairs may be the day's", "minimum_column")
-    single = plain or found
-    if len(single) > 1:
-        now = [k for k in single if not is_mean(table.names[k])]
-        single = now if len(now) == 1 else single
-    if len(single) > 1:
-        single = _same(table, single)
-    if len(single) > 1:
+    if len(single := _same(table, plain or found)) > 1:
         raise _unsure(table, single, "several may be the temperature", "temperature_column")
     return {"temperature_column": table.names[single[0]]}
 

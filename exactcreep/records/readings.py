@@ -210,11 +210,8 @@ class Readings:
         off = np.stack([_distance(column) for column in columns.T], axis=1)
         limit = np.maximum(FAR, OFTEN_FAR * np.nanquantile(off, 0.9, axis=0, method="lower"))
         far = (off > limit).ravel()
-        extreme = (values < COLDEST) | (values > ROOFS)
         if COLDEST < np.median(known) < ROOFS:
-            far |= values > 2 * ROOFS
-            if len(np.unique(values[extreme])) <= max(1, len(values) // 50):
-                far |= extreme
+            far |= (values < 2 * COLDEST) | (values > 2 * ROOFS)
         coded = np.array([_is_code(entry, self.decimal) for entry in entries], bool)
         others = values[~coded & np.isfinite(values)]
         if others.size and coded.any():  # a number for missing, 15 K beyond all others

@@ -57,10 +57,6 @@ def usual_step(steps: Floats) -> float:
     return np.inf if few else float(np.quantile(steps, 0.9, method="lower"))
 
 
-def _monotonic(values: Floats) -> bool:
-    return newest_first(values) or newest_first(-values)
-
-
 def _even(seconds: Floats) -> bool:
     """Return whether times increase, or decrease, without a gap."""
     steps = np.diff(seconds if seconds[-1] > seconds[0] else seconds[::-1])
@@ -185,9 +181,7 @@ def _columns_of(table: Table, date_format: str) -> list[int]:
         return [*year.values()]
     timed = [k for k in places if table.named and is_time(names[k])]
     epochs = [k for k in places if _epoch(names[k], table.sample[k])]
-    growing = [k for k in timed if _monotonic(_numbers(table.sample[k]))
-               and not (is_temperature(names[k]) and len(names) == 2 and k)]  # fmt: skip
-    if not (found := [*epochs, *growing, *timed]):
+    if not (found := [*epochs, *timed]):
         raise _unfound(table, "no column has dates" if table.named else "the file names no columns")
     return found[:1]
 
@@ -296,10 +290,6 @@ def _read(
         different.setdefault(found.tobytes(), written)
     if len(different) > 1:
         even = [written for written in different.values() if _even(whole[written])]
-        about = table.about[table.names.index(name)]
-        for way, order in (("%d", r"\bdd?\W?mm?\b"), ("%m", r"\bmm?\W?dd?\b")):
-            if re.search(order, about, re.I):
-                even = [written for written in different.values() if written.startswith(way)]
         if len(even) != 1:
             either = " or ".join(
                 f'"{each}" ({_day(whole[each][0])} to {_day(whole[each][-1])})'

@@ -114,11 +114,6 @@ def statistic_of(name: str) -> tuple[str, str]:
     return kind, f"{rest} temp" if re.search("temp|気温", own[0]) else rest
 
 
-def is_mean(name: str) -> bool:
-    """Return whether a name is that of a mean."""
-    return _any(words_of(name), _OF["mean"])
-
-
 def unit_of(text: str) -> str:
     """Return the unit in a text: "C", "F", "K", "CF" if there are two, or ""."""
     found = "".join(unit for unit, each in (("C", _C), ("F", _F), ("K", _K)) if each.search(text))

@@ -27,7 +27,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -112,8 +112,8 @@ def _bounds(uphill: Sequence[float], downhill: Sequence[float]) -> list[list[flo
 
 
 def _nearest_at_rest(
-    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
-) -> list[Any]:
+    tensions: Sequence[float], uphill: Sequence[float], downhill: Sequence[float]
+) -> list[float]:
     """Return the nearest tensions with ``-uphill_n <= T_n - T_(n-1) <= downhill_n``.
 
     Nearest means the least elastic energy ``sum (T_n - given_n)^2 / 2``, with T_0 = T_N = 0. This
@@ -122,7 +122,7 @@ def _nearest_at_rest(
     to spring its two halves, left and right of the root, move apart by the two bounds. Takes N^2
     steps.
     """
-    places = slopes = np.array([uphill[0] - uphill[0]])
+    places = slopes = np.zeros(1)
     best = [places[0]]
     for tension, fall, rise in zip(tensions, uphill, downhill, strict=False):
         k = int((slopes < 0).sum())
@@ -143,33 +143,27 @@ def _nearest_at_rest(
 
 
 def _brought_to_rest(
-    tensions: Sequence[Any], uphill: Sequence[Any], downhill: Sequence[Any]
-) -> tuple[list[Any], list[Any], Any]:
+    tensions: NDArray[np.float64], uphill: Sequence[float], downhill: Sequence[float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Return the tensions at which friction holds the chain, and the displacements to them.
 
     `uphill` is ``b + s`` and `downhill` ``b - s`` of each slider, with its sliding friction b and
     its weight s including an end force: the most that the tension may fall or rise from spring to
     spring. If every slider moves (those at -b uphill, those at +b downhill), the balance of forces
-    does not fix the place of the whole chain. The third result is the range of places (else zero),
-    and the chain ends `_SHARE` of it further up.
+    does not fix the place of the whole chain, which ends `_SHARE` of the range further up. The
+    third result is whether there is such a range.
     """
-    zero = uphill[0] - uphill[0]
-    nearest = _nearest_at_rest(tensions, uphill, downhill)
-    x = [zero]
-    for tension, reached in zip(tensions, nearest, strict=True):
-        x.append(x[-1] + (reached - tension))
-    steps = [after - before for before, after in pairwise([zero, *nearest, zero])]
-    rooms = [
-        (step + fall, rise - step) for step, fall, rise in zip(steps, uphill, downhill, strict=True)
-    ]
-    margins = [min(room) for room in rooms]
-    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits rests
-    if not max(margins) > 0:
-        falls = [low > high for low, high in rooms]
-        anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
-        room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
-        anchor = anchor + room * _SHARE
-    return nearest, [v - anchor for v in x], room
+    nearest = np.array(_nearest_at_rest(tensions.tolist(), uphill, downhill))
+    x = np.append(0.0, np.cumsum(nearest - tensions))
+    steps = np.diff(nearest, prepend=0.0, append=0.0)
+    falls, rises = steps + uphill, downhill - steps
+    margins = np.minimum(falls, rises)
+    anchor, room = x[margins.argmax()], 0.0  # a slider inside its limits rests
+    if not margins.max() > 0:
+        fell = falls > rises
+        room = x[fell].min() - x[~fell].max()
+        anchor = x[~fell].max() + room * _SHARE
+    return nearest, x - anchor, bool(room)
 
 
 def tension_bounds(chain: Chain, coefficient: str = "mu_d") -> NDArray[np.float64]:
@@ -192,8 +186,7 @@ class _Configuration(NamedTuple):
     carry: NDArray[np.float64]  # rounding error of x
     sliding: NDArray[np.int8]
     slips: NDArray[np.int64]  # in this half-cycle
-    # extension of the shared spring, half-cycles with such an extension, starts, stops
-    totals: NDArray[np.float64]
+    counts: NDArray[np.int64]  # half-cycles that extend a shared spring, starts, stops
 
 
 @register_jitable
@@ -204,37 +197,24 @@ def _ramp(way, place, ways, chain):
     below it. Two pivots share the extension of the spring between them.
     """
     row = 0 if way > 0 else 1
-    bounds = ways.bounds[row]
     above, below = ways.pivots[row, 0], ways.pivots[row, 1]
-    extension, last = chain.extension, chain.x.size - 1
-    shared = 0.0
+    pushed = ways.bounds[row] + place
+    change = way * np.maximum(way * (pushed - chain.extension), 0.0)
+    chain.extension[:] = np.where(change != 0, pushed, chain.extension)
+    shift = np.zeros(chain.x.size)
+    shift[below + 1 :] = np.cumsum(change[below:])
+    shift[:above] = -np.cumsum(change[:above][::-1])[::-1]
     if below > above:
-        change = bounds[above] + place - extension[above]
-        if (change if way > 0 else -change) > 0:
-            extension[above] = bounds[above] + place
-            shared = change
-    for side in (1, -1):
-        slider = below if side > 0 else above
-        shift = side * _SHARE * shared
-        while 0 <= slider <= last:
-            if shift != 0:
-                total = chain.x[slider] + shift
-                chain.carry[slider] += (chain.x[slider] - total) + shift
-                chain.x[slider] = total
-                if chain.sliding[slider] == 0:
-                    chain.sliding[slider] = 1
-                    chain.slips[slider] += 1
-                    chain.totals[2] += 1
-            spring = slider if side > 0 else slider - 1
-            if 0 <= spring < last:
-                change = bounds[spring] + place - extension[spring]
-                if (change if way > 0 else -change) > 0:
-                    extension[spring] = bounds[spring] + place
-                    shift = shift + side * change
-            slider += side
-    if shared != 0:
-        chain.totals[0] += abs(shared)
-        chain.totals[1] += 1
+        shift[below:] += _SHARE * change[above]
+        shift[: above + 1] -= _SHARE * change[above]
+        chain.counts[0] += change[above] != 0
+    total = chain.x + shift
+    chain.carry[:] += (chain.x - total) + shift
+    chain.x[:] = total
+    starts = (shift != 0) & (chain.sliding == 0)
+    chain.sliding[starts] = 1
+    chain.slips[starts] += 1
+    chain.counts[1] += starts.sum()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -244,32 +224,19 @@ def _follow(places, start, way, ways, chain, rows):
     place = start
     for q in range(places.size):
         chain.slips[:] = 0
-        turn = 0
-        if places[q] > place:
-            turn = 1
-        elif places[q] < place:
-            turn = -1
+        turn = int(np.sign(places[q] - place))
         place = places[q]
         if turn != 0:
             if turn != way:
-                for k in range(n):
-                    if chain.sliding[k] != 0:
-                        chain.totals[3] += 1
-                        chain.sliding[k] = 0
+                chain.counts[2] += chain.sliding.sum()
+                chain.sliding[:] = 0
             way = turn
             _ramp(way, place, ways, chain)
-        total = 0.0
-        rest = 0.0
-        for k in range(n):
-            total += chain.x[k]
-            rest += chain.carry[k]
-        rows.x_G[q] = (total + rest) / n
+        rows.x_G[q] = (chain.x.sum() + chain.carry.sum()) / n
         if len(rows.x) > 0:
-            for k in range(n):
-                rows.x[q, k] = chain.x[k] + chain.carry[k]
+            rows.x[q] = chain.x + chain.carry
         if len(rows.tension) > 0:
-            for k in range(n - 1):
-                rows.tension[q, k] = chain.extension[k] - place
+            rows.tension[q] = chain.extension - place
         if len(rows.slips) > 0:
             rows.slips[q, :] = chain.slips
     return way
@@ -292,12 +259,12 @@ class SlidingSimulation(Simulation):
             np.array([[sliders[0] - 1, sliders[-1] - 1] for sliders in resting]),
         )
         tensions, x = state.tensions.astype(float), state.displacements.astype(float)
-        left_open = 0.0
+        left_open = False
         forces = np.diff(tensions, prepend=0.0, append=0.0)
         slack = 4 * np.spacing(max([*abs(tensions), *uphill, *downhill]))
         if np.any(forces > np.add(downhill, slack)) or np.any(forces < -np.add(uphill, slack)):
-            reached, shift, left_open = _brought_to_rest(tensions.tolist(), uphill, downhill)
-            tensions, x = np.array(reached, dtype=float), x + np.array(shift)
+            tensions, shift, left_open = _brought_to_rest(tensions, uphill, downhill)
+            x = x + shift
             self._relaxed = True
         self._chain = _Configuration(
             extension=tensions + self._l0 * self._theta,
@@ -305,15 +272,15 @@ class SlidingSimulation(Simulation):
             carry=np.zeros(n),
             sliding=np.zeros(n, dtype=np.int8),
             slips=np.zeros(n, dtype=np.int64),
-            totals=np.array([left_open, float(left_open != 0), 0.0, 0.0]),
+            counts=np.array([left_open, 0, 0], dtype=np.int64),
         )
         if start.unrounded is not None:
             self._go_on(start.unrounded)
-            self._chain.slips[:] = self._chain.totals[:] = 0
+            self._chain.slips[:] = self._chain.counts[:] = 0
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
+        gave_way, starts, stops = self._chain.counts.tolist()
         return Tally(events=starts + stops, slips=starts, undecided=gave_way)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
@@ -365,19 +332,15 @@ class SlidingSimulation(Simulation):
         self._go_on(snapshot["unrounded"])
 
     def report(self) -> dict[str, Any]:
-        """Return the pivots, and if the limit is not unique its range.
-
-        ``x_G_low`` and ``x_G_high``: x_G now if the pivot had always been the one with the least,
-        or the most, motion downhill. `laws.prediction` has both velocities.
-        """
-        pivots, unique = _resting(self.chain).dilation, self.tally.undecided == 0
-        report = {"start_relaxed": self._relaxed, "pivots": list(pivots), "unique": unique}
-        if not unique:
-            x_g = float((self._chain.x + self._chain.carry).mean())
-            open_part = float(self._chain.totals[0])
-            report["x_G_low"] = low = x_g - _SHARE * open_part
-            report["x_G_high"] = low + open_part
-        return report
+        """Return the pivots, and whether the limit is unique."""
+        chain = self.chain
+        return {
+            "arithmetic": "float64",
+            "static_excess_left_out": chain.mu_s != chain.mu_d or chain.sigma_mu > 0,
+            "start_relaxed": self._relaxed,
+            "pivots": list(_resting(chain).dilation),
+            "unique": self.tally.undecided == 0,
+        }
 
 
 @dataclass(frozen=True)

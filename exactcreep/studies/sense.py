@@ -25,12 +25,11 @@ _BALANCED = "`survival` counts the starts that creep one way or the other"
 
 
 class Asked(NamedTuple):
-    """One of `QUESTIONS` about a chain, at an amplitude or in cycle `after`."""
+    """One of `QUESTIONS` about a chain, of a fate at an amplitude."""
 
     chain: Chain
     question: str
     amplitude: Fraction = Fraction(0)
-    after: int | None = None
 
     @property
     def slips_in_half_cycle(self) -> float:
@@ -118,9 +117,7 @@ CASES = (
 )  # fmt: skip
 
 
-def require_sense(
-    chain: Any, question: str, amplitude: Fraction = Fraction(0), after: int | None = None
-) -> None:
+def require_sense(chain: Any, question: str, amplitude: Fraction = Fraction(0)) -> None:
     """Raise `InputError` for the first of `CASES` that applies to one of `QUESTIONS`."""
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
@@ -129,7 +126,7 @@ def require_sense(
     require_uniform(chain.parameters(), f"the {question} of a chain", takes)
     if question in _LIVES and chain.slides and chain.mu_s != chain.mu_d:
         require_slips(chain, chain.rates)
-    on = Asked(chain, question, amplitude, after)
+    on = Asked(chain, question, amplitude)
     for case in CASES:
         if question in case.questions and case.applies(on):
             field = on.driving if case.field == "driving" else case.field

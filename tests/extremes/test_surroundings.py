@@ -17,7 +17,6 @@ import pytest
 from exactcreep import Chain, Cycles, Drive, GaussianSteps, Outcome, creep, fate, threshold
 from tests.conftest import Command
 from tests.paper import paper_chain
-from tests.processes import finished
 
 THREE = paper_chain(3)
 QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
@@ -111,60 +110,3 @@ def test_text_of_a_scene_reaches_the_terminal_without_control_characters(
         assert "defect" not in told.err
         assert not set(HOSTILE) - set(string.printable) & set(told.out + told.err), words
     ElementTree.parse(picture)  # control characters would not be XML
-
-
-_SOAK = """
-import os, resource, sys, time, warnings
-from pathlib import Path
-from exactcreep import Chain, Creep, Cycles, InputError, creep, load_scene, sweep
-
-folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
-os.chdir(folder)
-there, past = time.time, [0.0]
-
-
-def set_back():
-    past[0] += 3600
-    return there() - past[0]
-
-
-time.time = set_back  # as if somebody set the clock back, again and again
-chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-scene = load_scene("two-sliders-cycles")
-scene = scene.with_settings({"drive.cycles": 20, "vary.run.seed": [1, 2]})
-whole, grid = creep(chain, Cycles("0.002", 40), record=("x", "events")), sweep(scene)
-seen = []
-for turn in range(rounds):
-    run = dict(chain=chain, drive=Cycles("0.002", 40), record=("x", "events"),
-               checkpoint="a.ckpt", every=0)
-    part = creep(**run, max_events=100 * (turn % 9), force=True)
-    result = creep(**run)
-    assert result == whole
-    result.save("a.nc", force=True)
-    assert Creep.load("a.nc") == whole
-    assert sweep(scene, out="grid").identical(grid)
-    for write in (result.save, lambda path: creep(chain, Cycles("0.002", 4), checkpoint=path)):
-        try:
-            write("/proc/exactcreep.file")  # where not even root can write
-        except InputError as error:
-            assert "cannot be" in str(error) or "can be written" in str(error), error
-        else:
-            raise AssertionError("written")
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    seen.append((most, len(os.listdir("/proc/self/fd"))))
-memory, files = zip(*seen)
-assert files[-1] == files[1], files
-assert memory[-1] - memory[len(memory) // 4] < 30_000, memory  # kB
-print(sorted(path.name for path in folder.iterdir()), memory[0], memory[-1])
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs Linux")
-def test_hundreds_of_turns_leak_neither_memory_nor_files_and_change_nothing(tmp_path: Path) -> None:
-    """Some two minutes, with the clock set back all the time and no room for temporary files."""
-    nowhere = "/proc/nowhere"
-    words = (sys.executable, "-c", _SOAK, str(tmp_path), "300")
-    done = finished(*words, patience=None, TMPDIR=nowhere)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("['a.ckpt', 'a.nc', 'grid'] ")

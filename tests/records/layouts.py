@@ -251,7 +251,18 @@ hours("excel_serial_days", "Date,Temp", lambda k, h: f"{48000 + k / 24:.6f},{T[k
 hours("dew_first", "time,Dew Point Temperature,Wet Bulb Temperature,Temperature",
       lambda k, h: f"{h:%Y-%m-%dT%H:%M},{DEW[k]},{DEW[k] + 1:.1f},{T[k]}")
 hours("tenths_in_name", "time,temp_tenths_of_degC", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{tenths(T[k])}")
-hours("another_table_below", "time,temp", lambda k, h: f"{h:%Y-%m-%dT%H:%M},{T[k]}", "\n".join(["end,of"] * 41), needs="time = ")
+hours("rain_in_inches", "time,temp,rain (in)",
+      lambda k, h: f"{h:%Y-%m-%dT%H:%M},{fahrenheit(T[k])},0.0", needs="unit", given={"unit": "F"})
+hours("influx_annotated", "#group,false,false,true,true,false,false,true,true\n#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n#default,_result,,,,,,,\n,result,table,_start,_stop,_time,_value,_field,_measurement",
+  lambda k,h: f",,0,2031-06-01T00:00:00Z,2031-06-03T00:00:00Z,{h:%Y-%m-%dT%H:%M:%S}Z,{T[k]},temperature,roof", needs="_column", given={"time_column":"_time","temperature_column":"_value"})
+hours("aligned_decimal_commas", "date hour temp hum",
+      lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
+hours("text_in_the_last_cell", "time,temperature,status",
+      lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == 47 else T[k]},ok", missing=1)
+hours("lcd_v1", '"STATION","DATE","REPORT_TYPE","HourlyDewPointTemperature","HourlyDryBulbTemperature","HourlyRelativeHumidity","HourlyWetBulbTemperature"',
+      lambda k, h: f'"72505394728","{h:%Y-%m-%dT%H:%M:%S}","FM-15","{round(fahrenheit(DEW[k]))}","{round(fahrenheit(T[k]))}","{RH[k]}","{round(fahrenheit(T[k])) - 4}"', needs="unit", given={"unit": "F"}, near=0.3)
+hours("utc_and_local", "time local,time UTC,temp",
+      lambda k, h: f"{(h + timedelta(hours=2)):%Y-%m-%d %H:%M},{h:%Y-%m-%d %H:%M},{T[k]}")
 add("one_day_ambiguous", lambda: written("time,temp", [f"{h:%d/%m/%Y %H:%M},{t}" for h, t in zip(HOURS[:24], T, strict=False)], readings=24,
     last=HOURS[23], low=min(T[:24]), high=max(T[:24]), needs="date_format", given={"date_format": "%d/%m/%Y %H:%M"}))
 add("twelve_days_ambiguous", lambda: written("date,temp", [f"{d:%m/%d/%Y},{t}" for d, t in zip(DAYS[:12], HIGH, strict=False)], readings=12,
@@ -283,6 +294,8 @@ for place, words in enumerate(("unavailable,unavailable,error", "sensor restart,
 
 LONG = [BEGIN + timedelta(hours=k) for k in range(480)]
 LONG_T = [T[k % 48] for k in range(480)]
+add("another_table_below", lambda: written("time,temp", [f"{h:%Y-%m-%dT%H:%M},{LONG_T[k]}" for k, h in enumerate(LONG)],
+    "\n".join(["end,of"] * 41), needs="time = "))
 
 
 def coded(

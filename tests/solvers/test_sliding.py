@@ -43,7 +43,7 @@ def threshold_of(chain: Chain) -> Fraction:
 def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(
     n: int, tan_alpha: Fraction, mu_d: Fraction
 ) -> None:
-    """Where two sliders may be the pivot both velocities are told, and the run has their mean."""
+    """Where two sliders may be the pivot the law has two velocities, and the run their mean."""
     chain = chain_of(n, tan_alpha, mu_d)
     threshold, halves = threshold_of(chain), 59_996
     for factor in (Fraction(99, 100), 1, Fraction(101, 100), 17):
@@ -60,11 +60,6 @@ def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(
             continue  # floats cannot tell the threshold itself from what is just above it
         open_ = len(found) > 1 and factor > 1
         assert (simulation.evidence is Evidence.UNDECIDED) == open_
-        if open_:
-            report = simulation.report()
-            ends = report["x_G_low"], report["x_G_high"]
-            assert sum(ends) / 2 == pytest.approx(recorded["x_G"][-1], rel=1e-13)
-            assert ends[1] - ends[0] == pytest.approx(60_000 * float(found[0] - found[1]), rel=1e-3)
 
 
 @pytest.mark.parametrize("slope", [Fraction(1, 4), Fraction(23, 100)])
@@ -109,7 +104,17 @@ def test_any_path_from_any_start_minimises_energy_and_dissipation_step_by_step()
     assert 5 < relaxed < 35
 
 
-def test_between_two_possible_pivots_of_a_differing_chain_both_velocities_are_given() -> None:
+def test_a_start_whose_sliders_all_move_ends_in_the_middle_of_where_it_may_rest() -> None:
+    """Sliders 1 and 2 go down, slider 3 up: x is [0, -2.5, -6.5], and 2.5 to 6.5 more."""
+    chain = Chain(3, 10, ["0.5", "0.5", "1"], ["0.5", "0.5", "1"], tan_alpha=0)
+    start = State.prepared(chain, [3, 5])
+    simulation = Sliding().simulation(chain, start, 0, ("x_G",))
+    assert simulation.state().tensions == pytest.approx([0.5, 1])
+    assert simulation.state().displacements == pytest.approx([4.5, 2, -2])
+    assert simulation.evidence is Evidence.UNDECIDED
+
+
+def test_with_two_possible_pivots_a_differing_chain_creeps_between_the_two_laws() -> None:
     """Friction 3, 1, 2 and no pull: sliders 1 and 2 share a spring, as do those mirrored."""
     chain = Chain(3, 10, [3, 1, 2], [3, 1, 2], tan_alpha=0)
     simulation, recorded = simulate(chain, Cycles(2, 6))

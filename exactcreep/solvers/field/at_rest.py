@@ -74,8 +74,6 @@ class ChainAtRest(ABC):
         Uncertainty of their rooms relative to forces: 1/|rate|, rounded up.
     rules : Rules
         Over the numbers of this chain.
-    asked : tuple of int
-        The slider in question, and the slider that it is compared with.
     """
 
     def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
@@ -84,7 +82,6 @@ class ChainAtRest(ABC):
         self.assume = assume
         self.contacts = Contacts(self.chain, self.seed)
         self.rules = rules(self._sign)
-        self.asked: tuple[int, ...] = ()
         self.stretch: float = 1  # uncertainty of a number relative to a force
         self.field = CosineField(self.chain.tan_alpha)
         times_cosine, rational = self.field.times_cosine, self.field.rational
@@ -165,15 +162,12 @@ class ChainAtRest(ABC):
             return 0, True
         return sign, False
 
-    def ask(
-        self, asked: tuple[int, ...], told: Callable[..., tuple[Any, bool]], *of: Any,
-        stretch: float = 1,
-    ) -> Any:  # fmt: skip
+    def ask(self, told: Callable[..., tuple[Any, bool]], *of: Any, stretch: float = 1) -> Any:
         """Return the answer of a rule, and count it if it is in doubt.
 
         `stretch` is the uncertainty of the numbers relative to forces.
         """
-        self.asked, self.stretch = asked, stretch
+        self.stretch = stretch
         answer, doubt = told(*of)
         self.rest.tally.undecided += doubt
         return answer
@@ -191,7 +185,7 @@ class ChainAtRest(ABC):
             lacking = (self.thresholds - abs(rest.forces)).tolist()
             near = [n for n, room in enumerate(lacking) if not room > 0]
             told = self.rules.start_direction
-            ways = [(n, self.ask((n,), told, rest.forces[n], self.thresholds[n], 0)) for n in near]
+            ways = [(n, self.ask(told, rest.forces[n], self.thresholds[n], 0)) for n in near]
             starts = [(n, way) for n, way in ways if way]
             if starts:
                 self._set_off(starts, ramped=False)
@@ -220,9 +214,8 @@ class ChainAtRest(ABC):
             sign, order = EXACTLY.driven(rate, way)[0], -1
             room = self.room(n, sign)
             if starts:
-                pair = n, starts[0][0]
-                stretch = max(self.stretches[k] for k in pair)
-                order = self.ask(pair, self.rules.order, room, nearest, 0, stretch=stretch)
+                stretch = max(self.stretches[n], self.stretches[starts[0][0]])
+                order = self.ask(self.rules.order, room, nearest, 0, stretch=stretch)
             if order < 0:
                 nearest, starts = room, []
             if order <= 0:
@@ -243,7 +236,7 @@ class ChainAtRest(ABC):
         """Whether sliders that lack `room` start before `target`."""
         stretch = max(self.stretches[n] for n, _ in starts)
         told, reach = self.rules.is_before, self._reach(way, target)
-        return bool(self.ask((), told, room, reach, 0, stretch=stretch))
+        return bool(self.ask(told, room, reach, 0, stretch=stretch))
 
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
         """Change ``l0 theta`` by `room` in direction `way`, to `target` if that is given."""

@@ -173,8 +173,7 @@ class ChainIntegrator(ChainAtRest):
 
         def test(n: int) -> None:
             of = flow.forces[n], self.thresholds[n], ways[n], 0
-            asked = partial(self.ask, (n,), self.rules.reversal, *of)
-            if turned := self.steadily(asked):
+            if turned := self.steadily(partial(self.ask, self.rules.reversal, *of)):
                 starts[n] = turned
 
         if stops:

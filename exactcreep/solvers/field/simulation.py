@@ -93,20 +93,13 @@ def require_digits(mechanics: ChainIntegrator, digits: int) -> None:
 
 
 def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
-    """Return radius, digits and bits lost of a calculation in balls."""
-    arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
+    """Return the radius and the digits of a calculation in balls, and whether it is exact."""
+    places = mechanics.state().displacements.tolist()
     radii = [0.0 if x.is_exact() else math.nextafter(float(x.rad()), math.inf) for x in places]
-    largest = max(radii)
     relative = max(r / (1 + abs(float(x.mid()))) for r, x in zip(radii, places, strict=True))
-    lost = 0.0
-    if largest > 0:
-        mantissa, exponent = max(places, key=lambda x: x.rad()).rad().man_exp()
-        lost = max(arithmetic.bits + float(exponent) + math.log2(int(mantissa)), 0.0)
     return {
-        "largest_radius": largest,
+        "largest_radius": max(radii),
         "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
-        "bits_lost": lost,
-        "bits_lost_per_event": lost / max(mechanics.tally.events, 1),
         "exact_in_q_c": mechanics.rest.exact,
     }
 
@@ -378,7 +371,7 @@ class CertifiedSimulation(Simulation):
         self.anchor, self.anchor_target = snapshot["anchor"], snapshot["anchor_target"]
 
     def report(self) -> dict[str, Any]:
-        """Return precision, enclosure radius, bits lost, ties assumed and work counts."""
+        """Return precision, enclosure radius, digits left and work counts."""
         with self.mechanics.arithmetic.active():
             certified = certificate(self.mechanics)
         return mechanics_report(self.mechanics) | certified | {"restarts": self.restarts}

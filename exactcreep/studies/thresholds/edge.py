@@ -31,6 +31,9 @@ class CreepEdge(Threshold):
     digits: int
     solver: str
     compare: str
+    law_seuil: str | None
+    law_corrected: str | None
+    law_two_sliders: str | None
     lower: str | None = None
     upper: str | None = None
     evidence: Evidence = Evidence.UNDECIDED
@@ -41,21 +44,6 @@ class CreepEdge(Threshold):
     scanned: bool = False
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
-
-    @property
-    def law_seuil(self) -> str | None:
-        """N m/(2 l0) of Eq. 22 as a decimal; h/l0 of `differing_intercept` if sliders differ."""
-        return laws_beside(self.chain, self.digits)["law_seuil"]
-
-    @property
-    def law_corrected(self) -> str | None:
-        """(N m + D)/(2 l0) as a decimal: Eq. 22 corrected, see `laws.onset_amplitude`."""
-        return laws_beside(self.chain, self.digits)["law_corrected"]
-
-    @property
-    def law_two_sliders(self) -> str | None:
-        """``(mu_s c - s)/l0`` of two relaxed sliders, c = cos(alpha), s = |sin(alpha)|, or None."""
-        return laws_beside(self.chain, self.digits)["law_two_sliders"]
 
     @property
     def what(self) -> str:
@@ -78,16 +66,8 @@ class CreepEdge(Threshold):
         return f"{where}, the {which} of a scan in float64"
 
     _told = (
-        "kind",
-        "lower",
-        "upper",
-        "cycles",
-        "digits",
-        "solver",
-        "evidence",
-        "direction",
-        "report",
-    )
+        "kind", "lower", "upper", "cycles", "digits", "solver", "evidence", "direction", "report",
+    )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
         names = "lower upper evidence direction kind digits law_seuil solver reason"
@@ -140,7 +120,9 @@ def edge_of(
     else:
         search.find(span, every=edges)
         direction = search.sides[1].direction if search.sides else "none"
-    known = vars(search.edges[0]) if search.edges else {}
+    known: dict[str, Any] = {**laws_beside(chain, places)}
+    if search.edges:
+        known |= {name: vars(search.edges[0])[name] for name in ("lower", "upper", "evidence")}
     sensitive = getattr(question, "sensitive", ())
     return CreepEdge(
         chain=chain,
@@ -149,7 +131,7 @@ def edge_of(
         digits=places,
         solver="sliding" if chain.slides else "certified",
         compare=_compared(chain, after),
-        **{name: known[name] for name in ("lower", "upper", "evidence") if known},
+        **known,
         direction=direction,
         fates=(search.sides[0].fate, search.sides[1].fate) if search.sides and not after else None,
         sensitive=tuple(sorted(map(nearest_float, sensitive))),

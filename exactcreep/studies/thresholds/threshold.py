@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from exactcreep import laws
@@ -131,24 +133,23 @@ def threshold(
         raise InputError("kind", kind, "must be " + " or ".join(_KINDS))
     if after is not None:
         after = whole_number(after, "after", least=1, most=10**7)
-    own: dict[str, dict[str, Any]] = {
-        EDGE: {"after": after, "digits": digits, "low": low, "high": high, "bracket": bracket,
-               "edges": edges or None},
-        INTERCEPT: {"cycles": cycles, "fit": fit, "size": size, "seed": seed},
-    }  # fmt: skip
     rough = isinstance(chain, Chain) and chain.sigma_mu != 0
     chosen = kind or (INTERCEPT if rough else EDGE)
-    require_sense(chain, IN_CYCLE if after and chosen == EDGE else chosen, after=after)
+    require_sense(chain, IN_CYCLE if after and chosen == EDGE else chosen)
+    answer: Callable[..., Threshold] = intercept_of if chosen == INTERCEPT else edge_of
+    words: dict[str, Any] = {
+        "after": after, "digits": digits, "low": low, "high": high, "points": points,
+        "bracket": bracket, "edges": edges or None, "cycles": cycles, "fit": fit, "size": size,
+        "seed": seed,
+    }  # fmt: skip
+    given = {name: value for name, value in words.items() if value is not None}
     (other,) = {*_KINDS} - {chosen}
-    for name, value in own[other].items():
-        if value is not None:
-            why = ": with disorder no edge is sharp" if rough and not kind else ""
-            allowed = f"belongs to kind={other!r}, and this is an {chosen}{why}"
-            raise InputError(name, value, allowed)
-    given = {name: value for name, value in own[chosen].items() if value is not None}
-    given |= {} if points is None else {"points": points}
+    for name in given.keys() - signature(answer).parameters.keys():
+        why = ": with disorder no edge is sharp" if rough and not kind else ""
+        allowed = f"belongs to kind={other!r}, and this is an {chosen}{why}"
+        raise InputError(name, given[name], allowed)
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     if chain.n >= _LONG and (least := laws.edges(chain).get("no_lasting_creep")):
         theorem = f"no start creeps for ever below A = {least:.6g} (proved)"
         say("scan", 0, 1, "amplitudes", answer=theorem)
-    return (intercept_of if chosen == INTERCEPT else edge_of)(chain, limits, say, **given)
+    return answer(chain, limits, say, **given)

@@ -78,6 +78,9 @@ class Threshold(Result):
     law_seuil : str or float
         Eq. 22: N m/(2 l0), a decimal beside an edge. If friction or end forces differ: h/l0 of
         `laws.differing_intercept`.
+    law_corrected, law_two_sliders : str or None
+        Edge, as decimals: Eq. 22 corrected, see `laws.onset_amplitude`; and ``(mu_s c - s)/l0`` of
+        two relaxed sliders.
     lower, upper : str or None
         Edge. Decimals: the chain does not creep (not advance in the last cycle) at `lower`, and
         does at `upper`. If creep does not settle within `cycles`: the last amplitude of the scan at

@@ -89,7 +89,8 @@ def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own(
 def test_a_run_loses_few_bits_in_each_event():
     simulation, _ = followed(paper_chain(6), Cycles("0.003", 1), 15)
     assert simulation.tally.events > 100
-    assert simulation.report()["bits_lost_per_event"] < 0.2  # plain balls lose one or two
+    # 178 bits to begin with, of which plain balls lose one or two in each event
+    assert simulation.report()["digits_left"] > 38
 
 
 def test_lone_slips_stay_exact_for_ever():
@@ -97,7 +98,7 @@ def test_lone_slips_stay_exact_for_ever():
     simulation, stretch = followed(chain, Cycles("0.01", 5), 30)
     report = simulation.report()
     assert report["exact_in_q_c"]
-    assert report["bits_lost"] < 16
+    assert report["digits_left"] is None or report["digits_left"] > 65
     excess = simulation.mechanics.field.times_cosine(chain.mu_s - chain.mu_d)
     for x in simulation.mechanics.rest.displacements:  # a whole number of slips of 2D
         a, b = x.rationals()
