@@ -27,6 +27,7 @@ COMMANDS = {
 OPTIONS = {
     "--criterion": "exactcreep threshold takes --kind, and --after for the edge of a cycle",
     "--windows": "exactcreep threshold --edges lists every edge of the scan",
+    "--solver": "float64 answers first, and certified then proves it",
     "--mend": "mend the series in pandas, as the page Use my own temperature record shows",
     "--member": "name the file of one run, which exactcreep run SCENE --out DIR wrote",
     "--resume": "the same command goes on",
