@@ -248,10 +248,7 @@ def parameters_text(run: Creep, each: int = 99) -> str:
 
 
 def _draw_law(axes: Axes, run: Creep, ink: str = INKS[1]) -> None:
-    """Draw the displacement by the law from the burn-in on.
-
-    The sliding limit is never drawn: it does not hold for sliders that stick.
-    """
+    """Draw the displacement by the law from the burn-in on; not for the solver `sliding`."""
     law = prediction(run.chain, run.drive, run.experiment.start)
     if law is None or not law.values or run.solver == Sliding.name:
         return
