@@ -404,6 +404,9 @@ def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> li
     """Return the fraction of the heating that each spring feels."""
     if not profile:
         return []
+    pairs = all(isinstance(pair, (tuple, list)) and len(pair) == 2 for pair in profile)
+    if not pairs:
+        raise InputError("profile", profile, "must hold pairs: a place in m, and the share there")
     places, shares = (
         [nearest_float(exact_number(pair[k], f"profile[{at}]")) for at, pair in enumerate(profile)]
         for k in (0, 1)

@@ -88,6 +88,7 @@ RESULTS: dict[str, Change] = {
     "references": replaced("x_G", lambda file: file.create_dataset("x_G", (6,), h5py.ref_dtype)),
     "a long attribute": lambda file: file.attrs.update(n=np.arange(3)),
     "a record of another file": without_its_readings,
+    "half a table": lambda file: file.update(rearrangement_theta=np.zeros(3)),
     "nesting": lambda file: file.attrs.update(report="[" * 60_000),
     "another type": lambda file: file.attrs.update(options="[]"),
     "no outcome": lambda file: file.attrs.update(outcome="dancing"),

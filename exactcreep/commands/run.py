@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 
     from exactcreep import Creep, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
+    from exactcreep.quasistatic.experiment import Experiment
     from exactcreep.results import Walk
     from exactcreep.scene import Member
     from exactcreep.watch.display import Display
@@ -101,10 +103,13 @@ class Session(Output):
         """Run a scene, then save, draw and print its result, and exit with its status."""
         from exactcreep.quasistatic.creep import run_alone
 
-        self.check(checkpoint=None if kept is None else Path(kept.path))
         (member,) = wanted.members()
-        if self.plot and "x_G" not in member.experiment.record:
-            allowed = "needs x_G among the recorded quantities"
+        output = self
+        if kept is not None and Path(kept.path).exists() and self._holds(member.experiment):
+            output = replace(self, force=True)  # the same command goes on
+        output.check(checkpoint=None if kept is None else Path(kept.path))
+        if self.plot and not {"x_G", "rearrangements"} & {*member.experiment.record}:
+            allowed = "needs x_G or rearrangements among the recorded quantities"
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
         with shown(quiet=self.json) as display:
@@ -135,7 +140,15 @@ class Session(Output):
             say_heading(wanted.name, wanted.title)
             _print_run(result, moved)
 
-        self.deliver(Answer(summary, tell, result.save, draw, status, remark))
+        output.deliver(Answer(summary, tell, result.save, draw, status, remark))
+
+    def _holds(self, experiment: Experiment) -> bool:
+        """Return whether the file of the result holds an earlier part of the same run."""
+        with suppress(exactcreep.InputError):
+            if self.out is not None:
+                known = exactcreep.Creep.load(self.out).experiment
+                return known.description() == experiment.description()
+        return False
 
     def sweep(self, limits: Limits, wanted: Scene) -> None:
         """Run every member of a scene, then draw and print the grid, and exit with its status."""
@@ -417,13 +430,15 @@ def _print_grid(grid: xr.Dataset) -> None:
         grid[name].transpose(*names, ...).to_numpy().reshape(len(points), -1).tolist()
         for name in ("outcome", "direction", "velocity_decimal") if name in grid
     ]  # fmt: skip
-    rows, outcomes = [], Counter[str]()
+    rows, outcomes = list[tuple[str, ...]](), Counter[str]()
     for point, known, ways, *decimals in zip(points, *columns, strict=True):
         cells = Counter(
             with_direction(Outcome(outcome), way) if outcome else "not run"
             for outcome, way in zip(known, ways, strict=True)
         )
         outcomes += cells
+        if len(rows) == _MOST_ROWS:
+            continue
         alone = decimals[0][0] if decimals and len(known) == 1 else ""
         law, measured = point.prediction(), (point.measured, point.error)
         beside = (
@@ -432,13 +447,13 @@ def _print_grid(grid: xr.Dataset) -> None:
         )
         rows.append((*map(value_text, point.varied.values()), alone or with_error(*measured),
                      *beside, counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
-    say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows[:_MOST_ROWS],
+    say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows,
               right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
-    if len(rows) > _MOST_ROWS:
-        put(f"and {len(rows) - _MOST_ROWS} more")
+    if len(points) > len(rows):
+        put(f"and {len(points) - len(rows)} more")
     seeds = grid["velocity"].size // len(points)
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
-    put(f"{len(points)} points{of_seeds}: {counted(outcomes)}")
+    put(f"{len(points)} point{'s' * (len(points) > 1)}{of_seeds}: {counted(outcomes)}")
     put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
     put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
     if any(math.isnan(point.error) for point in points):

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from exactcreep.figures.style import INKS, new_figure, styled
-from exactcreep.records.readings import Readings
+from exactcreep.records.readings import SHORT_UNITS, Readings
 
 _MOST_NAMED = 6
 
@@ -14,7 +14,7 @@ _MOST_NAMED = 6
 @styled
 def draw_record(readings: Readings, title: str = "") -> Figure:
     """Draw every reading, and mark the faults."""
-    faults, unit = readings.faults(), "K" if readings.unit == "K" else "°C"
+    faults, unit = readings.faults(), SHORT_UNITS[readings.unit]
     wrong = {kind: faults.get(kind, np.array([], int)) for kind in ("missing", "far", "gap")}
     found = readings.values
     kept = np.setdiff1d(np.flatnonzero(np.isfinite(found)), wrong["far"])

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from exactcreep.figures.style import INKS, new_figure, styled
 from exactcreep.model.numbers import nearest_float
 from exactcreep.pipeline import Pipeline
+from exactcreep.records.readings import SHORT_UNITS
 from exactcreep.records.temperature_record import TemperatureRecord
 from exactcreep.solid import Solid
 from exactcreep.walk import DAYS_PER_YEAR, FRICTION, Walk
 
-_UNITS = {"C": "\N{DEGREE SIGN}C", "K": "K"}
 _KILO = 1000
 _APART = 0.055  # least distance of two labels, as a part of the height
 _LINES = 6  # most cycles whose displacement is drawn
@@ -90,7 +90,7 @@ def _draw_descent(walk: Walk, title: str) -> Figure:
     time: NDArray[Any] = walk.elapsed if dates is None else dates[: moved.size]
     called = "above\n" + r"$\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
-        called = f"({_UNITS[drive.unit]})"
+        called = f"({SHORT_UNITS[drive.unit]})"
     several = yearly.size > 4
     years = 1.0 if several else walk.days / float(DAYS_PER_YEAR)
     figure = new_figure(7.2, 5.2, title)

@@ -285,11 +285,11 @@ def ratio_of(text: str) -> Fraction:
     """Return the rational that `ratio_text` wrote, or raise `ValueError`."""
     numerator, slash, denominator = text.partition("/")
     if len(text) > _LONGEST_RATIO or not _INTEGERS.fullmatch(text):
-        raise ValueError(f"not a ratio of integers: {text[:60]}")
+        raise ValueError(f"not a ratio of integers: {text[:60]!r}")
     try:
         return _long(numerator) / (_long(denominator) if slash else 1)
     except (ArithmeticError, OverflowError):
-        raise ValueError(f"not a ratio of integers: {text[:60]}") from None
+        raise ValueError(f"not a ratio of integers: {text[:60]!r}") from None
 
 
 def positive_number(value: Any, field: str) -> Fraction:

@@ -29,7 +29,7 @@ from exactcreep.quasistatic.experiment import Experiment, drive_of_kind, drive_o
 from exactcreep.quasistatic.netcdf import Group
 from exactcreep.quasistatic.summary import Place, attribute_of, names, reader_of
 from exactcreep.solvers.interface import require, require_like
-from exactcreep.solvers.tables import FORCE, LENGTH, NUMBER, TABLES, Column
+from exactcreep.solvers.tables import FORCE, LENGTH, LOGS, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
     from exactcreep.quasistatic.creep_result import Creep
@@ -187,6 +187,10 @@ def fields_of(member: Group) -> dict[str, Any]:
     }
 
 
+_LATER = {"rearrangement_end_forces"}
+"""Columns that tables of 0.3.0 do not have."""
+
+
 def _recorded(member: Group, half_cycles: int, n: int) -> dict[str, NDArray[Any]]:
     """Return the recorded columns; raise `ValueError` if types or shapes are wrong."""
     recorded, sizes = dict[str, NDArray[Any]](), {"half_cycle": half_cycles}
@@ -200,6 +204,13 @@ def _recorded(member: Group, half_cycles: int, n: int) -> dict[str, NDArray[Any]
             rows = sizes.setdefault(table.dimension, len(recorded[name]))
             fits = recorded[name].shape == (rows, *like.shape[1:])
             require(fits, f"{name} has another shape")
+    for log in LOGS.values():
+        own = {name for name in map(quantity, recorded) if name in log.columns}
+        missing = min(log.columns.keys() - own - _LATER, default="") if own else ""
+        require(not missing, f"it lacks {missing}")
+        number = recorded.get(f"{log.prefix}half_cycle", np.empty(0))
+        known = bool(np.all((number >= 1) & (number <= half_cycles + 1)))
+        require(known, f"{log.prefix}half_cycle is no half-cycle of the run")
     return recorded
 
 

@@ -40,7 +40,7 @@ CODES = frozenset(
 _FEW_EMPTY = 10  # one row in so many may lack a temperature at the ends, as loggers end
 _FEWEST_SWAPPED = 100  # one day in so many may have its minimum above its maximum
 _UNITS = {"C": "degrees Celsius", "K": "kelvin", "F": "degrees Fahrenheit"}
-_SHORT = {"C": "°C", "K": "K", "F": "°F"}
+SHORT_UNITS = {"C": "°C", "K": "K", "F": "°F"}
 _NONE = np.array([], np.intp)
 _SUNDAY = 6  # as `datetime.weekday` counts
 _YEAR = 360  # days in which every season is met
@@ -330,7 +330,7 @@ class Readings:
         many = f"{len(self.times)} reading{'s' * (len(self.times) > 1)}"
         many += f" ({self.missing} missing or suspect)" if self.missing else ""
         first, last = (end[: 10 if self.dated else None] for end in self.ends)
-        degrees = _SHORT[self.unit]
+        degrees = SHORT_UNITS[self.unit]
         said = f"read {' and '.join(self.names)}, {degrees}, {many}, {first} to {last}"
         if known.size:
             said += f", {known.min():.6g} to {known.max():.6g} {degrees}"

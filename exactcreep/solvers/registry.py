@@ -43,13 +43,19 @@ def require_solver(field: str, name: Any) -> None:
         raise InputError(field, name, moved or one_of(name, SOLVERS))
 
 
+def _options_of(name: str) -> list[str]:
+    solver: Any = _class_of(SOLVERS[name])  # a dataclass; its base class cannot say so
+    return [option.name for option in fields(solver)]
+
+
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     """Return the solver `name` with the given options, or raise `InputError`."""
     require_solver("solver", name)
-    algorithm: Any = _class_of(SOLVERS[name])  # a dataclass; its base class cannot say so
-    options_taken = [option.name for option in fields(algorithm)]
+    algorithm: Any = _class_of(SOLVERS[name])
+    options_taken = _options_of(name)
     for option in (name for name in options if name not in options_taken):
-        hint = did_you_mean(option, options_taken)
+        own = next((each for each in SOLVERS if option in _options_of(each)), "")
+        hint = did_you_mean(option, options_taken) or (f" (an option of {own})" if own else "")
         takes = f"it takes {', '.join(options_taken) or 'no options'}"
         raise InputError("option", option, f"solver {name!r} does not take it{hint}; {takes}")
     return algorithm(**options)  # type: ignore[no-any-return]

@@ -54,7 +54,9 @@ def needs(experiment: Experiment) -> dict[str, str]:
         answer = "is the answer" if answered else "to compare with"
         lines["law"] = f"{answer}: {values}{off} per {drive.per} ({found.law})"
     if isinstance(drive, Cycles) and (between := edges(chain)):
-        lines["amplitudes"] = ", ".join(f"{name} {size:.6g}" for name, size in between.items())
+        lines["amplitudes"] = ", ".join(
+            f"{name.replace('_', ' ')} below A = {size:.6g}" for name, size in between.items()
+        )
     return lines
 
 

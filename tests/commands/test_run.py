@@ -115,11 +115,13 @@ def test_the_same_command_goes_on_and_prints_what_an_uninterrupted_run_prints(
     command: Command,
 ) -> None:
     whole = untimed(command(*QUICK, "--json").json)
-    stopped = "--max-events", str(whole["events"] - 1), "--checkpoint", "a.ckpt"
-    assert command(*QUICK, *stopped).code == 3
+    files = "--checkpoint", "a.ckpt", "--out", "a.nc", "--plot", "a.svg"
+    assert command(*QUICK, *files, "--max-events", str(whole["events"] - 1)).code == 3
     with pytest.warns(CheckpointWarning, match=r"a.ckpt holds \d+ of 20 half-cycles: the run goes"):
-        told = command(*QUICK, "--checkpoint", "a.ckpt", "--json")
+        told = command(*QUICK, *files, "--json")
     assert untimed(told.json) == whole
+    assert Creep.load("a.nc").half_cycles == 20
+    assert command(*QUICK, "--out", "a.nc").code == 2  # it is overwritten by no other command
     said = "drive.cycles is 10 there, and 11 here; name another file, or begin anew with force"
     assert said in command(*SIX, *cycles(11), "--checkpoint", "a.ckpt").sentence
 

@@ -111,7 +111,8 @@ def test_a_record_is_drawn_by_its_readings(tmp_path: Path) -> None:
     path, dates = tmp_path / "station.csv", np.datetime64("2000-01-01") + np.arange(300)
     readings = 10 + 8 * np.cos(np.arange(300)) - 9 * (np.arange(300) == 100)
     rows = (f"{date},{reading:.1f}" for date, reading in zip(dates, readings, strict=True))
-    path.write_text("\n".join(["date,temperature", *rows]))
+    path.write_text("\n".join(["date,temperature (°F)", *rows]))
     record = TemperatureRecord.readings(path)
     (axes,) = assert_shows_data(draw_record(record, "station.csv"), framed=True).axes
+    assert axes.get_ylabel() == "temperature (°F)"
     assert np.array_equal(line(axes, 0)[1], record.temperatures)
