@@ -213,6 +213,9 @@ class Pipeline(Shown):
             raise InputError("heatings", heatings, allowed)
         exact = [number_from_zero(one, f"heatings[{k}]") for k, one in enumerate(given.flat)]
         rises = np.array(exact).reshape(len(given), -1, *given.shape[2:])
+        if solver == "sliding" and (rises != rises[..., :1]).any() and rises.ndim == 3:
+            allowed = 'must be numbers, of each cycle; solver="exact" takes heatings along the pipe'
+            raise InputError("heatings", heatings, allowed)
         targets = [self._dilations(step) for cycle in rises for step in (*cycle, 0 * cycle[0])]
         record = ("x", "tension")
         run = creep(self.chain, Targets(targets * count), solver=solver, record=record, **options)

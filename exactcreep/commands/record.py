@@ -173,6 +173,10 @@ def roof(
     ends = friction.split(",") if friction else [f"{1.02 * slope:.4f}", str(max(1, 2 * slope))]
     if len(ends) not in (1, 2):
         raise exactcreep.InputError("friction", friction, "must be a number, or LOW,HIGH")
+    least = exact_number(ends[0], "friction")
+    if least <= slope:
+        allowed = f"must be above {slope:.4g}, the slope: less friction does not hold the roof"
+        raise exactcreep.InputError("friction", friction, allowed)
     mu = ends if len(ends) == 2 else ends[0]
     sheet = exactcreep.physical(
         length=length, section=_THICKNESS, mu_d=mu, mu_s=mu, tan_alpha=f"{slope:.6f}",

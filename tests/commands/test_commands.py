@@ -157,7 +157,7 @@ def test_show_draws_the_half_cycles_asked_for(command: Command, drawn: list[Figu
             "is of one run, and this scene varies: --out DIR",
         ),
         (f"{QUICK} --seeds 2 --out a.nc", "must be a directory, without .nc: this scene varies"),
-        (f"{QUICK} --seeds 2 --plot a.png --record none", "needs x_G or rearrangements among"),
+        (f"{QUICK} --seeds 2 --plot a.png --record none", "needs x_G among"),
         ("resume a.ckpt", "the command that began the run goes on"),
         ("reproduce all", "are scenes: exactcreep run chain-amplitude --plot"),
         ("plan chain-jumps", "is said by exactcreep compare SCENE"),

@@ -107,7 +107,7 @@ def fate(
     why = _obstacle(computed, stop, drive.cycles)
     if not why:
         proving = f"{computed.sentence}; a proof is tried"
-        say("proof", 0, drive.cycles, "cycles", answer=proving)
+        say("proof", 0, 0, "cycles", answer=proving)
         proof = fates.proved_fate(chain, drive, begin, limits, say).fate
         if proof.outcome is not Outcome.LIMIT:
             return proof

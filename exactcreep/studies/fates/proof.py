@@ -192,7 +192,7 @@ class _Proof:
             self.halves += _half_cycles(log, 2 * cycle - 1, 2 * cycle)
             self.cycles.append(self.names.setdefault(tuple(self._cycle(cycle)), cycle))
             self._look()
-            say("cycles", cycle, self.drive.cycles, "cycles")
+            say("cycles", cycle, 0, "cycles")
             if (known := self._returned(cycle) or self._contracted(cycle)) is not None:
                 return known
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
