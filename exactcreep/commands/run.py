@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -424,39 +425,41 @@ def _print_grid(grid: xr.Dataset) -> None:
     from exactcreep.model.numbers import with_error
     from exactcreep.model.outcome import Outcome, with_direction
 
-    points = points_of(grid)
+    points = points_of(grid, _MOST_ROWS)
     names = list(points[0].varied)
+    count = math.prod(grid.sizes[name] for name in names)
     columns = [
-        grid[name].transpose(*names, ...).to_numpy().reshape(len(points), -1).tolist()
+        grid[name].transpose(*names, ...).to_numpy().reshape(count, -1).tolist()
         for name in ("outcome", "direction", "velocity_decimal") if name in grid
     ]  # fmt: skip
-    rows, outcomes = list[tuple[str, ...]](), Counter[str]()
-    for point, known, ways, *decimals in zip(points, *columns, strict=True):
-        cells = Counter(
+    cells = [
+        Counter(
             with_direction(Outcome(outcome), way) if outcome else "not run"
             for outcome, way in zip(known, ways, strict=True)
         )
-        outcomes += cells
-        if len(rows) == _MOST_ROWS:
-            continue
-        alone = decimals[0][0] if decimals and len(known) == 1 else ""
+        for known, ways in zip(*columns[:2], strict=True)
+    ]
+    rows = []
+    for point, own, *decimals in zip(points, cells, *columns[2:], strict=False):
+        alone = decimals[0][0] if decimals and own.total() == 1 else ""
         law, measured = point.prediction(), (point.measured, point.error)
         beside = (
             *_beside(*measured, law.printed if law else ()),
             *_beside(*measured, law.values if law else (), law.deviation if law else 0.0),
         )
         rows.append((*map(value_text, point.varied.values()), alone or with_error(*measured),
-                     *beside, counted(cells) if len(known) > 1 else next(iter(cells))))  # fmt: skip
+                     *beside, counted(own) if own.total() > 1 else next(iter(own))))  # fmt: skip
     say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows,
               right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
-    if len(points) > len(rows):
-        put(f"and {len(points) - len(rows)} more")
-    seeds = grid["velocity"].size // len(points)
+    if count > len(rows):
+        put(f"and {count - len(rows)} more")
+    seeds = grid["velocity"].size // count
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
-    put(f"{len(points)} point{'s' * (len(points) > 1)}{of_seeds}: {counted(outcomes)}")
+    outcomes = Counter(itertools.chain.from_iterable(each.elements() for each in cells))
+    put(f"{count} point{'s' * (count > 1)}{of_seeds}: {counted(outcomes)}")
     put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
     put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
-    if any(math.isnan(point.error) for point in points):
+    if seeds == 1 or any(math.isnan(point.error) for point in points):
         for reason, count in _reasons_for_no_error(grid).items():
             put(f"no standard error in {count} runs: {reason}")
 

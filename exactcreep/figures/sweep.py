@@ -92,8 +92,8 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
     return outside / error if error > rounding else math.copysign(math.inf, outside)
 
 
-def points_of(dataset: xr.Dataset) -> list[Point]:
-    """Return the points of a sweep's grid; each is the mean over the seeds."""
+def points_of(dataset: xr.Dataset, most: int | None = None) -> list[Point]:
+    """Return the points of a grid, or the first of them; each is the mean over the seeds."""
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
     known = (*_SHARED, *_UNLIKE, "solver")
@@ -103,7 +103,8 @@ def points_of(dataset: xr.Dataset) -> list[Point]:
             shared[name] = [exact_number(number, name) for number in str(shared[name]).split()]
     points = []
     keys = [key for key in vary if key != SEED]
-    for chosen in itertools.product(*(enumerate(vary[key]) for key in keys)):
+    all_values = itertools.product(*(enumerate(vary[key]) for key in keys))
+    for chosen in itertools.islice(all_values, most):
         pairs = dict(zip(keys, chosen, strict=True))
         own = {key.rpartition(".")[2]: exact_or_same(value) for key, (_, value) in pairs.items()}
         varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
