@@ -42,6 +42,8 @@ from exactcreep.watch.progress import Progress
 
 DEFAULT = Printed()
 
+_MOST_DRAWN = 2000  # sliders of an animation; a frame of more takes seconds
+
 
 def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
     """List the built-in scenes, or print one that you can edit.
@@ -163,6 +165,7 @@ def animate(
     limits = Limits.of(max_seconds=max_seconds)
     wanted = scene_of(scene, settings, solver=solver, seed=seed)
     experiment = wanted.experiment(wanted.settings()[0])
+    whole(str(experiment.chain.n), "chain.n", 1, _MOST_DRAWN)
     if out is not None and out.suffix.lower() != ".gif":
         raise exactcreep.InputError("out", str(out), "must end in .gif")
     count = whole(frames, "frames", 2, 10_000)
