@@ -91,10 +91,10 @@ def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_fi
     monkeypatch.setattr(display.time, "monotonic", lambda: now)
     with Display() as lines:
         for k in range(1, 9):
-            now = 2.0 * k
+            now = 1.0 * k
             lines.show(Progress("running", 10 * k, 80, 7 * k, now))
     told = capsys.readouterr().err.splitlines()
     assert [re.findall(r"[\d.:]+", line)[1:] for line in told] == [
-        ["30", "80", "3.5", "0:00:10"],
-        ["60", "80", "3.5", "0:00:04"],
+        ["30", "80", "7", "0:00:05"],
+        ["60", "80", "7", "0:00:02"],
     ]

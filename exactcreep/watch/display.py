@@ -21,7 +21,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 COMPILING = "compiling for this kind of run, once; the next start finds it ready"
-_BETWEEN_LINES, _BETWEEN_FRAMES = 5.0, 0.1  # seconds
+_BETWEEN_LINES, _BETWEEN_FRAMES = 3.0, 0.1  # seconds
 _SHORT = 1.0  # seconds without a bar
 _telling: list[object] = []  # displays, or silence, that hold for all nested computations
 
