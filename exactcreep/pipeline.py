@@ -213,7 +213,7 @@ class Pipeline(Shown):
             raise InputError("heatings", heatings, allowed)
         exact = [number_from_zero(one, f"heatings[{k}]") for k, one in enumerate(given.flat)]
         rises = np.array(exact).reshape(len(given), -1, *given.shape[2:])
-        if solver == "sliding" and (rises != rises[..., :1]).any() and rises.ndim == 3:
+        if solver == "sliding" and (rises != rises[..., :1]).any():
             allowed = 'must be numbers, of each cycle; solver="exact" takes heatings along the pipe'
             raise InputError("heatings", heatings, allowed)
         targets = [self._dilations(step) for cycle in rises for step in (*cycle, 0 * cycle[0])]
@@ -407,8 +407,7 @@ def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> li
     """Return the fraction of the heating that each spring feels."""
     if not profile:
         return []
-    pairs = all(isinstance(pair, (tuple, list)) and len(pair) == 2 for pair in profile)
-    if not pairs:
+    if not all(isinstance(pair, (tuple, list)) and len(pair) == 2 for pair in profile):
         raise InputError("profile", profile, "must hold pairs: a place in m, and the share there")
     places, shares = (
         [nearest_float(exact_number(pair[k], f"profile[{at}]")) for at, pair in enumerate(profile)]

@@ -1,6 +1,5 @@
 """How long creep lives, and what the statistics of lives are worth."""
 
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
@@ -10,7 +9,6 @@ import pytest
 from exactcreep import Chain, Cycles, Outcome, State, creep, fate, survival
 from exactcreep.results import Survival
 from exactcreep.studies.fates import survival as study
-from exactcreep.studies.fates.survival import Life
 from tests.paper import captions
 
 SIX = captions(6)
@@ -21,19 +19,6 @@ HORIZON = Fraction("0.00096428272")
 @pytest.fixture(scope="module")
 def six() -> Survival:
     return survival(SIX, HORIZON * Fraction("1.005"), starts=60, cycles=2000)
-
-
-def made(lifetimes: Iterable[int], censored: Iterable[int]) -> Survival:
-    """Return a survival of invented starts."""
-    ended = [(Outcome.CYCLING, lifetimes), (Outcome.LIMIT, censored)]
-    records = [
-        Life(
-            0, outcome.value, "computed", int(cycles), int(cycles), int(cycles), -1, 0, -1,
-            marginal=False, dormant=False, over=False,
-        )
-        for outcome, lives in ended for cycles in lives
-    ]  # fmt: skip
-    return Survival(SIX, Fraction(1), Fraction(1), len(records), 10**6, 0, 500, tuple(records))
 
 
 @pytest.mark.parametrize("share", ["0.6", "1.1"])
