@@ -34,11 +34,6 @@ def unstable_chain(rng: Random) -> tuple[Chain, State]:
     return chain, State.prepared(chain, tensions, seed=3)
 
 
-def lone_slip(slider: int) -> tuple[tuple[str, tuple[int], tuple[int]], ...]:
-    """Return the itinerary in which this slider alone slips downhill."""
-    return ("start", (slider,), (1,)), ("stop", (slider,), (1,))
-
-
 def event_rows(stretch: Stretch) -> list[tuple[int, ...]]:
     """Return number, kind, slider and sign of every event that was recorded, in order."""
     names = ("event_number", "event_kind", "event_slider", "event_sign")
