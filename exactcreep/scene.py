@@ -473,16 +473,16 @@ def _keys_within(table: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        field = error.field
-        if field == table.rpartition(".")[2]:
-            field = table
-        elif not field.startswith((f"{table}.", "chain.", "drive.")):
-            field = f"{table}.{field}"
+        name = error.name
+        if name == table.rpartition(".")[2]:
+            name = table
+        elif not name.startswith((f"{table}.", "chain.", "drive.")):
+            name = f"{table}.{name}"
         value, allowed = error.value, error.allowed
         several = isinstance(value, list) or (isinstance(value, str) and "," in value)
         if several and _ONE_NUMBER.match(allowed):
-            allowed += f"; several values are for vary.{field}"
-        raise InputError(field, value, allowed) from None
+            allowed += f"; several values are for vary.{name}"
+        raise InputError(name, value, allowed) from None
 
 
 def _made(

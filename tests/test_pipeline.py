@@ -89,7 +89,7 @@ def test_the_picture_draws_forces_and_displacements_of_the_walk() -> None:
 def test_a_pipe_that_is_none_is_refused_by_field(changed: dict[str, Any], field: str) -> None:
     with pytest.raises(InputError) as refused:
         pipeline(**SLOPE | changed)
-    assert refused.value.field == field
+    assert refused.value.name == field
 
 
 def test_the_scene_prints_millimetres(command: Command) -> None:

@@ -94,7 +94,7 @@ def field_of(scene: Scene, settings: dict[str, Any]) -> str:
     """Return the field by which a scene with these settings is refused."""
     with pytest.raises(InputError) as refused:
         scene.with_settings(settings).experiment()
-    return refused.value.field
+    return refused.value.name
 
 
 def test_dilations_of_each_spring_are_refused_where_only_one_is_understood() -> None:
