@@ -15,11 +15,10 @@ from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
 
-from exactcreep.model.chain import ANGLES, Chain
+from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.names import meant, one_of
 from exactcreep.model.numbers import InputError, Shown, exact_number, refusing
-from exactcreep.model.remarks import in_degrees
 from exactcreep.model.state import State
 from exactcreep.model.user_files import content_of, text_of
 from exactcreep.pipeline import Pipeline, pipeline
@@ -405,8 +404,6 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
         hint = "; known are " + ", ".join(known) if len(known) <= _MOST_LISTED else ""
         if near := meant(key, known):
             hint = f"; did you mean {prefix}{near}?"
-        if str(key).rpartition(".")[2] in ANGLES:
-            hint = f"; {in_degrees(table[key])}"
         named = f"{prefix}{key}"
         if not named.isprintable() or len(named) > 80:
             named = repr(named[:60])
