@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +26,28 @@ from exactcreep.model.numbers import (
     sign_of_surd,
     whole_number,
 )
-from exactcreep.model.remarks import remark
+from exactcreep.model.remarks import in_degrees, remark
 from exactcreep.model.uniform import END_FORCES, EXPANSION, require_uniform, unlike
 
+P = ParamSpec("P")
 _ALONG = "mu_d", "mu_s", "end_forces", "expansion"
+ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
+"""Wrong names for the slope, for which the error message suggests `tan_alpha`."""
+_SCOPE = "the page explanation/scope of the book has the limits of the model, and where to begin"
 MOST_SLIDERS = 10**6
 """A run takes about a kilobyte of memory for each slider."""
+
+
+def _without_angles(make: Callable[P, None]) -> Callable[P, None]:
+    """Return a constructor whose error says by which name the slope is given."""
+
+    @functools.wraps(make)
+    def checked(*args: P.args, **given: P.kwargs) -> None:
+        for name in ANGLES & {*given}:
+            raise InputError(name, given[name], f"is no parameter: {in_degrees(given[name])}")
+        make(*args, **given)
+
+    return checked
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -85,6 +102,7 @@ class Chain(Shown):
     end_forces: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
     expansion: tuple[Fraction, ...] = ()  # empty if all springs expand by theta
 
+    @_without_angles
     def __init__(
         self,
         n: Number,
@@ -175,6 +193,12 @@ class Chain(Shown):
         if self.n > 1 and not self.expansion:
             return {0: Fraction(-1), self.n - 1: Fraction(1)}
         return rates_of(self.expansion)
+
+    if not TYPE_CHECKING:  # a type checker knows the attributes
+
+        def __getattr__(self, name):
+            said = f"{type(self).__name__!r} object has no attribute {name!r}"
+            raise AttributeError(said if name.startswith("_") else f"{said}; {_SCOPE}")
 
     def __hash__(self) -> int:
         return self._hash
@@ -392,3 +416,11 @@ def _one_or_each(value: Any, name: str, n: int) -> Any:
     if not each:
         raise InputError(name, value, f"must be one number, or a list of {n}")
     return each if len({*each}) > 1 else each[0]
+
+
+def refuse_own(given: Mapping[str, Any], further: Collection[str], computation: str) -> None:
+    """Raise `InputError` if `further` arguments of a computation name a parameter of a chain."""
+    for name in (field.name for field in fields(Chain)):
+        if name in further:
+            call = f"{computation}(Chain({name}={given[name]!r}, ...), ...)"
+            raise InputError(name, given[name], f"belongs to a chain: {call}")

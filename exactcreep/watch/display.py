@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import math
 import sys
 import time
@@ -139,9 +140,13 @@ def _far(progress: Progress) -> str:
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     """Make a computation show its progress as `Hearer` says, whatever `numpy.errstate` holds."""
     usual = {"divide": "warn", "over": "warn", "under": "ignore", "invalid": "warn"}
+    own = inspect.signature(computation).parameters
 
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
+        if "chain" in own and (further := {*words} - {*own}):
+            # imported late, because the display needs no numbers
+            import_module("exactcreep.model.chain").refuse_own(words, further, computation.__name__)
         with Display(after=_SHORT) as display, import_module("numpy").errstate(**usual):
             words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]
             return computation(*args, **words)

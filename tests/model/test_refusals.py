@@ -126,6 +126,9 @@ DRIVE = Cycles("0.005", 5)
 @pytest.mark.parametrize(
     ("mistaken", "mend"),
     [
+        (lambda: Chain(**LEVEL, alpha=14), "is the slope, the tangent of the angle: 0.249"),
+        (lambda: ec.threshold(n=3), r"n = 3: belongs to a chain: threshold\(Chain\(n=3, \.\.\.\)"),
+        (lambda: ec.creep(DRIVE, n=3), r"creep\(Chain\(n=3"),
         (lambda: Chain(**PAPER | {"mu_s": [0.6] * 9}), "numbers, of each slider"),
         (lambda: ec.physical(**ROOF, tan_alpha=1).creep(DRIVE, time_unit=9), "has to exceed"),
         (lambda: ec.creep(CHAIN, DRIVE, seed=None), "no run is random; default 0"),
