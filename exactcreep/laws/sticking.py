@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.laws.number_types import cosine, require
-from exactcreep.laws.paper import described, law_values
+from exactcreep.laws.paper import law_values
 from exactcreep.laws.theorems import locked_ends_amplitude, rest_edge
 from exactcreep.laws.velocities import gaussian_integral
+from exactcreep.model.numbers import refusing
 from exactcreep.model.uniform import unlike
 
 _FEWEST, _MOST = 4, 60  # sliders
@@ -90,7 +91,7 @@ def forces(parameters: Mapping[str, Any]) -> Forces:
     return found._replace(gain=width * float(gaussian_integral(half / width)) if width > 0 else 0.0)
 
 
-@described
+@refusing
 def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     """Return the mean velocity of sliders that stick and slip; fitted, not proved.
 
@@ -115,6 +116,11 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     sliders and 307 of `drawn_chains`, half of them at the ends of plateaus
     (``tests/laws/drawn_chains.py``).
 
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        See `exactcreep.laws`.
+
     Returns
     -------
     float
@@ -137,7 +143,7 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     return _fitted(parameters, forces(parameters))[0]
 
 
-@described
+@refusing
 def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     """Return one standard deviation of chains from `sticking_velocity`.
 
@@ -149,6 +155,11 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     the mean velocity of most chains of 46 to 60 sliders is below the law. With random dilations
     0.03 replaces 0.009. The constants were fitted to 866 chains, those of the law among them; the
     0.03 was widened on all that were measured (``tests/data/drawn.csv``).
+
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -212,9 +223,14 @@ def _each(value: Any, count: int) -> NDArray[np.float64]:
     return np.array(listed, float)
 
 
-@described
+@refusing
 def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     """Return why a chain lies outside the range in which `sticking_velocity` was measured.
+
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        See `exactcreep.laws`.
 
     Returns
     -------

@@ -13,18 +13,17 @@ from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,
-    elementwise,
     positive_part,
     rational,
     real,
     require,
 )
-from exactcreep.laws.paper import described, law, law_values
+from exactcreep.laws.paper import law, law_values
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import refusing
 
 
-@described
+@refusing
 def at_rest_amplitude(
     l0: Number,
     tan_alpha: Number,
@@ -39,6 +38,19 @@ def at_rest_amplitude(
     expand differently, ``w_n`` is divided by ``|r_n|``, the change of the force on slider n per
     ``l0 theta``, and 2 is the sum of the ``|r_n|``. Source: beyond the paper,
     ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    l0, tan_alpha : number
+    coefficients : sequence of number
+    end_forces : pair of numbers, optional
+    expansion : sequence of number, optional
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
 
     Raises
     ------
@@ -71,12 +83,22 @@ def at_rest_amplitude(
 
 
 @law
-@elementwise
 def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0.
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
     ``c = cos(alpha)``, ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    n : int
+    l0, mu_d, tan_alpha : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
 
     Raises
     ------
@@ -93,13 +115,18 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 
 
 @law
-@elementwise
 def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0``.
 
     Up to and at this amplitude there are locked cycles in which only sliders 1 and n slip; above it
     there are none, but other locked cycles may exist. Only for sigma_mu = 0. ``c = cos(alpha)``,
     ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    n : int
+    l0, mu_d, mu_s, tan_alpha : number
+        See `exactcreep.laws`.
 
     Returns
     -------

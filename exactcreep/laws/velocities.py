@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mpmath.ctx_mp import MPContext
 
-from exactcreep.laws.number_types import Number, elementwise, is_mpf, positive_part, require
+from exactcreep.laws.number_types import Number, is_mpf, positive_part, require
 from exactcreep.laws.paper import law, margin
 
 
@@ -17,6 +17,23 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     ``m = mu_d cos(alpha) - sin(alpha)``. For two sliders the law is also the mean of the staircase
     over the phase of the start. Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
+
+    Parameters
+    ----------
+    n : int
+    l0, mu_d, tan_alpha, amplitude : number
+    i : int, optional
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
 
     Examples
     --------
@@ -33,6 +50,18 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     I(h) is `gaussian_integral`, ``m = mu_d cos(alpha) - sin(alpha)``. The law is exact for
     mu_s -> mu_d, and for two sliders in the mean over the phase of the start. Source: the law
     behind Eqs. 17 and 24, ``derivations/gaussian.py``.
+
+    Parameters
+    ----------
+    n : int
+    l0, mu_d, tan_alpha, sigma_theta : number
+    i : int, optional
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
 
     Raises
     ------
@@ -51,7 +80,6 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
 
 @law
-@elementwise
 def gaussian_integral(h):
     """Return I(h), the mean advance of a play operator driven by independent normal numbers.
 
