@@ -49,6 +49,14 @@ def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
     return {name: convert(value) for name, value in values.items()}
 
 
+def each(parameters: Mapping[str, Number], name: str) -> list[Number]:
+    """Return a coefficient of every slider."""
+    value, n = parameters[name], int(parameters["n"])
+    listed = list(value) if isinstance(value, list | tuple) else [value] * n
+    require(len(listed) == n, f"{name} must hold {n} coefficients")
+    return listed
+
+
 def require(condition: bool, sentence: str) -> None:
     """Raise `ValueError` unless a condition holds."""
     if not condition:
@@ -97,14 +105,7 @@ def cosine(tan_alpha: Number) -> Number:
 
 def floor_of_surd(surd: Fraction, radicand: Fraction, rational: Fraction) -> int:
     """Return floor(surd * sqrt(radicand) + rational), exactly."""
-    # sign * sqrt(surd**2 radicand), brought to one integer root over one denominator
-    square = surd * surd * radicand
-    scale = square.denominator * rational.denominator
-    inside = square.numerator * square.denominator * rational.denominator**2
-    root = math.isqrt(inside)
-    shift = rational.numerator * square.denominator
-    if surd >= 0:
-        return (root + shift) // scale
-    # -sqrt(inside) lies in (-(root + 1), -root] : its floor over `scale` needs the exact case
-    lower = -root if root * root == inside else -root - 1
-    return (lower + shift) // scale
+    scale = surd.denominator * rational.denominator  # makes both products below whole
+    square = (surd * scale) ** 2 * radicand
+    root = math.isqrt(math.floor(square)) if surd >= 0 else -1 - math.isqrt(math.ceil(square) - 1)
+    return (root + int(rational * scale)) // scale

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws.number_types import cosine, require
+from exactcreep.laws.number_types import cosine, each, require
 from exactcreep.laws.paper import law_values
 from exactcreep.laws.theorems import locked_ends_amplitude, rest_edge
 from exactcreep.laws.velocities import gaussian_integral
@@ -78,7 +78,7 @@ def forces(parameters: Mapping[str, Any]) -> Forces:
     n, slope = int(parameters["n"]), float(parameters["tan_alpha"])
     require(n == parameters["n"] > 0, f"n must be a positive integer, not {parameters['n']}")
     c = float(cosine(slope))
-    sliding, static = (_each(parameters[name], n) for name in ("mu_d", "mu_s"))
+    sliding, static = (np.array(each(parameters, name), float) for name in ("mu_d", "mu_s"))
     pull = n * slope * c + math.fsum(map(float, parameters.get("end_forces", ())))
     sigma = float(parameters["sigma_mu"])
     require(sigma >= 0, f"sigma_mu must not be negative, not {sigma}")
@@ -215,12 +215,6 @@ def _below(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return, for springs 0..N, the sum below a spring less the sum above it."""
     below, above = np.cumsum(values[::-1])[::-1], np.cumsum(values)
     return np.asarray(np.append(below, 0) - np.append(0, above))
-
-
-def _each(value: Any, count: int) -> NDArray[np.float64]:
-    listed = value if isinstance(value, list | tuple) else [value] * count
-    require(len(listed) == count, f"mu_d and mu_s must hold {count} coefficients")
-    return np.array(listed, float)
 
 
 @refusing

@@ -13,6 +13,7 @@ from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,
+    each,
     positive_part,
     rational,
     real,
@@ -198,10 +199,9 @@ def edges(chain: Chain) -> dict[str, float]:
 
 def rest_edge(parameters: Mapping[str, Number], name: str) -> float:
     """Return `at_rest_amplitude` of a chain with the coefficients `name`; nan: it never rests."""
-    value, shared = parameters[name], ("end_forces", "expansion")
-    held = value if isinstance(value, list | tuple) else [value] * int(parameters["n"])
-    more = {key: parameters[key] for key in shared if key in parameters}
+    shared = ("l0", "tan_alpha", "end_forces", "expansion")
+    given = {key: parameters[key] for key in shared if key in parameters}
     try:
-        return float(at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], held, **more))
+        return float(at_rest_amplitude(coefficients=each(parameters, name), **given))
     except ValueError:
         return math.nan

@@ -126,23 +126,19 @@ def _trapezoid(
     # The integrand is even, analytic, and decays faster than exp(-z**2/2 - h z): the rule converges
     # geometrically in 1/step. The nearest pole is at a distance of order pi/(2h).
     root_two = (2 * unit) ** (unit / 2)
-    decay = bits * 0.6931471805599453
-    large = float(h)
-    reach = unit * (math.sqrt(large * large + 2 * decay) - large + 1)
-    count = 16
+    large, count, value = float(h), 16, unit * math.inf
+    reach = unit * (math.sqrt(large * large + 2 * bits * math.log(2)) - large + 1)
 
     def term(z: Number) -> Number:
         # tails of a normal distribution: falling and rising side
         thin, thick = complement((h + z) / root_two) / 2, complement((h - z) / root_two) / 2
         return thin / (1 + thin / thick) if thick else thin * 0
 
-    step = reach / count
-    total = term(unit * 0) / 2 + sum(term(step * k) for k in range(1, count + 1))
-    value = 2 * step * total
     while True:
-        total += sum(term(step * (2 * k + 1) / 2) for k in range(count))
-        count, step = 2 * count, step / 2
+        step = reach / count
+        total = term(unit * 0) / 2 + sum(term(step * k) for k in range(1, count + 1))
         previous, value = value, 2 * step * total
         # halving the step at least squares the error; `value - previous` is the error before it
         if abs(value - previous) <= abs(value) * unit * 2.0 ** (-0.6 * bits) or count > 1 << 16:
             return value
+        count *= 2
