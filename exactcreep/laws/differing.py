@@ -63,9 +63,11 @@ def pivot_sliders(
     Parameters
     ----------
     mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
     tan_alpha : number
-    end_forces : pair of numbers, optional
         See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -119,9 +121,11 @@ def differing_intercept(
     Parameters
     ----------
     mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
     tan_alpha : number
-    end_forces : pair of numbers, optional
         See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -161,11 +165,16 @@ def differing_velocity(
 
     Parameters
     ----------
-    l0, tan_alpha : number
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
     mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
     amplitude, sigma_theta : number, optional
-    end_forces : pair of numbers, optional
         See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -212,10 +221,14 @@ def differing_slope(
 
     Parameters
     ----------
-    mu_d, expansion : sequence of number
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
     tan_alpha : number
+        Slope.
+    expansion : sequence of number
+        Weights of springs 1..N - 1, positive.
     end_forces : pair of numbers, optional
-        See `exactcreep.laws`.
+        Forces on slider 1 and on slider N.
 
     Returns
     -------

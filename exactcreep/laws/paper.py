@@ -48,6 +48,7 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     Parameters
     ----------
     n : int
+        Number of sliders N.
     tan_alpha, mu_d : number
         See `exactcreep.laws`.
 
@@ -83,6 +84,7 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
     Parameters
     ----------
     n : int
+        Number of sliders N.
     tan_alpha, mu_d : number
         See `exactcreep.laws`.
 
@@ -219,6 +221,7 @@ def critical_angle(*, n, i, mu_d, mu_s):
     Parameters
     ----------
     n, i : int
+        Number of sliders N, and index of the plateau.
     mu_d, mu_s : number
         See `exactcreep.laws`.
 
@@ -245,6 +248,7 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     Parameters
     ----------
     n, i : int
+        Number of sliders N, and index of the plateau.
     mu_d, mu_s : number
         See `exactcreep.laws`.
 
@@ -308,9 +312,11 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, amplitude : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
@@ -339,9 +345,11 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, sigma_theta : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
@@ -368,6 +376,7 @@ def pivot_force(*, n, i, mu_d, tan_alpha):
     Parameters
     ----------
     n, i : int
+        Number of sliders N, and index of the plateau.
     mu_d, tan_alpha : number
         See `exactcreep.laws`.
 
@@ -393,6 +402,7 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha : number
         See `exactcreep.laws`.
 
@@ -420,6 +430,7 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, mu_s, tan_alpha : number
         See `exactcreep.laws`.
 
@@ -446,6 +457,7 @@ def threshold_width(*, n, l0, mu_d, tan_alpha):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha : number
         See `exactcreep.laws`.
 
@@ -472,9 +484,11 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, amplitude : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
@@ -503,9 +517,11 @@ def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, sigma_theta : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
@@ -585,6 +601,7 @@ def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, amplitude : number
         See `exactcreep.laws`.
 

@@ -27,8 +27,9 @@ def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     Parameters
     ----------
     l0, mu_d, mu_s, tan_alpha, amplitude : number
-    r0 : number, optional
         See `exactcreep.laws`.
+    r0 : number, optional
+        x_2 - x_1 - l0 at theta = 0.
 
     Returns
     -------

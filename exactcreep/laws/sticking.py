@@ -119,7 +119,7 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     Parameters
     ----------
     parameters : mapping of str to number
-        See `exactcreep.laws`.
+        A chain and its drive, by the names that laws use.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     Parameters
     ----------
     parameters : mapping of str to number
-        See `exactcreep.laws`.
+        A chain and its drive, by the names that laws use.
 
     Returns
     -------
@@ -224,7 +224,7 @@ def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     Parameters
     ----------
     parameters : mapping of str to number
-        See `exactcreep.laws`.
+        A chain and its drive, by the names that laws use.
 
     Returns
     -------

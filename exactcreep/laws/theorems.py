@@ -43,10 +43,13 @@ def at_rest_amplitude(
     Parameters
     ----------
     l0, tan_alpha : number
-    coefficients : sequence of number
-    end_forces : pair of numbers, optional
-    expansion : sequence of number, optional
         See `exactcreep.laws`.
+    coefficients : sequence of number
+        Static coefficients of sliders 1..N, two or more.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
+    expansion : sequence of number, optional
+        Weights of springs 1..N - 1.
 
     Returns
     -------
@@ -93,6 +96,7 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha : number
         See `exactcreep.laws`.
 
@@ -126,6 +130,7 @@ def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, mu_s, tan_alpha : number
         See `exactcreep.laws`.
 

@@ -21,9 +21,11 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, amplitude : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
@@ -54,9 +56,11 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     Parameters
     ----------
     n : int
+        Number of sliders N.
     l0, mu_d, tan_alpha, sigma_theta : number
-    i : int, optional
         See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
 
     Returns
     -------
