@@ -352,7 +352,6 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
         ("outcome", result.sentence),
         ("trajectory", known_text(result)),
         (f"velocity per {result.drive.per}", _measured(result)),
-        ("  of", result.velocity_of),
     ]
     rows += [("  but", result.metastable)] if result.metastable else []
     if result.velocity_reason and math.isfinite(result.velocity):

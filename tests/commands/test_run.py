@@ -157,7 +157,7 @@ def test_trajectories_are_drawn_in_one_picture_unless_many_numbers_vary(
 
 def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
     Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of exactcreep" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
+    assert "is not a checkpoint of version" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
     assert Path("a.ckpt").read_text() == "PK"
     assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
     with pytest.warns(CheckpointWarning, match="the run has ended"):
