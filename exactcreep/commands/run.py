@@ -129,7 +129,7 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
+            summary |= {"walk" if math.isnan(moved.time_unit) else "descent": moved.summary()}
 
         def draw() -> Any:
             from exactcreep.figures.run import draw_run
@@ -229,12 +229,11 @@ def foretelling(display: Display) -> Callable[[Progress], None]:
 
 def _in_millimetres(result: Creep, member: Member) -> Walk | None:
     """Return the walk of a single run of a solid or a pipeline, if its units are known."""
-    solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
-    if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
-        return exactcreep.results.Walk(member.pipe, result)
-    if solid is None or seconds is None or not result.half_cycles:
-        return None
-    return exactcreep.results.Walk.of(solid, result, seconds)
+    body, targets, known = member.body, result.half_cycles, not math.isnan(member.time_unit)
+    walks = targets > 1 and {"x", "tension"} <= {*result.experiment.record}
+    if (targets and known) or (walks and isinstance(body, exactcreep.results.Pipeline)):
+        return exactcreep.results.Walk(body, result, member.time_unit)
+    return None
 
 
 def run(
