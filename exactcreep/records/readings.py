@@ -229,8 +229,8 @@ class Readings:
         if kind == "late":
             said = f"must be later than {before} before it"
             if (places.size > len(self.times) // 4) and self.file:
-                mend = "name the column of the hour too (time_column = date,hour), or take the rows"
-                mend += " of one station and one quantity"
+                hour = "name the column of the hour too (time_column = date,hour), take the rows of"
+                mend = f"{hour} one station and one quantity, or {mend}"
         elif kind == "gap":
             size, unit = (3600, " hours") if self._usual < DAY else (DAY, " days")
             size, unit = (size, unit) if self.dated else (1, "")
