@@ -42,7 +42,7 @@ _DAY, _CLOCK = "Yymbdj", "HIpMSz"
 _WEEKDAY = (
     r"(?:(?:[Mm]o|[Tt]u|[Ww]e|[Tt]h|[Ff]r|[Ss][auo]|[Dd][io]|[Mm]i)[^\W\d_]{0,8}[.,]{0,2}\s)?"
 )
-_BESIDE = re.compile(r"%[YymdHMSj]")
+_TOKEN = re.compile(r"((?<=%[YymdHMSj]))?%(.?)((?=%[YymdHMSj]))?|(.)", re.S)
 _ACCENTS = str.maketrans("äáàâãåéèêëíïîóòôöõúùûüřžščçñł", "aaaaaaeeeeiiiooooouuuurzsccnl")
 
 
@@ -52,22 +52,21 @@ def _expression(written: str) -> re.Pattern[str]:
     if not written:
         clock = rf"{_CODES['H']}:{_CODES['M']}(?::{_CODES['S']})?\s?{_CODES['z']}?"
         return re.compile(rf"{_CODES['Y']}-{_CODES['m']}-{_CODES['d']}(?:[T ]\s?{clock})?")
-    out, k = "", 0
-    while k < len(written):
-        if written[k] != "%":
-            out += r"\s+" if written[k] == " " else re.escape(written[k])
-            k += 1
-            continue
-        code = written[k + 1 : k + 2]
-        if code not in _CODES:
-            known = " ".join(f"%{each}" for each in _CODES)
-            raise InputError("date_format", written, f"must have codes among {known}")
-        part = _CODES[code]
-        digits = _BESIDE.match(written, k) and code not in "Yy"
-        if digits and (_BESIDE.match(written, k + 2) or (k > 1 and _BESIDE.match(written, k - 2))):
-            part = f"(?P<{code}>" + r"\d" * (3 if code == "j" else 2) + ")"
-        out, k = out + part, k + 2
+    out = _TOKEN.sub(_of_token, written)
     return re.compile(_WEEKDAY + out if "%d" in written and not written[:1].isspace() else out)
+
+
+def _of_token(token: re.Match[str]) -> str:
+    """Return the regular expression of a code or a sign; codes side by side have all digits."""
+    after, code, before, sign = token.groups()
+    if sign:
+        return r"\s+" if sign == " " else re.escape(sign)
+    if code not in _CODES:
+        known = " ".join(f"%{each}" for each in _CODES)
+        raise InputError("date_format", token.string, f"must have codes among {known}")
+    if code in "mdHMSj" and (after, before) != (None, None):
+        return f"(?P<{code}>" + r"\d" * (3 if code == "j" else 2) + ")"
+    return _CODES[code]
 
 
 def moments_of(texts: Sequence[str], written: str) -> NDArray[np.float64]:
@@ -75,26 +74,19 @@ def moments_of(texts: Sequence[str], written: str) -> NDArray[np.float64]:
 
     24:00 is the midnight after the day. Texts in ISO 8601 have all a time zone, or none.
     """
-    expression = _expression(written)
-    known = expression.groupindex
-    where = [[known.get(code, 0) for code in codes] for codes in ("s", _DAY, _CLOCK)]
-    found = [match and (match[0], *match.groups()) for match in map(expression.fullmatch, texts)]
-    out = np.full(len(texts), nan)
-    zoned = None
-    for k, parts in enumerate(found):
-        if parts is None:
+    out, zoned = np.full(len(texts), nan), None
+    for k, found in enumerate(map(_expression(written).fullmatch, texts)):
+        if found is None:
             continue
+        part = found.groupdict().get
         if not written:
-            zone = parts[known["z"]] is not None
-            zoned = zone if zoned is None else zoned
-            if zone is not zoned:
+            zoned = bool(part("z")) if zoned is None else zoned
+            if zoned is not bool(part("z")):
                 continue
-        (epoch, days, clock) = ([place and parts[place] for place in each] for each in where)
-        if epoch[0]:
-            seconds = float(epoch[0])
-            out[k] = seconds / 1000 if abs(seconds) >= 1e11 else seconds
+        if epoch := part("s"):
+            out[k] = float(epoch) / (1000 if abs(float(epoch)) >= 1e11 else 1)
         else:
-            out[k] = _days(*days) * DAY + _clock(*clock)
+            out[k] = _days(*map(part, _DAY)) * DAY + _clock(*map(part, _CLOCK))
     return out
 
 

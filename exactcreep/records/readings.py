@@ -40,7 +40,6 @@ _FEW_EMPTY = 10  # one row in so many may lack a temperature at the ends, as log
 _FEWEST_SWAPPED = 100  # one day in so many may have its minimum above its maximum
 _UNITS = {"C": "degrees Celsius", "K": "kelvin", "F": "degrees Fahrenheit"}
 SHORT_UNITS = {"C": "°C", "K": "K", "F": "°F"}
-_NONE = np.array([], np.intp)
 _YEAR = 360  # days in which every season is met
 
 
@@ -137,23 +136,24 @@ class Readings:
         return self.values - (273.15 if self.unit == "K" else 0.0)
 
     @property
+    def _weather(self) -> NDArray[np.float64]:
+        """The temperatures in the unit, nan where they are missing or suspect."""
+        return np.where(self._far, np.nan, self.values)
+
+    @property
     def temperatures(self) -> NDArray[np.float64]:
         """The known temperatures in the unit, without those far from their neighbours."""
-        values = np.delete(self.values, self.faults().get("far", _NONE))
-        return np.asarray(values[np.isfinite(values)])
+        return self._weather[np.isfinite(self._weather)]
 
     @property
     def missing(self) -> int:
         """How many readings are missing, a code for missing, or far from their neighbours."""
-        found = self.faults()
-        return sum(found[kind].size for kind in ("missing", "far") if kind in found)
+        return len(self.times) - self.temperatures.size
 
     @property
     def series(self) -> Series:
         """A pandas Series of the temperatures by time, nan where they are missing or suspect."""
-        values = self.values.copy()
-        values[self.faults().get("far", _NONE)] = np.nan
-        return import_module("pandas").Series(values, self.times, name="temperature")
+        return import_module("pandas").Series(self._weather, self.times, name="temperature")
 
     # --- faults ----------------------------------------------------------------------------------
 
@@ -216,50 +216,40 @@ class Readings:
     def refusal(self, kind: str, places: NDArray[np.intp]) -> InputError:
         """Return the error that refuses the first reading with a fault."""
         k, width = int(places[0]), len(self.names)
-        name, entry, at = self.names[k % width], self.entries[k], self._at(k)
+        name, entry, time = self.names[k % width], self.entries[k], self.written[k]
         many = f", and {len(places) - 1} more" if len(places) > 1 else ""
+        mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
         if kind == "swapped":
             low, high = self.names[1 - (self.maximum or 0)], self.names[self.maximum or 0]
             said = f"is above {high} {self._days(places)}: the columns may be swapped"
             return CellError("minimum_column", low, f"{said} (in {self.file})", self.lines[k])
         if kind in ("late", "gap"):
-            name, entry = "time", self.written[k]
+            mend += ", also for summer time" if self.dated else ""
+            name, entry, before = "time", time, self.written[k - 1]
         if kind == "late":
-            said = f"must be later than {self.written[k - 1]} before it{many}"
+            said = f"must be later than {before} before it"
             if (places.size > len(self.times) // 4) and self.file:
-                said += "; name the column of the hour too (time_column = date,hour), or take the"
-                said += " rows of one station and one quantity"
+                hour = "name the column of the hour too (time_column = date,hour), take the rows of"
+                mend = f"{hour} one station and one quantity, or {mend}"
         elif kind == "gap":
-            unit, size = (" hours", 3600) if self._usual < DAY else (" days", DAY)
-            unit, size = (unit, size) if self.dated else ("", 1)
+            size, unit = (3600, " hours") if self._usual < DAY else (DAY, " days")
+            size, unit = (size, unit) if self.dated else (1, "")
             step, usual = self._steps[k] / size, self._usual / size
-            after = self._at(k - 1).partition(" ")[2]
-            said = f"is {step:.4g}{unit} after {after}, where {usual:.4g} is usual, a gap{many}"
+            said = f"is {step:.4g}{unit} after {before}, where {usual:.4g} is usual, a gap"
         elif kind == "missing":
-            said = (
-                f"is missing, or no number with decimal = {self.options['decimal']!r}, {at}{many}"
-            )
+            decimal = self.options["decimal"]
+            said = f"is missing, or no number with decimal = {decimal!r}, at {time}"
         else:
             beside = [*self.entries[k - width : k : width], *self.entries[k + width :: width][:1]]
             near = "its neighbours, " + " and ".join(map(str, beside)) if beside else "any weather"
-            said = f"is far from {near}, or a code for missing, {at}{many}"
+            said = f"is far from {near}, or a code for missing, at {time}"
         where = f" (line {self.lines[k]} of {self.file})" if self.file else ""
-        mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
-        if kind in ("late", "gap") and self.dated:
-            mend += ", also for summer time"
         column = self.numbers.get(self.names[k % width], 0)
-        return CellError(name, entry, f"{said}{where}; {mend}", self.lines[k], column)
+        return CellError(name, entry, f"{said}{many}{where}; {mend}", self.lines[k], column)
 
     def _days(self, places: NDArray[np.intp]) -> str:
         days, first = len(self.times) // 2, self.written[places[0]]
         return f"on {len(places)} of {days} days, first on {first}"
-
-    def _at(self, k: int) -> str:
-        """Return the time of a reading in words: on 10 April 2024."""
-        if not self.dated:
-            return f"at {self.written[k]}"
-        date = self.times[k].astype("datetime64[us]").item()
-        return f"on {date.day} {date:%B} {date.year}"
 
     def impossible(self) -> InputError | None:
         """Return the error that refuses temperatures without a unit that no weather has."""

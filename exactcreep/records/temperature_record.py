@@ -403,7 +403,8 @@ def _read(file: str, given: Mapping[str, Any]) -> tuple[Readings, bytes]:
 def _times_of(moments: NDArray[Any]) -> Times:
     """Return the times of an array: dates, ISO 8601 texts or numbers."""
     dated = moments.dtype.kind == "M"
-    written = [*map(str, moments.astype("datetime64[us]") if dated else moments.tolist())]
+    texts = map(str, moments.astype("datetime64[us]") if dated else moments.tolist())
+    written = [text.removesuffix(".000000") for text in texts]
     seconds = moments_of(written, "")
     allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
     if np.isnan(seconds[0]) and not dated:
