@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -94,16 +94,19 @@ def difference(
     known: Mapping[str, Any], wanted: Mapping[str, Any], text: Callable[[Any], str]
 ) -> str:
     """Say the first dotted key whose values differ in their texts; "" if there is none."""
-    there, here = dict(_leaves(known)), dict(_leaves(wanted))
+    there, here = dict(leaves(known)), dict(leaves(wanted))
     for key in {**here, **there}:
         if text(there.get(key)) != text(here.get(key)):
             return f"{key} is {shown(there.get(key))} there, and {shown(here.get(key))} here"
     return ""
 
 
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(
+    table: Mapping[str, Any], prefix: str = "", whole: Collection[str] = ()
+) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values; a table with a key among `whole` is itself a value."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and not {*whole} & {*value}:
+            yield from leaves(value, f"{prefix}{key}.", whole)
         else:
             yield f"{prefix}{key}", value
