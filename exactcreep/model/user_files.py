@@ -45,18 +45,11 @@ def opened(path: str | os.PathLike[str], name: str, most: int) -> Iterator[Binar
     """Open a regular file of at most so many bytes, or raise `InputError`."""
     shown, place = os.fspath(path), Path(path)
     try:
-        if place.is_dir():
-            raise InputError(name, shown, "is a directory, and must be a file")
-        if not place.exists():
-            raise InputError(name, shown, "must be an existing file")
-        if not place.is_file():
-            raise InputError(name, shown, "must be a regular file")
-        file = place.open("rb")
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: no valid file name
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(name, shown, f"cannot be read: {reason}") from None
+        file = place.open("rb") if place.is_file() else None
+    except OSError as error:
+        raise InputError(name, shown, f"cannot be read: {error.strerror}") from None
+    if file is None:
+        raise InputError(name, shown, "must be an existing file, and no directory or device")
     with file:
         if os.fstat(file.fileno()).st_size > most:
             raise InputError(name, shown, f"must have at most {most // 2**20} MiB")
