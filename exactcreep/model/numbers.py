@@ -59,17 +59,16 @@ class InputError(ValueError):
     """
 
     def __init__(self, name: str, value: Any, allowed: str) -> None:
-        text = shown(value)
+        self.name, self.value, self.allowed = name, value, allowed
+        super().__init__(name, value, allowed)
+
+    def __str__(self) -> str:
+        if self.value is None and self.allowed.startswith("is missing"):
+            return f"{self.name} {self.allowed}"
+        text = shown(self.value)
         if len(text) > 80:
             text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
-        missing = value is None and allowed.startswith("is missing")
-        super().__init__(f"{name} {allowed}" if missing else f"{name} = {text}: {allowed}")
-        self.name = name
-        self.value = value
-        self.allowed = allowed
-
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
-        return (type(self), (self.name, self.value, self.allowed))
+        return f"{self.name} = {text}: {self.allowed}"
 
 
 def refusing(function: Callable[P, T]) -> Callable[P, T]:

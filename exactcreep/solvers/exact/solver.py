@@ -249,7 +249,7 @@ class ExactSimulation(Simulation):
         theta: Any = dilation(self.chain, self.load())
         if self.leg is not None:
             theta = np.array(self.leg.at(theta, nearest_float))
-        return owning(*self.origin.read(self._present), theta)
+        return owning(theta, *self.origin.read(self._present))
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
@@ -362,11 +362,11 @@ class Logged(Estimated):
         """The state at theta_c."""
         before = self._origin.state
         return owning(
+            dilation(self.chain, self._load) if len(self._log) else before.theta,
             self._origin.ramped(self._load),
             before.displacements,
             before.coefficients,
             before.draws,
-            dilation(self.chain, self._load) if len(self._log) else before.theta,
         )
 
 
