@@ -38,7 +38,6 @@ from exactcreep.commands.values import (
 )
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
-from exactcreep.watch.progress import Progress
 
 DEFAULT = Printed()
 
@@ -152,14 +151,14 @@ def animate(
     max_seconds : number
         Stop searching for the rearrangement after this time.
     out : path
-        GIF file. Default: SCENE-K.gif.
+        GIF file. Default: SCENE.gif.
 
     Examples
     --------
     exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
     exactcreep animate thirty-sliders-cycles --frames 60
     """
-    from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
+    from exactcreep.figures.animation import draw_avalanche, find_avalanche
     from exactcreep.watch.limits import Limits
 
     limits = Limits.of(max_seconds=max_seconds)
@@ -168,26 +167,21 @@ def animate(
     whole(str(experiment.chain.n), "chain.n", 1, _MOST_DRAWN)
     if out is not None and out.suffix.lower() != ".gif":
         raise exactcreep.InputError("out", str(out), "must end in .gif")
-    count = whole(frames, "frames", 2, 10_000)
+    count = whole(frames, "frames", 2, 10_000) or 2
     number = whole(rearrangement, "rearrangement", 0)
-    if number is None:
-        number = largest_avalanche(experiment, limits=limits)
-    output = Drawing(out=out or Path(f"{wanted.name}-{number}.gif"), force=force)
+    output = Drawing(out=out or Path(f"{wanted.name}.gif"), force=force)
     output.check()
-    avalanche = find_avalanche(experiment, number, limits)
+    found = find_avalanche(experiment, number, limits)
 
     def save(path: Path, *, force: bool) -> None:
         with Display() as display:
+            draw_avalanche(
+                found, path, frames=count, force=force, limits=limits, progress=display.show
+            )
 
-            def drawing(progress: Progress) -> None:
-                limits.require()
-                display.show(progress)
-
-            draw_avalanche(avalanche, path, frames=count or 2, force=force, progress=drawing)
-
-    motion = avalanche.rearrangement
+    motion = found.rearrangement
     said = (
-        f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
+        f"rearrangement {found.number}, half-cycle {found.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
     output.deliver(Answer({}, partial(put, said), save))

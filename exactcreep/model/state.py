@@ -307,31 +307,31 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     return near if whole else np.array(values, dtype=object)
 
 
-def _numbers(given: Any, field: str) -> NDArray[Any]:
+def _numbers(given: Any, name: str) -> NDArray[Any]:
     """Return numbers as a new array, float64 or of Python numbers."""
     try:
         array = np.array(given)
     except (ValueError, TypeError):  # rows of unequal length
-        raise InputError(field, given, "must be an array of numbers") from None
+        raise InputError(name, given, "must be an array of numbers") from None
     if array.ndim != 1:
-        raise InputError(field, array.shape, "must have one dimension")
+        raise InputError(name, array.shape, "must have one dimension")
     if array.dtype.kind in "fiu":
         return array.astype(np.float64, copy=False)
     for value in array.tolist():
         if array.dtype != object or not _is_number(value):
-            raise InputError(field, value, "must hold numbers")
+            raise InputError(name, value, "must hold numbers")
     return array
 
 
-def _counts(given: Any, field: str) -> NDArray[np.int64]:
-    array = _numbers(given, field)
+def _counts(given: Any, name: str) -> NDArray[np.int64]:
+    array = _numbers(given, name)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
     # numbers beyond the precision of float64 are also excessive
     if array.dtype == object or not ((array >= 1) & (array <= _MOST_DRAWS)).all():
-        raise InputError(field, given, allowed)
+        raise InputError(name, given, allowed)
     counts = np.array(given).astype(np.int64)
     if (counts != array).any():
-        raise InputError(field, given, allowed)
+        raise InputError(name, given, allowed)
     return counts
 
 

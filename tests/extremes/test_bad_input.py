@@ -113,7 +113,7 @@ def refusal(call: Callable[[], Any]) -> InputError | None:
         refused = error
     if refused is not None:
         told = str(refused)
-        assert told.startswith(f"{refused.field} = ")
+        assert told.startswith(f"{refused.name} = ")
         assert refused.allowed
         assert "\n" not in told
         assert len(told) < 1000

@@ -172,7 +172,6 @@ class Lasting(Question):
         """Return the fate in float64, and x_G minus the steady part of its advance."""
         self.limits.require()  # a chain that settles at once never checks the time itself
         drive = Cycles(amplitude, self.cycles)
-        solvers.SettlingSearch.compile()
         search = solvers.SettlingSearch(self.chain, drive, start)
         fate, stop = numerical_fate(search, start, self.limits)
         if stop is Stop.DEADLINE:
