@@ -17,7 +17,6 @@ from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
     STALE,
-    Answer,
     Output,
     counted,
     distinct,
@@ -141,7 +140,7 @@ class Session(Output):
             say_heading(wanted.name, wanted.title)
             _print_run(result, moved)
 
-        output.deliver(Answer(summary, tell, result.save, draw, status, remark))
+        output.deliver(summary, tell, save=result.save, draw=draw, status=status, remark=remark)
 
     def _holds(self, experiment: Experiment) -> bool:
         """Return whether the file of the result holds an earlier part of the same run."""
@@ -204,7 +203,7 @@ class Session(Output):
         if self.out is not None:
             say_written(self.out / "sweep.nc")
         summary = {"scene": wanted.name, "members": members}
-        output.deliver(Answer(summary, tell, draw=draw, status=status, remark=remark))
+        output.deliver(summary, tell, draw=draw, status=status, remark=remark)
 
 
 DEFAULT = Session()

@@ -15,7 +15,6 @@ import exactcreep
 from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
-    Answer,
     Drawing,
     Output,
     Printed,
@@ -129,16 +128,16 @@ def question(command: str) -> Callable[..., None]:
 
         def tell() -> None:
             say(result.sentence[0].upper() + result.sentence[1:], markup=False)
-            say_summary({name: summary[name] for name in summary if name not in result._worded})
+            say_summary(summary)
 
-        output.deliver(Answer(
+        output.deliver(
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: result.plot(),  # noqa: PLW0108 - matplotlib is imported only here
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is the part known so far" if interrupted else "",
-        ))  # fmt: skip
+        )
 
     ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
     ask.__doc__ = _docstring(public, [f"exactcreep {command} {line}" for line in about.examples])
@@ -256,7 +255,7 @@ def compare(
         return draw_compared(data, title)
 
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
-    output.deliver(Answer({**about, **comparison.summary(data)}, tell, save, draw))
+    output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 
 def _print_compared(data: xr.Dataset) -> None:

@@ -65,7 +65,7 @@ class Point:
     measured: float
     error: float = math.nan
     parameters: dict[str, Any] = field(default_factory=dict)
-    cells: xr.Dataset | None = None
+    cells: Any = None
 
     def prediction(self, **changed: Any) -> Prediction | None:
         """Return what the laws predict here, or where some parameters differ, or None."""

@@ -94,8 +94,6 @@ class Fate(Result):
         """Advance of x_G per half-cycle once settled, ``g tau_dyn**2``; None: not settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
-    _worded = ("outcome", "evidence", "direction", "settled_after", "reason")
-
     @property
     def finding(self) -> str:
         """What the chain does for ever, from which cycle on, and how sure that is, in words."""
