@@ -30,6 +30,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, loop
+from exactcreep.solvers.exact.copies import NEAR_COPIES, perturbed
 from exactcreep.solvers.exact.layout import MOST_WORK
 from exactcreep.solvers.exact.rows import AtTargets
 from exactcreep.solvers.exact.solver import ExactSimulation
@@ -310,6 +311,12 @@ class SettlingSearch:
         if name in (SEARCH.names or ()):
             return int(self._searches[name][0])
         raise AttributeError(name)
+
+    def copies(self) -> list[SettlingSearch]:
+        """Return searches from two starts that differ by a few rounding errors."""
+        chain, start = self.simulation.chain, self.simulation.start.state
+        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
+                for of in NEAR_COPIES]  # fmt: skip
 
     def recording(self) -> ExactSimulation:
         """Return a simulation that goes on from the present end of a cycle, and records events."""
