@@ -48,8 +48,6 @@ STICKING = "law of sticking sliders"
 """Legend of `laws.sticking_velocity`."""
 STAIRCASE = "staircase of relaxed starts, exact"
 """Legend of `laws.staircase_two_sliders`."""
-MOST_LINES = 10
-"""Most cells that are drawn as lines although a number varies among them."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
 _ROUNDING = 1e-9  # relative; smaller differences are rounding errors
@@ -144,9 +142,9 @@ def _draw_points(axes: Axes, points: Sequence[Point], x: str, **style: Any) -> N
 
 
 def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
-    """Return whether a grid is drawn as trajectories: few, or along no number of three values."""
+    """Return whether a grid is drawn as trajectories: no number in it has three values."""
     lengths = (_numbers(list(map(_shown, values))) for key, values in vary.items() if key != SEED)
-    return math.prod(map(len, vary.values())) <= MOST_LINES or max(lengths, default=0) < 3
+    return max(lengths, default=0) < 3
 
 
 @styled
