@@ -67,11 +67,10 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``exact`` (float64, compiled) looks for forces that return after at most 1000 cycles: in all
-        digits, or to within rounding in 100 successive cycles. It says so if two starts that differ
-        by a few rounding errors settle otherwise. ``certified`` does so, too, and then
-        proves the fate, or leaves it undecided. If a proof cannot come, or a limit ends it, the
-        answer of float64 is returned, with the reason.
+        ``exact`` follows the chain in float64, until the forces are those of an earlier cycle: bit
+        for bit, or to within rounding in 100 successive cycles. It says so if two starts that
+        differ by a few rounding errors settle otherwise. ``certified`` then proves the fate. If a
+        proof cannot come, or a limit ends it, you get the answer of float64, with the reason.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
