@@ -24,6 +24,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.copies import NEAR_COPIES, perturbed
 from exactcreep.solvers.exact.solver import Exact, ExactSimulation
 from exactcreep.solvers.interface import Stretch, compile_for
 from exactcreep.solvers.return_map import (
@@ -96,6 +97,12 @@ class SettlingSearch:
         self._ends = np.empty((0, chain.n - 1 + self._lost.size))
         self._advances = np.empty(0, dtype=np.int64)
         self._half: list[NDArray[Any]] | None = None  # rows of a cycle that is not complete
+
+    def copies(self) -> list[SettlingSearch]:
+        """Return searches from two starts that differ by a few rounding errors."""
+        chain, start = self.simulation.chain, self.simulation.start.state
+        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
+                for of in NEAR_COPIES]  # fmt: skip
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
         """Continue until the chain has settled, has had its cycles, or a limit is reached.

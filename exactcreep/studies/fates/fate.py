@@ -67,10 +67,10 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``exact`` (float64, compiled) looks for forces that return after at most 1000 cycles: in all
-        digits, or to within rounding in 100 successive cycles. ``certified`` does so, too, and then
-        proves the fate, or leaves it undecided. If a proof cannot come, or a limit ends it, the
-        answer of float64 is returned, with the reason.
+        ``exact`` follows the chain in float64, until the forces are those of an earlier cycle: bit
+        for bit, or to within rounding in 100 successive cycles. It says so if two starts that
+        differ by a few rounding errors settle otherwise. ``certified`` then proves the fate. If a
+        proof cannot come, or a limit ends it, you get the answer of float64, with the reason.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
@@ -100,7 +100,12 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    computed, stop = numerical_fate(solvers.SettlingSearch(chain, drive, begin), begin, limits, say)
+    search = solvers.SettlingSearch(chain, drive, begin)
+    computed, stop = numerical_fate(search, begin, limits, say)
+    if computed.settled_after is not None and not computed.marginal:
+        copies = [numerical_fate(copy, begin, limits)[0] for copy in search.copies()]
+        if not limits.passed():
+            computed = _by_rounding(computed, *copies)
     if solver == "exact":
         return computed
     why = _obstacle(computed, stop, drive.cycles)
@@ -114,6 +119,24 @@ def fate(
             return replace(proof, reason=f"{proof.reason}; float64 has it {computed.finding}")
         why = f"{proof.reason} before it was proved"
     return replace(computed, reason="; ".join(filter(None, (computed.reason, why))))
+
+
+def _by_rounding(own: Fate, *copies: Fate) -> Fate:
+    """Return a fate of float64 that says what copies, a few rounding errors away, do otherwise."""
+    runs = (own, *copies)
+    after = [one.cycles if one.settled_after is None else one.settled_after for one in runs]
+    lasting = ["more than " * (one.settled_after is None) + cycles_text(count)
+               for one, count in zip(runs, after, strict=True)]  # fmt: skip
+    said, evidence = f"settle after {' and '.join(lasting[1:])}", own.evidence
+    if len({(one.outcome, one.direction) for one in runs if one.outcome is not Outcome.LIMIT}) > 1:
+        ends = (replace(copy, evidence=Evidence.UNDECIDED).finding for copy in copies)
+        said, evidence = f"end otherwise ({'; '.join(ends)})", Evidence.UNDECIDED
+    # rounding may also delay a sure return, by a period or two
+    elif max(after) - min(after) <= 2 * max(one.period or 0 for one in runs):
+        return own
+    reason = f"settled after {lasting[0]} with this rounding; starts that differ by a few rounding"
+    reason = "; ".join(filter(None, (own.reason, f"{reason} errors {said}")))
+    return replace(own, evidence=evidence, by_rounding=True, reason=reason)
 
 
 def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:

@@ -227,7 +227,7 @@ class Survival(Result):
 
     @property
     def evidence(self) -> Evidence:
-        """`COMPUTED` in float64, or `UNDECIDED` if one of the starts is."""
+        """`COMPUTED` of the shares and rates, not of one life; `UNDECIDED` if a start is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     @property
