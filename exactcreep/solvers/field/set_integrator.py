@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import surplus
 from exactcreep.model.contacts import Event
-from exactcreep.model.rules import rules
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64, Balls, Undecided, certain_sign
+from exactcreep.motion.arithmetic import FLOAT64, Balls
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.motion.first_event import FirstEvent, lone_event
+from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
@@ -38,9 +37,6 @@ RENEW_EVERY = 16
 derivative grow by about 3 bits per event."""
 MOST_ERROR = 2.0**-10
 """Share of the derivative's errors in the set above which it is made anew earlier."""
-
-
-_OF_POINT = rules(lambda x, slack: (certain_sign(x, slack), False))
 
 
 @dataclass
@@ -311,14 +307,7 @@ class SetIntegrator(ChainIntegrator):
         if at < 0:
             return None
         acting = (window.start + at, side)
-        event: FirstEvent | None
-        try:
-            if len(moving) == 1 and n > 1:
-                event = self._lone(flow, moving[0], acting, time, radius)
-            else:
-                event = self._enclosed(flow, acting, time, radius)
-        except Undecided:  # the middle is not known well enough
-            return None
+        event = self._enclosed(flow, acting, time, radius)
         if event is None or self.rest.set is None:
             return event
         late = radius + abs(float(event.time) - time)
@@ -326,20 +315,6 @@ class SetIntegrator(ChainIntegrator):
         self.crossing = self._crossing(flow, event, acting, late, bare, unsure, window)
         # not if an event nearly grazes, because the float64 bracket of its time is too wide
         return event if self.crossing.steep else None
-
-    def _lone(
-        self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
-    ) -> FirstEvent:
-        """Return the event of a slider that moves alone, by its energy."""
-        event = lone_event(flow, n, self.thresholds, _OF_POINT)
-        if [(m, 0) for m in event.stops] + list(event.starts) != [acting]:
-            raise AssertionError("the proof for all states fails for one of them")
-        away = abs(event.time - time)
-        if away > radius:
-            raise AssertionError("the enclosure of an event does not hold a state of the set")
-        if not away <= radius:
-            raise Undecided("the time of an event is not known well enough")
-        return event
 
     def _enclosed(
         self, flow: Flow, acting: tuple[int, int], time: float, radius: float
