@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 import os
 import sys
@@ -40,6 +41,8 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "compare": studies.compare,
 }
 """The commands by name; None: made from a public function, which is imported when called."""
+_PLAIN = {"±": "+-", "…": "...", "–": "-", "×": "x"}
+"""Replacements for signs that a stream cannot encode."""
 _warned: set[str] = set()
 _HELP = """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
@@ -189,13 +192,20 @@ def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
         complain(str(message))
 
 
+def _plain(error: Any) -> tuple[str, int]:
+    """Replace a sign that a stream cannot encode; an error handler of `codecs`."""
+    sign = error.object[error.start]
+    return _PLAIN.get(sign) or ascii(sign)[1:-1], error.start + 1
+
+
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
     try:
+        codecs.register_error("plain", _plain)
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
-                stream.reconfigure(errors="namereplace")  # a sign that it cannot encode
+                stream.reconfigure(errors="plain")
         os.environ["MPLBACKEND"] = "agg"  # pictures are always files here
         warnings.showwarning = _warn  # a sentence, without a line of code
         code = status(sys.argv[1:])

@@ -13,13 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 import exactcreep
-from exactcreep.commands.answer import (
-    Answer,
-    Drawing,
-    Output,
-    Printed,
-    put,
-)
+from exactcreep.commands.answer import Drawing, Output, Printed, put
 from exactcreep.commands.values import (
     File,
     Flag,
@@ -38,7 +32,6 @@ from exactcreep.commands.values import (
 )
 from exactcreep.watch import interrupts, terminal
 from exactcreep.watch.display import Display
-from exactcreep.watch.progress import Progress
 
 DEFAULT = Printed()
 
@@ -67,14 +60,14 @@ def scenes(scene: Name | None = None, /, *, output: Printed = DEFAULT) -> None:
         if scene not in texts:
             raise exactcreep.InputError("scene", scene, one_of(scene, texts))
         about = {"name": scene, "toml": texts[scene]}
-        return output.deliver(Answer(about, lambda: put(texts[scene], end="")))
+        return output.deliver(about, lambda: put(texts[scene], end=""))
     loaded = [exactcreep.load_scene(name) for name in texts]
     listed = [
         {"name": each.name, "title": each.title, "members": len(each.settings())} for each in loaded
     ]
     width = max(len(each.name) for each in loaded)
     lines = "\n".join(f"{each.name:<{width}}  {each.title}" for each in loaded)
-    output.deliver(Answer({"scenes": listed}, lambda: put(lines)))
+    output.deliver({"scenes": listed}, lambda: put(lines))
 
 
 def show(
@@ -123,7 +116,7 @@ def show(
     said = partial(put, f"trajectory {known_text(seen)}")
     remark = "" if view else "nothing is drawn from inside: no rearrangement, or more than 20000"
     draw = partial(draw_run, seen, run.stem, view)
-    output.deliver(Answer({}, said, draw=draw, remark=remark))
+    output.deliver({}, said, draw=draw, remark=remark)
 
 
 def animate(
@@ -152,14 +145,14 @@ def animate(
     max_seconds : number
         Stop searching for the rearrangement after this time.
     out : path
-        GIF file. Default: SCENE-K.gif.
+        GIF file. Default: SCENE.gif.
 
     Examples
     --------
     exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
     exactcreep animate thirty-sliders-cycles --frames 60
     """
-    from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
+    from exactcreep.figures.animation import draw_avalanche, find_avalanche
     from exactcreep.watch.limits import Limits
 
     limits = Limits.of(max_seconds=max_seconds)
@@ -168,29 +161,24 @@ def animate(
     whole(str(experiment.chain.n), "chain.n", 1, _MOST_DRAWN)
     if out is not None and out.suffix.lower() != ".gif":
         raise exactcreep.InputError("out", str(out), "must end in .gif")
-    count = whole(frames, "frames", 2, 10_000)
+    count = whole(frames, "frames", 2, 10_000) or 2
     number = whole(rearrangement, "rearrangement", 0)
-    if number is None:
-        number = largest_avalanche(experiment, limits=limits)
-    output = Drawing(out=out or Path(f"{wanted.name}-{number}.gif"), force=force)
+    output = Drawing(out=out or Path(f"{wanted.name}.gif"), force=force)
     output.check()
-    avalanche = find_avalanche(experiment, number, limits)
+    found = find_avalanche(experiment, number, limits)
 
     def save(path: Path, *, force: bool) -> None:
         with Display() as display:
+            draw_avalanche(
+                found, path, frames=count, force=force, limits=limits, progress=display.show
+            )
 
-            def drawing(progress: Progress) -> None:
-                limits.require()
-                display.show(progress)
-
-            draw_avalanche(avalanche, path, frames=count or 2, force=force, progress=drawing)
-
-    motion = avalanche.rearrangement
+    motion = found.rearrangement
     said = (
-        f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
+        f"rearrangement {found.number}, half-cycle {found.half_cycle}:"
         f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
     )
-    output.deliver(Answer({}, partial(put, said), save))
+    output.deliver({}, partial(put, said), save=save)
 
 
 def explore(*, port: Annotated[str | None, taken("PORT")] = None, headless: Flag = False) -> None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import Answer, Drawing, put, shown
+from exactcreep.commands.answer import Drawing, put, shown
 from exactcreep.commands.values import Name, Number, taken
 
 _DRAWN = Drawing()
@@ -125,7 +125,7 @@ def record(file: Table, /, *, layout: Layout = _FOUND, output: Drawing = _DRAWN)
         return draw_record(readings, file.name)
 
     remark = "; ".join([*wrong, *readings.doubts()])
-    output.deliver(Answer(summary, tell, draw=draw, status=2 * bool(wrong), remark=remark))
+    output.deliver(summary, tell, draw=draw, status=2 * bool(wrong), remark=remark)
 
 
 def roof(
@@ -208,7 +208,7 @@ def roof(
         "file": str(file), **summary, "read": readings.told(), "T0": T0, "material": of_sheet,
         "doubts": {"sampling": " ".join(readings.lacking())} if readings.lacking() else {},
     }  # fmt: skip
-    output.deliver(Answer(about, lambda: say_rows(rows.items()), draw=draw))
+    output.deliver(about, lambda: say_rows(rows.items()), draw=draw)
 
 
 _THICKNESS = "0.003"  # m, of one metre of width; the descent does not depend on it

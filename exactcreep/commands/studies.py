@@ -15,11 +15,11 @@ import exactcreep
 from exactcreep.commands.answer import (
     INTERRUPTED,
     LIMIT,
-    Answer,
     Drawing,
     Output,
     Printed,
     duration,
+    put,
     say,
     say_heading,
     say_rows,
@@ -129,16 +129,16 @@ def question(command: str) -> Callable[..., None]:
 
         def tell() -> None:
             say(result.sentence[0].upper() + result.sentence[1:], markup=False)
-            say_summary({name: summary[name] for name in summary if name not in result._worded})
+            say_summary(summary)
 
-        output.deliver(Answer(
+        output.deliver(
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: result.plot(),  # noqa: PLW0108 - matplotlib is imported only here
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is the part known so far" if interrupted else "",
-        ))  # fmt: skip
+        )
 
     ask.__signature__ = _signature(public, about.group)  # type: ignore[attr-defined]
     ask.__doc__ = _docstring(public, [f"exactcreep {command} {line}" for line in about.examples])
@@ -256,7 +256,7 @@ def compare(
         return draw_compared(data, title)
 
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
-    output.deliver(Answer({**about, **comparison.summary(data)}, tell, save, draw))
+    output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 
 def _print_compared(data: xr.Dataset) -> None:
@@ -276,14 +276,14 @@ def _print_compared(data: xr.Dataset) -> None:
         ))  # fmt: skip
     names = ("parted", "after", "error", "time", "range", "bias %")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
-    seeds = data.sizes["seed"]
-    say(
-        f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}; parted:"
-        " seeds with a wrong event; after: events before it, median (inf: none is wrong); error: of"
-        " positions before any method is wrong (g tau_dyn^2; certified: proved), median; time:"
-        " processor time per half-cycle, median and range of"
-        f" {data.sizes['repetition']} repetitions; bias: of the mean velocity against exact with"
-        f" the same disorder, 95 %; {unresolved(data)} where the interval is wider than 10 %",
-        style="dim",
-    )
+    seeds, times = data.sizes["seed"], data.sizes["repetition"]
+    put(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
+    say_rows((
+        ("parted", "number of seeds with a wrong event"),
+        ("after", "right events before the first wrong event, median; inf: none is wrong"),
+        ("error", "of positions until a method is wrong, g tau_dyn^2, median; certified: proved"),
+        ("time", f"processor time per half-cycle, median and range of {times} repetitions"),
+        ("bias", "of the mean velocity against exact with the same disorder, at 95 %"),
+        ("", f"{unresolved(data)} where this interval is wider than 10 %"),
+    ))  # fmt: skip
     say(f"[bold]{sentence(data)}[/bold]")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import signal
 from pathlib import Path
@@ -13,7 +14,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep import Creep, Outcome, creep, load_scene
-from exactcreep.commands.run import foretelling
+from exactcreep.commands.run import beside, foretelling
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from exactcreep.results import Progress
 from exactcreep.watch.display import Display
@@ -44,6 +45,24 @@ def test_what_a_run_still_takes_is_told_without_the_part_in_its_checkpoint(
 
 
 # --- what is printed -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("measured", "error", "law", "said"),
+    [
+        (1.0, 0.1, (0.5,), "+5"),
+        (1.0, 0.1, (0.5, 1.2), "between"),  # two values of a plateau that is not unique
+        (0.4, 0.1, (1.2, 0.5), "-1"),
+        (1.0, 1e-16, (1.1,), "-no scatter"),  # rounding is no scatter
+        (1.0, 0.1, (), "-"),
+        (1.0, math.nan, (0.5,), "no error"),
+        (0.4999, 0.1, (0.5,), "+0"),
+    ],
+)
+def test_a_deviation_counts_standard_errors_outside_of_the_law(
+    measured: float, error: float, law: tuple[float, ...], said: str
+) -> None:
+    assert beside(measured, error, law)[1] == said
 
 
 def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> None:
@@ -141,23 +160,24 @@ def test_the_same_command_goes_on_with_the_members_of_a_scene(command: Command) 
     assert late.json["members"][0]["reason"] == "max_seconds = 0 was reached"
 
 
-def test_trajectories_are_drawn_in_one_picture_unless_many_numbers_vary(
+def test_trajectories_are_drawn_in_one_picture_unless_a_number_has_three_values(
     command: Command, drawn: list[Figure]
 ) -> None:
-    slopes = "--set", "vary.chain.tan_alpha=[0.1,0.2,0.3]", "--plot"
-    assert command(*TWO, *cycles(4), "--seeds", "2", *slopes, "a.png", "--out", "grid").code == 0
+    slopes = "--set", "vary.chain.tan_alpha=[0.1,0.2]", "--plot", "a.png"
+    assert command(*TWO, *cycles(4), "--seeds", "3", *slopes, "--out", "grid").code == 0
     (axes,) = drawn[-1].axes
     grid = xr.load_dataset("grid/sweep.nc", engine="h5netcdf")
     lines = [line.get_ydata()[1:] for line in axes.lines]
     assert np.array_equal(lines, grid.recorded_x_G.to_numpy().reshape(6, 8))
-    assert len(axes.get_legend().get_texts()) == 3
-    assert command(*TWO, *cycles(4), "--seeds", "4", *slopes, "b.png").code == 0
-    assert "alpha" in drawn[-1].axes[0].get_xlabel()  # twelve cells: velocities
+    assert len(axes.get_legend().get_texts()) == 2
+    slopes = "--set", "vary.chain.tan_alpha=[0.1,0.2,0.3]", "--plot", "b.png"
+    assert command(*TWO, *cycles(4), *slopes).code == 0
+    assert "alpha" in drawn[-1].axes[0].get_xlabel()  # velocities
 
 
 def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
     Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of exactcreep" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
+    assert "is not a checkpoint of version" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
     assert Path("a.ckpt").read_text() == "PK"
     assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
     with pytest.warns(CheckpointWarning, match="the run has ended"):

@@ -36,7 +36,6 @@ from exactcreep import (
     laws,
     physical,
     rearrange,
-    survival,
     sweep,
     threshold,
 )
@@ -127,7 +126,7 @@ CALLS: list[Callable[[Any, Any], Any]] = [
     lambda a, b: rearrange(CHAIN, REST, direction=1, seed=a),
     lambda a, b: Scene.from_mapping({"chain": a}), lambda a, b: physical(**ROOF, material=a),
     lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: Experiment(CHAIN, RUN, options=a),
-    lambda a, b: survival(CHAIN, 1, starts=1, cycles=1, executor=1 if a is None else a),
+    lambda a, b: sweep([EXPERIMENT], executor=1 if a is None else a),
     lambda a, b: threshold(CHAIN, kind=a), lambda a, b: fate(CHAIN, a, solver=b),
     lambda a, b: compare(EXPERIMENT, seeds=a, events=0),  # neither runs
     lambda a, b: compare(EXPERIMENT, seeds=0, events=b),
