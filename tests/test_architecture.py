@@ -47,16 +47,6 @@ MODULES = {
     path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
     for path in sorted(PACKAGE.rglob("*.py"))
 }
-LAZY = {
-    path.parent.relative_to(PACKAGE.parent).as_posix().replace("/", "."): {
-        alias.asname: f"{node.module}"
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-    for path in sorted(PACKAGE.glob("*/**/__init__.pyi"))
-}
-"""What packages of rooms import when it is first used: by package, name and module within it."""
 CHANGES = PACKAGE.parent.joinpath("CHANGELOG.md").read_text(encoding="utf-8")
 
 
@@ -87,16 +77,6 @@ def late_imports(tree: ast.AST) -> Iterator[str]:
                 yield named.value
 
 
-def lazy_imports(tree: ast.AST) -> Iterator[str]:
-    """Yield the modules of the attributes that are asked of packages in `LAZY`."""
-    packages = {name.rpartition(".")[2]: name for name in imports(tree) if name in LAZY}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            package = packages.get(node.value.id, "")
-            if module := LAZY.get(package, {}).get(node.attr):
-                yield f"{package}.{module}"
-
-
 def test_a_room_imports_only_from_rooms_above_it() -> None:
     against = set()
     for module, tree in MODULES.items():
@@ -104,7 +84,7 @@ def test_a_room_imports_only_from_rooms_above_it() -> None:
         if room in ("__init__", "results"):
             continue
         assert room in FLOOR, f"{room} is a room that the house does not know"
-        for name in {*imports(tree), *late_imports(tree), *lazy_imports(tree)}:
+        for name in {*imports(tree), *late_imports(tree)}:
             if room in FACES and name in PUBLIC:
                 continue
             package, _, inside = name.partition(".")

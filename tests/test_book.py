@@ -101,13 +101,6 @@ def test_links_between_pages_lead_to_a_page_and_modules_that_they_name_are_there
     assert absent == []
 
 
-def test_the_page_of_the_api_has_every_public_name_in_a_group() -> None:
-    page = (BOOK / "reference/index.md").read_text(encoding="utf-8")
-    groups, _, _ = page.partition("| beside them |")
-    named = re.findall(r"`(\w+)`", groups.partition("|---|")[2])
-    assert sorted(named) == sorted({*exactcreep.__all__} - {"__version__"})
-
-
 def test_every_public_function_and_type_has_its_place_in_the_reference() -> None:
     pages = "".join(page.read_text(encoding="utf-8") for page in BOOK.glob("reference/*.md"))
     modules = {"": exactcreep, "results.": exactcreep.results, "disorder.": exactcreep.disorder}

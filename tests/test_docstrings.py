@@ -146,15 +146,6 @@ def test_a_run_has_few_attributes() -> None:
     assert len(_completed(exactcreep.Creep)) <= 45
 
 
-def test_a_public_module_is_imported_by_its_public_name() -> None:
-    script = """
-import exactcreep.laws as laws, exactcreep.disorder as disorder, exactcreep
-assert laws is exactcreep.laws and disorder is exactcreep.disorder
-"""
-    done = finished(sys.executable, "-c", script)
-    assert done.returncode == 0, done.stderr
-
-
 ASKED = "from exactcreep.cli import status; status({}.split())"
 
 

@@ -25,11 +25,3 @@ def test_an_extra_that_the_readme_or_the_book_names_exists() -> None:
     named = set(re.findall(r"\.\[(\w+)\]|extra `(\w+)`", text))
     assert named
     assert {one or other for one, other in named} <= set(PROJECT["optional-dependencies"])
-
-
-def test_the_book_says_what_each_dependency_is_for() -> None:
-    page = (ROOT / "notebooks/contributing.md").read_text("utf-8")
-    _, _, table = page.partition("| package |")
-    listed = re.findall(r"^\| ([a-z]\S+) \| .+ \|$", table, re.M)
-    required = {re.split("[>=]", line)[0] for line in PROJECT["dependencies"]}
-    assert sorted(listed) == sorted(required)
