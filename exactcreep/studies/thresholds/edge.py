@@ -12,9 +12,8 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import EDGE, IN_CYCLE
-from exactcreep.studies.thresholds.amplitudes import Span
 from exactcreep.studies.thresholds.questions import MOST_CYCLES, InCycle, Lasting, Sliding
-from exactcreep.studies.thresholds.search import MOST_DIGITS, Edge, Search
+from exactcreep.studies.thresholds.search import MOST_DIGITS, Edge, Search, Span
 from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
 from exactcreep.watch.limits import Limits
 
@@ -41,7 +40,6 @@ class CreepEdge(Threshold):
     fates: tuple[Fate | None, Fate | None] | None = None
     sensitive: tuple[float, ...] = ()
     edges: tuple[Edge, ...] | None = None
-    scanned: bool = False
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
 
@@ -57,7 +55,7 @@ class CreepEdge(Threshold):
         if self.lower is None or self.upper is None:
             return f"it is not known where {what} begins"
         where = Edge(self.lower, self.upper, evidence=self.evidence).text(what)
-        if not self.scanned:
+        if self.solver == "sliding":
             return where
         if self.edges is None:
             return f"{where}, the first edge of a scan in float64 (--edges lists all)"
@@ -99,16 +97,13 @@ def edge_of(
     low: Number | None = None,
     high: Number | None = None,
     points: Number = 1000,
-    bracket: tuple[Number, Number] | None = None,
     edges: bool = False,
 ) -> CreepEdge:
     """Return the edge of a chain for which it makes sense; see `threshold`."""
-    span = Span.of(chain, low, high, bracket, points)
+    span = Span.of(chain, low, high, points)
     if not isinstance(edges, bool):
         raise InputError("edges", edges, "must be true or false")
     places = whole_number(digits, "digits", least=1, most=MOST_DIGITS)
-    if edges and span.bracket is not None:
-        raise InputError("edges", edges, "needs a scan, and a bracket skips it")
     for_ever = Sliding if chain.slides else Lasting
     kind, cycles = (InCycle, after) if after else (for_ever, MOST_CYCLES)
     question = kind(chain, cycles, limits, say)
@@ -131,7 +126,6 @@ def edge_of(
         **known,
         sensitive=tuple(sorted(map(nearest_float, getattr(question, "sensitive", ())))),
         edges=(tuple(search.edges) or None) if edges else None,
-        scanned=span.bracket is None and not chain.slides,
         report={"deciding_runs": len(question.answers)},
         reason=search.reason,
     )

@@ -33,7 +33,6 @@ def threshold(
     low: Number | None = None,
     high: Number | None = None,
     points: Number | None = None,
-    bracket: tuple[Number, Number] | None = None,
     edges: bool = False,
     cycles: Number | None = None,
     fit: tuple[Number, Number] | None = None,
@@ -76,9 +75,6 @@ def threshold(
         Edge: number of equal steps of the scan. Default: 1000. Intercept: number of amplitudes, at
         least 8. Default: 12. Amplitude k, from 1, has the start and the disorder of start k of
         `survival`.
-    bracket : pair of numbers, optional
-        Edge: replaces the scan; the chain does not creep at the first number, and creeps at the
-        second.
     edges : bool
         Edge: whether to list all edges of the scan: the first to all digits, the others in float64.
     cycles : int, optional
@@ -104,8 +100,7 @@ def threshold(
     ------
     InputError
         If an argument is out of range or belongs to the other kind, the question makes no sense for
-        the chain, a bracket is empty or contains no edge, nothing creeps in the scan, or `cycles`
-        are too few for standard errors.
+        the chain, nothing creeps in the scan, or `cycles` are too few for standard errors.
 
     Notes
     -----
@@ -139,8 +134,7 @@ def threshold(
     answer: Callable[..., Threshold] = intercept_of if chosen == INTERCEPT else edge_of
     words: dict[str, Any] = {
         "after": after, "digits": digits, "low": low, "high": high, "points": points,
-        "bracket": bracket, "edges": edges or None, "cycles": cycles, "fit": fit, "size": size,
-        "seed": seed,
+        "edges": edges or None, "cycles": cycles, "fit": fit, "size": size, "seed": seed,
     }  # fmt: skip
     given = {name: value for name, value in words.items() if value is not None}
     (other,) = {*_KINDS} - {chosen}
