@@ -22,8 +22,8 @@ from numpydoc.validate import validate
 
 import exactcreep
 from exactcreep.solvers.exact.estimated import Estimated
-from exactcreep.studies.thresholds.edge import CreepEdge
 from exactcreep.studies.thresholds.intercept import Intercept
+from exactcreep.studies.thresholds.threshold import CreepEdge
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
