@@ -149,7 +149,7 @@ def animate(
 
     Examples
     --------
-    exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
+    exactcreep animate six-sliders-cycles --rearrangement 5 --out one.gif
     exactcreep animate thirty-sliders-cycles --frames 60
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche

@@ -159,7 +159,7 @@ def roof(
 
     Examples
     --------
-    exactcreep roof station.csv --length 8 --slope-degrees 30 --material lead --plot roof.png
+    exactcreep roof station.csv --length 8 --slope-degrees 30 --plot roof.png
     """
     from exactcreep.commands.answer import say_rows
     from exactcreep.model.numbers import exact_number

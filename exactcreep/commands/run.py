@@ -285,10 +285,10 @@ def run(
     --------
     exactcreep run two-sliders-cycles
     exactcreep run six-sliders-cycles --set chain.tan_alpha=1/5 --plot run.png
-    exactcreep run six-sliders-cycles --set drive.cycles=1e5 --checkpoint six.ckpt --out six.nc
+    exactcreep run two-sliders-cycles --checkpoint two.ckpt --out two.nc
     exactcreep run bristol-roof --plot roof.png
-    exactcreep run chain-plateaus --workers 8 --out plateaus --plot plateaus.png
-    exactcreep run two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
+    exactcreep run chain-plateaus --out plateaus --plot plateaus.png
+    exactcreep run two-sliders-cycles --set vary.chain.n=[2,3] --seeds 100
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
