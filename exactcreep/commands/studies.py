@@ -19,6 +19,7 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
+    drawing,
     duration,
     say,
     say_heading,
@@ -171,7 +172,7 @@ def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Sign
 def _kind(own: inspect.Parameter) -> Any:
     """Return the annotation of a parameter of a public function on the command line."""
     annotation = str(own.annotation)
-    named = {"name": _FLAGS[own.name]} if own.name in _FLAGS else {}
+    named: dict[str, Any] = {"name": _FLAGS[own.name]} if own.name in _FLAGS else {}
     if "State" in annotation:
         named = {"name": "--start-tension", "help": _START}
     if annotation == "bool":
@@ -254,12 +255,8 @@ def compare(
         )
     about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
-    def draw() -> Any:
-        from exactcreep.figures.compare import draw_compared
-
-        return draw_compared(data, title)
-
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
+    draw = drawing("compare:draw_compared", data, title)
     output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 
