@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import io
-import math
 import os
 import sys
 import warnings
@@ -169,29 +168,21 @@ def _missing(arguments: Sequence[str], error: MissingArgumentError) -> str:
 
 def _no_option(arguments: Sequence[str], error: UnknownOptionError) -> str:
     """Return the sentence about an unknown option: it suggests a similar option, or --set."""
-    from exactcreep.model.chain import ANGLES
     from exactcreep.model.names import did_you_mean
-    from exactcreep.model.remarks import in_degrees
     from exactcreep.scene import key_of
 
     command, token = arguments[0], error.token.keyword or error.token.value
     option = token.partition("=")[0]
     options = [name for each in error.argument_collection if each.parse for name in each.names]
     words = [part for word in arguments for part in word.split("=")]
-    value, why = [*words[1 + words.index(option) :], "..."][0], ""
-    name = option.lstrip("-").replace("-", "_")
-    if name in ANGLES:
-        degrees = float(value) if value.replace(".", "", 1).isdigit() else 15.0
-        name, value = "tan_alpha", f"{math.tan(math.radians(degrees)):.3g}"
-        why = f": {in_degrees(degrees)}"
-    key = key_of(name) if "--set" in options else ""
+    value = [*words[1 + words.index(option) :], "..."][0]
+    key = key_of(option.lstrip("-").replace("-", "_")) if "--set" in options else ""
     if key:
         setting = f"vary.{key}=[{value}]" if "," in value else f"{key}={value}"
-        return f"{command} takes a scene; set its {key} with --set {setting}{why}"
+        return f"{command} takes a scene; set its {key} with --set {setting}"
     if option in moved.OPTIONS:
         return f"{command} has no option {option}: {moved.OPTIONS[option]}"
-    near = f" (did you mean --tan-alpha?){why}" if why and "--tan-alpha" in options else ""
-    return f"{command} has no option {option}{near or did_you_mean(option, options)}"
+    return f"{command} has no option {option}{did_you_mean(option, options)}"
 
 
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
@@ -201,20 +192,17 @@ def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
         complain(str(message))
 
 
-def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
-    """Return replacements for signs that a stream cannot encode; an error handler of `codecs`."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    signs = error.object[error.start : error.end]
-    plain = (_PLAIN.get(sign) or ascii(sign)[1:-1] for sign in signs)
-    return "".join(plain), error.end
+def _plain(error: Any) -> tuple[str, int]:
+    """Replace a sign that a stream cannot encode; an error handler of `codecs`."""
+    sign = error.object[error.start]
+    return _PLAIN.get(sign) or ascii(sign)[1:-1], error.start + 1
 
 
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
     try:
-        codecs.register_error("plain", _in_plain_letters)
+        codecs.register_error("plain", _plain)
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="plain")

@@ -322,12 +322,12 @@ class Solid(Shown):
         InputError
             If an argument is out of range, or a seed would have no effect.
         """  # fmt: skip
-        self.time_unit_of(temperatures, time_unit)  # raises before the run
+        seconds = self.time_unit_of(temperatures, time_unit)  # raises before the run
         if (seed := options.get("seed")) and solver == "sliding" and not temperatures.random:
             allowed = "has no effect in the sliding limit, which has no static friction"
             raise InputError("seed", seed, allowed)
         result = creep(self.chain, temperatures, solver=solver, **options)
-        return Walk.of(self, result, time_unit)
+        return Walk(self, result, seconds)
 
 
 def _left_out(value: object) -> bool:
@@ -408,10 +408,10 @@ def physical(
     """
     quantities = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
              "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
-    if not isinstance(material, str) or material:
-        if not isinstance(material, str) or material not in MATERIALS:
-            allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
-            raise InputError("material", material, allowed)
+    if not isinstance(material, str) or material not in ("", *MATERIALS):
+        allowed = f"must be one of {', '.join(MATERIALS)}, or be left out"
+        raise InputError("material", material, allowed)
+    if material:
         properties = MATERIALS[material]._asdict()
         left_out = {name for name, value in quantities.items() if _left_out(value)}
         quantities |= {name: properties[name] for name in left_out & properties.keys()}

@@ -97,7 +97,7 @@ def test_what_differs_from_slider_to_slider_is_understood_or_refused(call: str, 
         return
     with pytest.raises(ec.InputError) as refused:
         CALLS[call](chain, drive, start)
-    field = refused.value.field
+    field = refused.value.name
     assert field in FIELDS[kind] if kind in FIELDS else field.rpartition(".")[2] in UNLIKE[kind]
 
 

@@ -128,7 +128,7 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
+            summary |= {"walk" if math.isnan(moved.time_unit) else "descent": moved.summary()}
 
         shape, drawn = ("run:draw_run", result) if moved is None else ("walk:draw_walk", moved)
         draw = drawing(shape, drawn, wanted.title)
@@ -221,12 +221,11 @@ def foretelling(display: Display) -> Callable[[Progress], None]:
 
 def _in_millimetres(result: Creep, member: Member) -> Walk | None:
     """Return the walk of a single run of a solid or a pipeline, if its units are known."""
-    solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
-    if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
-        return exactcreep.results.Walk(member.pipe, result)
-    if solid is None or seconds is None or not result.half_cycles:
-        return None
-    return exactcreep.results.Walk.of(solid, result, seconds)
+    body, targets, known = member.body, result.half_cycles, not math.isnan(member.time_unit)
+    walks = targets > 1 and {"x", "tension"} <= {*result.experiment.record}
+    if (targets and known) or (walks and isinstance(body, exactcreep.results.Pipeline)):
+        return exactcreep.results.Walk(body, result, member.time_unit)
+    return None
 
 
 def run(
@@ -337,7 +336,6 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
         ("outcome", result.sentence),
         ("trajectory", known_text(result)),
         (f"velocity per {result.drive.per}", _measured(result)),
-        ("  of", result.velocity_of),
     ]
     rows += [("  but", result.metastable)] if result.metastable else []
     if result.velocity_reason and math.isfinite(result.velocity):

@@ -21,6 +21,7 @@ from exactcreep.commands.answer import (
     Printed,
     drawing,
     duration,
+    put,
     say,
     say_heading,
     say_rows,
@@ -277,14 +278,14 @@ def _print_compared(data: xr.Dataset) -> None:
         ))  # fmt: skip
     names = ("parted", "after", "error", "time", "range", "bias %")
     say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
-    seeds = data.sizes["seed"]
-    say(
-        f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}; parted:"
-        " seeds with a wrong event; after: events before it, median (inf: none is wrong); error: of"
-        " positions before any method is wrong (g tau_dyn^2; certified: proved), median; time:"
-        " processor time per half-cycle, median and range of"
-        f" {data.sizes['repetition']} repetitions; bias: of the mean velocity against exact with"
-        f" the same disorder, 95 %; {unresolved(data)} where the interval is wider than 10 %",
-        style="dim",
-    )
+    seeds, times = data.sizes["seed"], data.sizes["repetition"]
+    put(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
+    say_rows((
+        ("parted", "number of seeds with a wrong event"),
+        ("after", "right events before the first wrong event, median; inf: none is wrong"),
+        ("error", "of positions until a method is wrong, g tau_dyn^2, median; certified: proved"),
+        ("time", f"processor time per half-cycle, median and range of {times} repetitions"),
+        ("bias", "of the mean velocity against exact with the same disorder, at 95 %"),
+        ("", f"{unresolved(data)} where this interval is wider than 10 %"),
+    ))  # fmt: skip
     say(f"[bold]{sentence(data)}[/bold]")

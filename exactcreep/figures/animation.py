@@ -91,9 +91,7 @@ def _rearrangements(
     ramp = 1 if target > as_float(state.theta) else -1
     begin = [0] * (half_cycle == 1)  # a start that is not at rest is rearranged at its own theta
     for direction in itertools.chain(begin, itertools.repeat(ramp)):
-        motion = experiment.algorithm.rearrange(
-            experiment.chain, state, direction, experiment.seed
-        )
+        motion = experiment.algorithm.rearrange(experiment.chain, state, direction, experiment.seed)
         if motion.events:
             yield motion
             state = motion.state

@@ -44,8 +44,6 @@ MAPPED = 5
 """A sweep over two quantities with at least this many values each is drawn as a map."""
 LAW = "law that holds"
 """Legend of `Prediction.values`."""
-MOST_LINES = 10
-"""Most cells that are drawn as lines although a number varies among them."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
 _FINE = 80  # points along a side of a map at which the law is computed
@@ -121,9 +119,9 @@ def _shown(value: Any) -> Any:
 
 
 def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
-    """Return whether a grid is drawn as trajectories: few, or along no number of three values."""
+    """Return whether a grid is drawn as trajectories: no number in it has three values."""
     lengths = (_numbers(list(map(_shown, values))) for key, values in vary.items() if key != SEED)
-    return math.prod(map(len, vary.values())) <= MOST_LINES or max(lengths, default=0) < 3
+    return max(lengths, default=0) < 3
 
 
 @styled

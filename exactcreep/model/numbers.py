@@ -38,11 +38,11 @@ _OF_NUMBERS = TypeError, ValueError, AttributeError, ArithmeticError
 
 
 class InputError(ValueError):
-    """Bad input: the message names the field, the value and the allowed values.
+    """Bad input: the message names the quantity, the value and the allowed values.
 
     Parameters
     ----------
-    field : str
+    name : str
         Its name for the user.
     value : object
         The value given.
@@ -58,18 +58,17 @@ class InputError(ValueError):
     cycles = 'many': must be a whole number, at least 1 and at most 1000000000000
     """
 
-    def __init__(self, field: str, value: Any, allowed: str) -> None:
-        text = shown(value)
+    def __init__(self, name: str, value: Any, allowed: str) -> None:
+        self.name, self.value, self.allowed = name, value, allowed
+        super().__init__(name, value, allowed)
+
+    def __str__(self) -> str:
+        if self.value is None and self.allowed.startswith("is missing"):
+            return f"{self.name} {self.allowed}"
+        text = shown(self.value)
         if len(text) > 80:
             text = f"{text[:20]}…{text[-50:]} ({len(text)} characters)"
-        missing = value is None and allowed.startswith("is missing")
-        super().__init__(f"{field} {allowed}" if missing else f"{field} = {text}: {allowed}")
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
-        return (type(self), (self.field, self.value, self.allowed))
+        return f"{self.name} = {text}: {self.allowed}"
 
 
 def refusing(function: Callable[P, T]) -> Callable[P, T]:
@@ -93,9 +92,9 @@ def refusing(function: Callable[P, T]) -> Callable[P, T]:
             usable = {name: value for name, value in given.items() if name != "cls"}
             said = " ".join(str(error).split()) if type(error) is ValueError else ""
             named = (name for name in usable if re.search(rf"\b{name}\b", said))
-            field = next(named, next(iter(usable)))
+            name = next(named, next(iter(usable)))
             allowed = said[:200] or "is not of a type that can be used"
-            raise InputError(field, usable[field], allowed) from error
+            raise InputError(name, usable[name], allowed) from error
 
     return careful
 
@@ -246,43 +245,43 @@ def listed(value: Any) -> list[Any] | None:
         return None
 
 
-def exact_number(value: Any, field: str) -> Fraction:
-    """Return `value` as an exact rational, or raise `InputError` with the name `field`.
+def exact_number(value: Any, name: str) -> Fraction:
+    """Return `value` as an exact rational, or raise `InputError` about `name`.
 
     A float is its exact binary value; a string is a decimal (``"1e-3"``) or a ratio (``"3/5"``).
     """
     if isinstance(value, Fraction):
         return value
     if isinstance(value, (bool, np.bool_)):
-        raise InputError(field, value, "must be a number, not a truth value")
+        raise InputError(name, value, "must be a number, not a truth value")
     if isinstance(value, numbers.Integral) and hasattr(value, "__index__"):
         return Fraction(int(value))
     if isinstance(value, np.floating):
         value = float(value)
     if isinstance(value, (float, Decimal)):
         if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
-            raise InputError(field, value, "must be a finite number")
-        return Fraction(value) if isinstance(value, float) else _from_text(str(value), value, field)
+            raise InputError(name, value, "must be a finite number")
+        return Fraction(value) if isinstance(value, float) else _from_text(str(value), value, name)
     if isinstance(value, str):
-        return _from_text(value.strip().replace("_", ""), value, field)
+        return _from_text(value.strip().replace("_", ""), value, name)
     raise InputError(
-        field, value, "must be a number (an integer, a float, a Fraction or a decimal string)"
+        name, value, "must be a number (an integer, a float, a Fraction or a decimal string)"
     )
 
 
-def _from_text(text: str, value: Any, field: str) -> Fraction:
+def _from_text(text: str, value: Any, name: str) -> Fraction:
     if len(text) > _LONGEST:
-        raise InputError(field, value, f"must have at most {_LONGEST} characters")
+        raise InputError(name, value, f"must have at most {_LONGEST} characters")
     if _RATIO.fullmatch(text):
         numerator, denominator = text.split("/")
         if _long(denominator) == 0:
-            raise InputError(field, value, "must not be divided by zero")
+            raise InputError(name, value, "must not be divided by zero")
         return _long(numerator) / _long(denominator)
     if not _DECIMAL.fullmatch(text):
-        raise InputError(field, value, 'must be a finite number, e.g. 0.25, "1/4" or 2.5e-3')
+        raise InputError(name, value, 'must be a finite number, e.g. 0.25, "1/4" or 2.5e-3')
     exponent = re.split("[eE]", text)[1] if re.search("[eE]", text) else "0"
     if len(exponent) > 6 or abs(int(exponent)) > _WIDEST:
-        raise InputError(field, value, f"must have an exponent between -{_WIDEST} and {_WIDEST}")
+        raise InputError(name, value, f"must have an exponent between -{_WIDEST} and {_WIDEST}")
     return _long(text)
 
 
@@ -308,27 +307,27 @@ def ratio_of(text: str) -> Fraction:
         raise ValueError(f"not a ratio of integers: {text[:60]!r}") from None
 
 
-def positive_number(value: Any, field: str) -> Fraction:
+def positive_number(value: Any, name: str) -> Fraction:
     """Return `value` as a rational, or raise `InputError` unless it is positive."""
-    number = exact_number(value, field)
+    number = exact_number(value, name)
     if number <= 0:
-        raise InputError(field, value, "must be positive")
+        raise InputError(name, value, "must be positive")
     return number
 
 
-def number_from_zero(value: Any, field: str) -> Fraction:
+def number_from_zero(value: Any, name: str) -> Fraction:
     """Return `value` as a rational, or raise `InputError` if it is negative."""
-    number = exact_number(value, field)
+    number = exact_number(value, name)
     if number < 0:
-        raise InputError(field, value, "must not be negative")
+        raise InputError(name, value, "must not be negative")
     return number
 
 
-def number_of_floats(value: Any, field: str) -> Fraction:
+def number_of_floats(value: Any, name: str) -> Fraction:
     """Return `value` as a rational, or raise `InputError` if no float is so large."""
-    number = exact_number(value, field)
+    number = exact_number(value, name)
     if not math.isfinite(nearest_float(number)):
-        raise InputError(field, value, "must be smaller than the largest float, 1.8e308")
+        raise InputError(name, value, "must be smaller than the largest float, 1.8e308")
     return number
 
 
@@ -341,7 +340,7 @@ def sign_of_surd(rational: Fraction, surd: Fraction | int, radicand: Fraction) -
     return signs[0] * ((more > 0) - (more < 0))
 
 
-def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
+def whole_number(value: Any, name: str, *, least: int, most: int | None = None) -> int:
     """Return `value` as an int between `least` and `most` (inclusive), or raise `InputError`."""
     if type(value) is int and least <= value and (most is None or value <= most):
         return value
@@ -349,13 +348,13 @@ def whole_number(value: Any, field: str, *, least: int, most: int | None = None)
     if most is not None:
         allowed += f" and at most {most}"
     try:
-        number = exact_number(value, field)
+        number = exact_number(value, name)
     except InputError:
-        raise InputError(field, value, allowed) from None
+        raise InputError(name, value, allowed) from None
     if number.denominator != 1:
-        raise InputError(field, value, allowed)
+        raise InputError(name, value, allowed)
     if number < least or (most is not None and number > most):
-        raise InputError(field, int(number), allowed)
+        raise InputError(name, int(number), allowed)
     return int(number)
 
 

@@ -25,6 +25,7 @@ from exactcreep.model.numbers import (
     refusing,
 )
 
+_ARRAYS = "tensions", "displacements", "coefficients", "draws"
 _MOST_DRAWS = 2**62
 
 
@@ -69,7 +70,7 @@ class State(Shown):
     unrounded: Mapping[str, Any] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        for name in ("tensions", "displacements", "coefficients", "draws"):
+        for name in _ARRAYS:
             checked = _counts if name == "draws" else _numbers
             array = checked(getattr(self, name), f"state.{name}")
             array.flags.writeable = False
@@ -95,15 +96,15 @@ class State(Shown):
             return NotImplemented
         return all(
             same_numbers(np.array(getattr(self, name)), np.array(getattr(other, name)))
-            for name in ("draws", "tensions", "displacements", "coefficients", "theta")
+            for name in (*_ARRAYS, "theta")
         )
 
     def __hash__(self) -> int:
         return hash(self.draws.tobytes())  # integers of the same type in every equal state
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        # made anew, so that it owns its arrays, read-only
-        return of_parts, (vars(self),)
+    def __setstate__(self, parts: Mapping[str, Any]) -> None:
+        vars(self).update(parts)
+        self.__post_init__()  # it owns its arrays, read-only
 
     @property
     def n(self) -> int:
@@ -232,26 +233,19 @@ class State(Shown):
         return np.asarray(forces)
 
     def _facts(self) -> dict[str, Any]:
-        names = ("theta", "tensions", "displacements", "coefficients", "draws")
-        return {"n": self.n} | {name: getattr(self, name) for name in names}
+        return {"n": self.n} | {name: getattr(self, name) for name in ("theta", *_ARRAYS)}
 
     def _units(self) -> dict[str, str]:
         return {"tensions": "m g", "displacements": "g tau_dyn^2"}
 
 
-def owning(
-    tensions: NDArray[np.float64],
-    displacements: NDArray[np.float64],
-    coefficients: NDArray[np.float64],
-    draws: NDArray[np.int64],
-    theta: Scalar,
-) -> State:
+def owning(theta: Scalar, *arrays: NDArray[Any]) -> State:
     """Return the state of a solver's own arrays, which it owns from now on, read-only."""
     made = State.__new__(State)
-    for array in (tensions, displacements, coefficients, draws):
+    for name, array in zip(_ARRAYS, arrays, strict=True):
         array.flags.writeable = False
-    vars(made).update(tensions=tensions, displacements=displacements, theta=theta)
-    vars(made).update(coefficients=coefficients, draws=draws)
+        vars(made)[name] = array
+    vars(made)["theta"] = theta
     return made
 
 
@@ -269,12 +263,6 @@ def require_finite(state: State) -> None:
         for value in array.ravel().tolist():
             if not is_finite(value):
                 raise InputError(f"state.{name}", value, "must hold finite numbers")
-
-
-def of_parts(parts: Mapping[str, Any]) -> State:
-    """Return the state with these attributes."""
-    rounded = {name: value for name, value in parts.items() if name != "unrounded"}
-    return completed(State(**rounded), parts.get("unrounded"))
 
 
 def completed(state: State, unrounded: Mapping[str, Any] | None) -> State:
@@ -307,31 +295,31 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     return near if whole else np.array(values, dtype=object)
 
 
-def _numbers(given: Any, field: str) -> NDArray[Any]:
+def _numbers(given: Any, name: str) -> NDArray[Any]:
     """Return numbers as a new array, float64 or of Python numbers."""
     try:
         array = np.array(given)
     except (ValueError, TypeError):  # rows of unequal length
-        raise InputError(field, given, "must be an array of numbers") from None
+        raise InputError(name, given, "must be an array of numbers") from None
     if array.ndim != 1:
-        raise InputError(field, array.shape, "must have one dimension")
+        raise InputError(name, array.shape, "must have one dimension")
     if array.dtype.kind in "fiu":
         return array.astype(np.float64, copy=False)
     for value in array.tolist():
         if array.dtype != object or not _is_number(value):
-            raise InputError(field, value, "must hold numbers")
+            raise InputError(name, value, "must hold numbers")
     return array
 
 
-def _counts(given: Any, field: str) -> NDArray[np.int64]:
-    array = _numbers(given, field)
+def _counts(given: Any, name: str) -> NDArray[np.int64]:
+    array = _numbers(given, name)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
     # numbers beyond the precision of float64 are also excessive
     if array.dtype == object or not ((array >= 1) & (array <= _MOST_DRAWS)).all():
-        raise InputError(field, given, allowed)
+        raise InputError(name, given, allowed)
     counts = np.array(given).astype(np.int64)
     if (counts != array).any():
-        raise InputError(field, given, allowed)
+        raise InputError(name, given, allowed)
     return counts
 
 

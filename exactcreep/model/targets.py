@@ -138,10 +138,10 @@ def targets_of(theta: Any) -> tuple[Any, ...]:
     return values
 
 
-def _target(value: Any, field: str) -> Any:
+def _target(value: Any, name: str) -> Any:
     springs = listed(value)
     if springs is None:
-        return exact_number(value, field)
+        return exact_number(value, name)
     if not springs:
-        raise InputError(field, [], "must be a number, or a list of one for each spring")
-    return tuple(exact_number(one, f"{field}[{k}]") for k, one in enumerate(springs))
+        raise InputError(name, [], "must be a number, or a list of one for each spring")
+    return tuple(exact_number(one, f"{name}[{k}]") for k, one in enumerate(springs))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -26,84 +26,80 @@ _WORDS: dict[type[Exception], str] = {
 
 
 @contextmanager
-def refused(field: str, shown: str, why: str = "cannot be read") -> Iterator[None]:
+def refused(name: str, shown: str, why: str = "cannot be read") -> Iterator[None]:
     """Turn every error of a block that reads a file into an `InputError` that names the file."""
     try:
         yield
     except Exception as error:
         said = _WORDS.get(type(error), "{}").format(error)
         if isinstance(error, InputError) and isinstance(error.value, str) and error.value == shown:
-            if error.field == field:
+            if error.name == name:
                 raise
             said = error.allowed
         reason = " ".join(said.split()) or type(error).__name__
-        raise InputError(field, shown, f"{why}: {reason[:_LONGEST_REASON]}") from error
+        raise InputError(name, shown, f"{why}: {reason[:_LONGEST_REASON]}") from error
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], field: str, most: int) -> Iterator[BinaryIO]:
+def opened(path: str | os.PathLike[str], name: str, most: int) -> Iterator[BinaryIO]:
     """Open a regular file of at most so many bytes, or raise `InputError`."""
     shown, place = os.fspath(path), Path(path)
     try:
-        if place.is_dir():
-            raise InputError(field, shown, "is a directory, and must be a file")
-        if not place.exists():
-            raise InputError(field, shown, "must be an existing file")
-        if not place.is_file():
-            raise InputError(field, shown, "must be a regular file")
-        file = place.open("rb")
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # ValueError: no valid file name
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(field, shown, f"cannot be read: {reason}") from None
+        file = place.open("rb") if place.is_file() else None
+    except OSError as error:
+        raise InputError(name, shown, f"cannot be read: {error.strerror}") from None
+    if file is None:
+        raise InputError(name, shown, "must be an existing file, and no directory or device")
     with file:
         if os.fstat(file.fileno()).st_size > most:
-            raise InputError(field, shown, f"must have at most {most // 2**20} MiB")
+            raise InputError(name, shown, f"must have at most {most // 2**20} MiB")
         yield file
 
 
-def content_of(path: str | os.PathLike[str], field: str, most: int) -> bytes:
+def content_of(path: str | os.PathLike[str], name: str, most: int) -> bytes:
     """Return the content of a regular file of at most so many bytes, or raise `InputError`."""
-    with opened(path, field, most) as file, refused(field, os.fspath(path)):
+    with opened(path, name, most) as file, refused(name, os.fspath(path)):
         return file.read(os.fstat(file.fileno()).st_size)
 
 
-def unpacked(content: bytes, field: str, shown: str, most: int) -> bytes:
+def unpacked(content: bytes, name: str, shown: str, most: int) -> bytes:
     """Return gzip's content unpacked, or any other content; at most so many bytes."""
     if not content.startswith(_GZIP):
         return content
-    with refused(field, shown, "must be packed by gzip"):
+    with refused(name, shown, "must be packed by gzip"):
         data = gzip.GzipFile(fileobj=io.BytesIO(content)).read(most + 1)
     if len(data) > most:
-        raise InputError(field, shown, f"must have at most {most // 2**20} MiB when unpacked")
+        raise InputError(name, shown, f"must have at most {most // 2**20} MiB when unpacked")
     return data
 
 
-def text_of(content: bytes, field: str, shown: str) -> str:
+def text_of(content: bytes, name: str, shown: str) -> str:
     """Return bytes as UTF-8 text, or raise `InputError`."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         allowed = f"must be UTF-8 text; line {line} holds another byte"
-        raise InputError(field, shown, allowed) from None
+        raise InputError(name, shown, allowed) from None
 
 
 def difference(
     known: Mapping[str, Any], wanted: Mapping[str, Any], text: Callable[[Any], str]
 ) -> str:
     """Say the first dotted key whose values differ in their texts; "" if there is none."""
-    there, here = dict(_leaves(known)), dict(_leaves(wanted))
+    there, here = dict(leaves(known)), dict(leaves(wanted))
     for key in {**here, **there}:
         if text(there.get(key)) != text(here.get(key)):
             return f"{key} is {shown(there.get(key))} there, and {shown(here.get(key))} here"
     return ""
 
 
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(
+    table: Mapping[str, Any], prefix: str = "", whole: Collection[str] = ()
+) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values; a table with a key among `whole` is itself a value."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")
+        if isinstance(value, Mapping) and not {*whole} & {*value}:
+            yield from leaves(value, f"{prefix}{key}.", whole)
         else:
             yield f"{prefix}{key}", value

@@ -53,7 +53,6 @@ class RunRow(NamedTuple):
         str, _word("why velocity or velocity_error is nan"), _LINE | _CELL | _SAID
     ]
     velocity_units: Annotated[str, _word("unit of both")]
-    velocity_of: Annotated[str, _word("which velocity it is"), _LINE]
     velocity_radius: Annotated[str, _word("of the ball that holds the velocity"), _SAID]
     metastable: Annotated[
         str, _word("that drawn coefficients will stop the chain for ever"), _LINE | _SAID
@@ -101,11 +100,7 @@ def attribute_of(name: str) -> str:
 def reader_of(name: str) -> Callable[[Any], Any]:
     """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
-    count = partial(whole_number, field=name, least=0, most=_MOST)
-    if kind == int | None:
-        return lambda number: (
-            None if number == -1 else count(number)
-        )  # -1 in files of version 0.2.0
+    count = partial(whole_number, name=name, least=0, most=_MOST)
     if hasattr(kind, "__args__"):
         return lambda text: dict(json.loads(text))
-    return count if kind is int else kind
+    return count if kind in (int, int | None) else kind

@@ -17,17 +17,18 @@ from exactcreep.records.words import MONTHS, ZONES
 
 FIRST_YEAR, LAST_YEAR = 1700, 2200
 DAY = 86400  # seconds
-_DAYS = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d",
-         "%d-%b-%Y", "%d-%b-%y", "%b-%d-%Y", "%Y-%b-%d", "%Y-%m", "%m-%Y", "%b-%Y")  # fmt: skip
-_BETWEEN = ("-", "/", ".", " ")
-_OTHERS = ("%b %d, %Y", "%b %d,%Y", "%b. %d, %Y", "%d. %m. %Y", "%d. %b %Y", "%d%b%Y", "%b-%y",
-           "%Y年%m月%d日", "%Y年%m月")  # fmt: skip
+_ORDERS = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d", "%d-%b-%Y",
+           "%d-%b-%y", "%b-%d-%Y", "%Y-%b-%d", "%Y-%m", "%m-%Y", "%b-%Y")  # fmt: skip
+DAYS = tuple(day.replace("-", sign) for sign in "-/. " for day in _ORDERS if sign != "."
+             or not day.startswith("%m-%d"))  # fmt: skip
+DAYS += ("%b %d, %Y", "%b %d,%Y", "%b. %d, %Y", "%d. %m. %Y", "%d. %b %Y", "%d%b%Y", "%b-%y",
+         "%Y %j", "%Y年%m月%d日", "%Y年%m月")  # fmt: skip
 _DIGITS = ("%Y%m%d", "%Y%m", "%d%m%Y", "%m%d%Y", "%y%m%d", "%d%m%y", "%m%d%y")
-_CLOCKS = ("%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p", "%I:%M:%S%p", "%I:%M%p", "%I %p",
-           "%H.%M.%S", "%H.%M", "%Hh%M", "%Hh", "%H時", "%H時%M分")  # fmt: skip
-_HOURS = ("%H", "%H%M", "%H%M%S")
 _JOINTS = (" ", "T", " T", "-", ":", ".", "_", ", ", ",", "/", "")
-_ZONED = ("", "%z", " %z")
+CLOCKS = tuple(f"{clock}{zone}" for clock in (
+    "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p", "%I:%M:%S%p", "%I:%M%p", "%I %p", "%H.%M.%S",
+    "%H.%M", "%Hh%M", "%Hh", "%H時", "%H時%M分", "%H", "%H%M", "%H%M%S", "%H %M", "%H %M %S",
+) for zone in ("", "%z", " %z"))  # fmt: skip
 _MONTH_OF = {name: k for k, names in enumerate(MONTHS, 1) for name in names}
 _CODES = {
     "Y": r"(?P<Y>\d{4})", "y": r"(?P<y>\d\d)", "m": r"(?P<m>\d{1,2})", "d": r"(?P<d>\d{1,2})",
@@ -41,7 +42,7 @@ _DAY, _CLOCK = "Yymbdj", "HIpMSz"
 _WEEKDAY = (
     r"(?:(?:[Mm]o|[Tt]u|[Ww]e|[Tt]h|[Ff]r|[Ss][auo]|[Dd][io]|[Mm]i)[^\W\d_]{0,8}[.,]{0,2}\s)?"
 )
-_BESIDE = re.compile(r"%[YymdHMSj]")
+_TOKEN = re.compile(r"((?<=%[YymdHMSj]))?%(.?)((?=%[YymdHMSj]))?|(.)", re.S)
 _ACCENTS = str.maketrans("äáàâãåéèêëíïîóòôöõúùûüřžščçñł", "aaaaaaeeeeiiiooooouuuurzsccnl")
 
 
@@ -51,22 +52,21 @@ def _expression(written: str) -> re.Pattern[str]:
     if not written:
         clock = rf"{_CODES['H']}:{_CODES['M']}(?::{_CODES['S']})?\s?{_CODES['z']}?"
         return re.compile(rf"{_CODES['Y']}-{_CODES['m']}-{_CODES['d']}(?:[T ]\s?{clock})?")
-    out, k = "", 0
-    while k < len(written):
-        if written[k] != "%":
-            out += r"\s+" if written[k] == " " else re.escape(written[k])
-            k += 1
-            continue
-        code = written[k + 1 : k + 2]
-        if code not in _CODES:
-            known = " ".join(f"%{each}" for each in _CODES)
-            raise InputError("date_format", written, f"must have codes among {known}")
-        part = _CODES[code]
-        digits = _BESIDE.match(written, k) and code not in "Yy"
-        if digits and (_BESIDE.match(written, k + 2) or (k > 1 and _BESIDE.match(written, k - 2))):
-            part = f"(?P<{code}>" + r"\d" * (3 if code == "j" else 2) + ")"
-        out, k = out + part, k + 2
+    out = _TOKEN.sub(_of_token, written)
     return re.compile(_WEEKDAY + out if "%d" in written and not written[:1].isspace() else out)
+
+
+def _of_token(token: re.Match[str]) -> str:
+    """Return the regular expression of a code or a sign; codes side by side have all digits."""
+    after, code, before, sign = token.groups()
+    if sign:
+        return r"\s+" if sign == " " else re.escape(sign)
+    if code not in _CODES:
+        known = " ".join(f"%{each}" for each in _CODES)
+        raise InputError("date_format", token.string, f"must have codes among {known}")
+    if code in "mdHMSj" and (after, before) != (None, None):
+        return f"(?P<{code}>" + r"\d" * (3 if code == "j" else 2) + ")"
+    return _CODES[code]
 
 
 def moments_of(texts: Sequence[str], written: str) -> NDArray[np.float64]:
@@ -74,26 +74,19 @@ def moments_of(texts: Sequence[str], written: str) -> NDArray[np.float64]:
 
     24:00 is the midnight after the day. Texts in ISO 8601 have all a time zone, or none.
     """
-    expression = _expression(written)
-    known = expression.groupindex
-    where = [[known.get(code, 0) for code in codes] for codes in ("s", _DAY, _CLOCK)]
-    found = [match and (match[0], *match.groups()) for match in map(expression.fullmatch, texts)]
-    out = np.full(len(texts), nan)
-    zoned = None
-    for k, parts in enumerate(found):
-        if parts is None:
+    out, zoned = np.full(len(texts), nan), None
+    for k, found in enumerate(map(_expression(written).fullmatch, texts)):
+        if found is None:
             continue
+        part = found.groupdict().get
         if not written:
-            zone = parts[known["z"]] is not None
-            zoned = zone if zoned is None else zoned
-            if zone is not zoned:
+            zoned = bool(part("z")) if zoned is None else zoned
+            if zoned is not bool(part("z")):
                 continue
-        (epoch, days, clock) = ([place and parts[place] for place in each] for each in where)
-        if epoch[0]:
-            seconds = float(epoch[0])
-            out[k] = seconds / 1000 if abs(seconds) >= 1e11 else seconds
+        if epoch := part("s"):
+            out[k] = float(epoch) / (1000 if abs(float(epoch)) >= 1e11 else 1)
         else:
-            out[k] = _days(*days) * DAY + _clock(*clock)
+            out[k] = _days(*map(part, _DAY)) * DAY + _clock(*map(part, _CLOCK))
     return out
 
 
@@ -137,44 +130,24 @@ def _zone(text: str) -> float:
     return (int(digits[:2]) + int(digits[2:]) / 60) * (-1 if text[0] == "-" else 1)
 
 
-@cache
-def _formats(*, digits: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return formats of days, and of the time of day with what joins it to the day."""
-    days = [day.replace("-", between) for between in _BETWEEN for day in _DAYS
-            if between != "." or not day.startswith("%m-%d")]  # fmt: skip
-    days += [*_OTHERS, *(_DIGITS if digits else ())]
-    clocks = ["", *(f"{clock}{zone}" for clock in _CLOCKS for zone in _ZONED)]
-    clocks += [f"{hour}{zone}" for hour in _HOURS for zone in _ZONED]
-    return tuple(days), tuple(clocks)
-
-
 def formats_of(text: str, *, digits: bool) -> Iterator[str]:
     """Yield the formats in which a text is a date; `digits` alone are a date only if so said."""
     if _expression("").fullmatch(text):
         yield ""
         return
-    days, clocks = _formats(digits=digits or not text.isdigit())
-    for day in days:
+    for day in (*DAYS, *(_DIGITS if digits or not text.isdigit() else ())):
         begin = _expression(day).match(text)
         if begin is None:
             continue
         if begin.end() == len(text):
             yield day
             continue
-        if "d" not in day:
+        if not {"d", "j"} & {*day}:
             continue
-        for joint, clock in product(_JOINTS, clocks):
-            if not clock or (not joint and not (text.isdigit() or clock.startswith("%H時"))):
+        for joint, clock in product(_JOINTS, CLOCKS):
+            if not joint and not (text.isdigit() or clock.startswith("%H時")):
                 continue
             if text.startswith(joint.strip() or " ", begin.end()) or not joint:
                 written = f"{day}{joint}{clock}"
                 if _expression(written).fullmatch(text):
                     yield written
-
-
-def clock_formats_of(text: str, *, digits: bool) -> Iterator[str]:
-    """Yield the formats in which a text is a time of day."""
-    for clock in (*_CLOCKS, *(_HOURS if digits or not text.isdigit() else ())):
-        for zone in _ZONED:
-            if _expression(clock + zone).fullmatch(text):
-                yield clock + zone

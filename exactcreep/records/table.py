@@ -56,9 +56,9 @@ class CellError(InputError):
     """
 
     def __init__(
-        self, field: str, value: object, allowed: str, row: int = 0, column: int = 0
+        self, name: str, value: object, allowed: str, row: int = 0, column: int = 0
     ) -> None:
-        super().__init__(field, value, allowed)
+        super().__init__(name, value, allowed)
         self.row, self.column = row, column
 
 
@@ -156,7 +156,7 @@ class Table:
 # --- text -----------------------------------------------------------------------------------------
 
 
-def table_of(path: Path, *, delimiter: str = "", encoding: str = "") -> tuple[Table, bytes]:
+def table_of(path: Path, delimiter: str, encoding: str) -> tuple[Table, bytes]:
     """Return the table in a file, and the content of the file.
 
     Raises `InputError` if the file is too large, or no table.

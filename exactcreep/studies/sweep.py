@@ -228,7 +228,7 @@ class _Cells:
             first = self.failed[min(self.failed)]
             count = f"{len(self.failed)} of {len(self.entries)} cells failed"
             allowed = f"{first.allowed}; {count}, and all others are computed"
-            raise InputError(first.field, first.value, allowed)
+            raise InputError(first.name, first.value, allowed)
 
     def _missing(self) -> Iterator[tuple[int, Experiment]]:
         """Yield the number and the experiment of each cell that is not in the folder."""
@@ -295,7 +295,7 @@ class _Cells:
         """Note an error in a cell; raise it if no other cell could be saved."""
         where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
         allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
-        self.failed[index] = InputError(error.field, error.value, allowed)
+        self.failed[index] = InputError(error.name, error.value, allowed)
         if self.folder is None or (not self.done and len(self.failed) >= _MOST_FAILURES):
             raise self.failed[index] from error
 

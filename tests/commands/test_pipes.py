@@ -50,6 +50,6 @@ def test_what_a_set_up_forbids_is_said_in_plain_letters(tmp_path: Path) -> None:
     line = ("run", "six-sliders-cycles", "--set", "drive.cycles=80", "--plot", str(picture))
     told = finished(*PROGRAM, *line, **forbidding)
     assert (told.returncode, told.stderr) == (0, f"written: {picture}\n")
-    assert re.search(r"velocity per half-cycle +\d+\.\d+ \+- 0\.\d+\n", told.stdout)
+    assert re.search(r"half-cycle +\d+\.\d+ \+- 0\.\d+\n", told.stdout)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert finished(*PROGRAM, "fate", "--help", **forbidding).returncode == 0

@@ -37,7 +37,6 @@ from exactcreep import (
     load_scene,
     physical,
     rearrange,
-    survival,
     sweep,
     threshold,
 )
@@ -114,7 +113,7 @@ def refusal(call: Callable[[], Any]) -> InputError | None:
         refused = error
     if refused is not None:
         told = str(refused)
-        assert told.startswith(f"{refused.field} = ")
+        assert told.startswith(f"{refused.name} = ")
         assert refused.allowed
         assert "\n" not in told
         assert len(told) < 1000
@@ -145,7 +144,7 @@ CALLS: dict[str, list[Callable[[Any, Any], Any]]] = {
         lambda a, b: Scene.from_mapping(a), lambda a, b: Scene.from_mapping({"chain": a}),
         lambda a, b: Experiment(CHAIN, RUN, record=a), lambda a, b: threshold(a),
         lambda a, b: Experiment(CHAIN, RUN, options=a), lambda a, b: physical(**ROOF, material=a),
-        lambda a, b: survival(CHAIN, 1, starts=1, cycles=1, executor=1 if a is None else a),
+        lambda a, b: sweep([EXPERIMENT], executor=1 if a is None else a),
         lambda a, b: threshold(CHAIN, kind=a), lambda a, b: fate(CHAIN, a, solver=b),
     ],
     "study": [

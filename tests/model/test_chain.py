@@ -88,7 +88,7 @@ def test_the_arrays_of_a_state_cannot_be_written_and_are_its_own_but_a_solver_s(
     tensions[0] = 9.0
     assert prepared.tensions[0] == 0.1
     arrays = np.zeros(2), np.zeros(3), np.full(3, 0.6), np.ones(3, dtype=np.int64)
-    owned = owning(*arrays, 0.0)
+    owned = owning(0.0, *arrays)
     kept = owned.tensions, owned.displacements, owned.coefficients, owned.draws
     assert all(own is array for own, array in zip(kept, arrays, strict=True))
     for array in (prepared.tensions, *arrays):

@@ -27,7 +27,7 @@ def refusal(make, *given, **named) -> InputError:
     with pytest.raises(InputError) as caught:
         make(*given, **named)
     sentence = str(caught.value)
-    assert sentence.startswith(f"{caught.value.field} = ")
+    assert sentence.startswith(f"{caught.value.name} = ")
     assert "must" in sentence or "beyond" in sentence
     assert "\n" not in sentence
     assert len(sentence) < 250
@@ -42,7 +42,7 @@ def refusal(make, *given, **named) -> InputError:
     ],
 )  # fmt: skip
 def test_what_is_no_finite_number(value):
-    assert refusal(exact_number, value, "mu_s").field == "mu_s"
+    assert refusal(exact_number, value, "mu_s").name == "mu_s"
 
 
 @pytest.mark.parametrize("value", [0, 11, 1.5, "x", True, INF])
@@ -92,12 +92,12 @@ STATES = [
 )
 def test_what_cannot_be_is_refused_by_its_field(make, given, field):
     refused = refusal(make, **given) if isinstance(given, dict) else refusal(make, *given)
-    assert refused.field == field
+    assert refused.name == field
 
 
 def test_a_refusal_survives_pickling():
     error = pickle.loads(pickle.dumps(InputError("n", 0, "must be at least 1")))
-    assert (error.field, error.value, str(error)) == ("n", 0, "n = 0: must be at least 1")
+    assert (error.name, error.value, str(error)) == ("n", 0, "n = 0: must be at least 1")
 
 
 def test_a_file_is_read_and_unpacked_up_to_a_size_to_the_byte(tmp_path: File) -> None:

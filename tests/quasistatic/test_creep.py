@@ -26,7 +26,7 @@ from exactcreep import (
 )
 from exactcreep.quasistatic.creep import PhysicsWarning, run_alone
 from tests.paper import paper_chain
-from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE, VECTORS
+from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO_SURE, VECTORS
 
 SHORT = Cycles("0.01", 5)
 
@@ -132,6 +132,9 @@ def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
     given = SAVED[run]
     result = creep(**given)
     result.save(tmp_path / "a.nc")
+    with pytest.raises(InputError, match="exists"):
+        result.save(tmp_path / "a.nc")
+    result.save(tmp_path / "a.nc", force=True)
     loaded = Creep.load(tmp_path / "a.nc")
     assert loaded == result
     assert loaded != replace(result, slip_count=1)
@@ -146,16 +149,6 @@ def test_a_result_survives_its_file_and_knows_the_states_on_its_way(
         assert result.state_at(short.drive.target_count) == run_alone(short).state
     if "start" in given:
         assert known.initial.tensions[0] == Fraction(1, 3)
-
-
-def test_only_force_overwrites_a_result(tmp_path: Path) -> None:
-    results, target = [creep(TWO, SHORT, seed=seed) for seed in range(2)], tmp_path / "a.nc"
-    results[0].save(target)
-    with pytest.raises(InputError, match="exists"):
-        results[1].save(target)
-    assert Creep.load(target) == results[0]
-    results[1].save(target, force=True)
-    assert Creep.load(target) == results[1]
 
 
 def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:

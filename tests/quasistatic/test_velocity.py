@@ -121,14 +121,6 @@ def _threshold(chain: Chain) -> float:
     return float(borne) / float(chain.l0)
 
 
-def test_an_accuracy_stops_the_run_of_a_chain_that_differs() -> None:
-    chain = Chain(8, 1000, ROUGHER, [f"{float(mu) + 0.1:.2f}" for mu in ROUGHER], "0.02",
-                  tan_alpha="0.2")  # fmt: skip
-    run = creep(chain, Cycles("0.004", 20_000), seed=1, accuracy="0.02")
-    assert run.half_cycles < 20_000
-    assert run.report["accuracy_reached"]
-
-
 @pytest.mark.parametrize(
     ("chain", "drive", "given", "reason"),
     [

@@ -30,7 +30,7 @@ def record(path, *, T0=0, **options):
 
 
 HEAD = "time,temperature\n"
-TWICE = HEAD + "".join(f"2024-10-DAYT{k:02}:00,{k}\n" for k in (0, 1, 2, *range(2, 20)))
+TWICE = HEAD + "".join(f"2024-10-27T{k:02}:00,{k}\n" for k in (0, 1, 2, *range(2, 20)))
 
 
 def test_decimal_texts_are_kept_as_the_rationals_they_denote(write):
@@ -69,8 +69,7 @@ FILES = [
     (HEAD + "0,1\n,2\n", {}, r"time = '': is missing.* \(line 3 of"),
     (HEAD + "0,1\n1,warm\n2,\n", {}, "temperature = 'warm': .*at 1, and 1"),
     (HEAD + "0,1\n1,2\n1,3\n", {}, "time = '1': .*later than 1 .*pandas"),
-    (TWICE.replace("DAY", "27"), {}, r"later than .*\); summer time\? .*ambiguous"),
-    (TWICE.replace("DAY", "28"), {}, r"later than .*\); mend it"),
+    (TWICE, {}, r"later than .*\); mend it with pandas.* summer time"),
     ("time,t1,t2\n" + "0,1,2\n" * 3001, {}, "^temperature_column is missing: .*first 3000 lines$"),
     (HEAD + "noon,2\n", {}, r"time = 'noon': must be a date, .*date_format .*\(line 2 of"),
     (
@@ -139,7 +138,7 @@ def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
     late = record(path, **DAYS, minimum_hour="23.5", maximum_hour=14)
     assert late.dates[1] == np.datetime64("1878-01-01T23:30")
     half = write(path.read_text().replace(",14", ","), "half.csv")
-    with pytest.raises(InputError, match=r"low = '': is missing, or .* 1 January 1878 \(line 2"):
+    with pytest.raises(InputError, match=r"low = '': is missing, or .* 1878-01-01 \(line 2"):
         record(half, **DAYS)
 
 
@@ -181,7 +180,7 @@ def test_a_gap_is_refused_by_its_first_row_and_filled_by_pandas(write):
         record(path)
     days = pd.to_datetime("2024-04-01") + pd.to_timedelta(hours, "D")
     series = pd.Series(np.array(hours) / 10, days)
-    with pytest.raises(InputError, match="is 3 days after 6 April 2024, where 1 is"):
+    with pytest.raises(InputError, match="is 3 days after 2024-04-06T00:00:00, where 1 is"):
         TemperatureRecord.of(series, KAPPA, 0)
     whole = TemperatureRecord.of(series.resample("D").interpolate("time"), KAPPA, 0)
     assert whole.temperatures == pytest.approx(np.arange(103) / 10, abs=1e-12)
@@ -194,7 +193,7 @@ def test_a_single_value_far_from_its_neighbours_is_refused_with_its_date(write):
     for wrong in ("61", "-40"):
         rows = [f"2024-04-{k:02},{12 + k % 3}" for k in range(1, 29)]
         rows[9] = f"2024-04-10,{wrong}"
-        with pytest.raises(InputError, match=rf"'{wrong}': is far .* 10 April 2024 \(line 11"):
+        with pytest.raises(InputError, match=rf"'{wrong}': is far .* 2024-04-10 \(line 11"):
             record(write(HEAD + "\n".join(rows)))
 
 

@@ -39,17 +39,10 @@ def test_a_scene_quotes_no_cell_of_a_file_outside_its_folder(name: str, tmp_path
         scene.experiment()
     assert SECRET not in str(refused.value)
     assert "other.csv" in str(refused.value)
+    assert name != "a cell of temperatures" or "line 3, column 2" in str(refused.value)
     inside = Scene.from_text(TEXT % "other.csv", folder=tmp_path)
     with pytest.raises(InputError):
         inside.experiment()
-
-
-def test_a_scene_says_where_a_faulty_cell_is(tmp_path: Path) -> None:
-    (tmp_path / "scenes").mkdir()
-    (tmp_path / "other.csv").write_text(PRIVATE["a cell of temperatures"])
-    scene = Scene.from_text(TEXT % "../other.csv", folder=tmp_path / "scenes")
-    with pytest.raises(InputError, match="line 3, column 2"):
-        scene.experiment()
 
 
 @pytest.mark.parametrize("where", ["name", "cell", "date", "above"])
@@ -81,9 +74,7 @@ def test_what_was_read_is_said_and_kept(tmp_path: Path) -> None:
     })  # fmt: skip
     assert again == record
     said = TemperatureRecord.readings(path).told()
-    assert said == (
-        "read Temp (F), °F, 20 readings, 2024-06-01 to 2024-06-10, 50 to 70 °F (10 to 21.11 °C)"
-    )
+    assert said == ("read Temp (F), °F, 20 readings, 2024-06-01 to 2024-06-10, 50 to 70 °F")
 
 
 def test_options_of_the_command_line_read_what_the_file_does_not_say(command: Command) -> None:
@@ -119,17 +110,6 @@ def test_one_reading_a_day_is_said_to_have_no_day_and_night(command: Command) ->
     assert "one reading a day: day and night are missing" in told["doubts"]["sampling"]
     roof = command("roof", "days.csv", "--length", "3", "--slope-degrees", "15").out
     assert "day and night are missing" in " ".join(roof.split())
-
-
-def test_seconds_since_1970_are_read_if_the_name_or_the_option_says_so(tmp_path: Path) -> None:
-    for name, options in (("epoch", {}), ("time", {"date_format": "%s"})):
-        path = tmp_path / f"{name}.csv"
-        rows = "".join(f"{1717200000 + 3600 * k},{k}.5\n" for k in range(12))
-        path.write_text(f"{name},temp\n{rows}")
-        record = TemperatureRecord(path, kappa=1, T0=0, **options)
-        assert record.origin == "2024-06-01T00:00:00"
-    with pytest.raises(InputError, match=r'date_format.*1970.*"%s"'):
-        TemperatureRecord(path, kappa=1, T0=0)
 
 
 def test_floats_are_the_decimals_that_they_print() -> None:

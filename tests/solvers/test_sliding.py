@@ -139,5 +139,5 @@ def test_a_chain_that_friction_does_not_hold_is_refused(
     chain = Chain(3, 10, mu_d, "0.9", tan_alpha=tan_alpha, end_forces=(0, end))
     with pytest.raises(InputError, match='solver="exact" follows') as refused:
         Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
-    assert refused.value.field == field
+    assert refused.value.name == field
     assert prediction(chain, Cycles("0.9", 3)) is None

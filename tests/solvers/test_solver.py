@@ -67,7 +67,7 @@ def test_what_cannot_be_asked_for_is_refused_by_name(
 ) -> None:
     with pytest.raises(InputError, match=allowed) as caught:
         call()
-    assert caught.value.field == field
+    assert caught.value.name == field
 
 
 # One loop for every solver: it stops for a reason, and loses nothing

@@ -25,7 +25,7 @@ from exactcreep.model.outcome import Evidence, Outcome, cycles_text
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.return_map import LONGEST_PERIOD
+from exactcreep.solvers.return_map import LONGEST_PERIOD, LimitCycle
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
@@ -67,10 +67,10 @@ def fate(
     cycles : int
         Largest number of cycles to follow.
     solver : str
-        ``exact`` (float64, compiled) looks for forces that return after at most 1000 cycles: in all
-        digits, or to within rounding in 100 successive cycles. ``certified`` does so, too, and then
-        proves the fate, or leaves it undecided. If a proof cannot come, or a limit ends it, the
-        answer of float64 is returned, with the reason.
+        ``exact`` follows the chain in float64, until the forces are those of an earlier cycle: bit
+        for bit, or to within rounding in 100 successive cycles. It says so if two starts that
+        differ by a few rounding errors settle otherwise. ``certified`` then proves the fate. If a
+        proof cannot come, or a limit ends it, you get the answer of float64, with the reason.
     max_seconds : number, optional
         Wall time after which the result so far is returned; `reason` then says so.
     progress : bool or callable, optional
@@ -100,8 +100,12 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    solvers.SettlingSearch.compile()
-    computed, stop = numerical_fate(solvers.SettlingSearch(chain, drive, begin), begin, limits, say)
+    search = solvers.SettlingSearch(chain, drive, begin)
+    computed, stop = numerical_fate(search, begin, limits, say)
+    if computed.settled_after is not None and not computed.marginal:
+        copies = [numerical_fate(copy, begin, limits)[0] for copy in search.copies()]
+        if not limits.passed():
+            computed = _by_rounding(computed, *copies)
     if solver == "exact":
         return computed
     why = _obstacle(computed, stop, drive.cycles)
@@ -115,6 +119,24 @@ def fate(
             return replace(proof, reason=f"{proof.reason}; float64 has it {computed.finding}")
         why = f"{proof.reason} before it was proved"
     return replace(computed, reason="; ".join(filter(None, (computed.reason, why))))
+
+
+def _by_rounding(own: Fate, *copies: Fate) -> Fate:
+    """Return a fate of float64 that says what copies, a few rounding errors away, do otherwise."""
+    runs = (own, *copies)
+    after = [one.cycles if one.settled_after is None else one.settled_after for one in runs]
+    lasting = ["more than " * (one.settled_after is None) + cycles_text(count)
+               for one, count in zip(runs, after, strict=True)]  # fmt: skip
+    said, evidence = f"settle after {' and '.join(lasting[1:])}", own.evidence
+    if len({(one.outcome, one.direction) for one in runs if one.outcome is not Outcome.LIMIT}) > 1:
+        ends = (replace(copy, evidence=Evidence.UNDECIDED).finding for copy in copies)
+        said, evidence = f"end otherwise ({'; '.join(ends)})", Evidence.UNDECIDED
+    # rounding may also delay a sure return, by a period or two
+    elif max(after) - min(after) <= 2 * max(one.period or 0 for one in runs):
+        return own
+    reason = f"settled after {lasting[0]} with this rounding; starts that differ by a few rounding"
+    reason = "; ".join(filter(None, (own.reason, f"{reason} errors {said}")))
+    return replace(own, evidence=evidence, by_rounding=True, reason=reason)
 
 
 def _obstacle(computed: Fate, stop: Stop, cycles: int) -> str:
@@ -146,7 +168,7 @@ def numerical_fate(
     evidence, outcome = simulation.evidence, Outcome.LIMIT
     details: dict[str, Any] = {"advanced_until": search.advanced_until}
     if (settled := search.settled) is not None:
-        moved, itinerary = _one_period(search, settled.period)
+        moved, itinerary = _one_period(search, settled)
         count = sum(len(events) for _, events in itinerary)
         noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
@@ -201,18 +223,18 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
         "marginal": True,
         "period": 1,
         "advance": 0.0,
-        "settled_after": search.cycles - search.alike,
+        "settled_after": search.alike_since,
         "advanced_until": search.advanced_before,
         "itinerary": tuple(log),
     }
 
 
-def _one_period(search: solvers.SettlingSearch, period: int) -> tuple[float, Period]:
-    simulation = search.recording()
+def _one_period(search: solvers.SettlingSearch, cycle: LimitCycle) -> tuple[float, Period]:
+    """Return the advance in a period, and its rearrangements in order from its first half-cycle."""
+    simulation, period = search.recording(), 2 * cycle.period
     before = simulation.state().displacements
-    first = 2 * search.cycles + 1
-    events = simulation.follow(Cycles(search.drive.amplitude, period), first, 2 * period).recorded
+    events = simulation.follow(search.drive, 2 * search.cycles + 1, period).recorded
     moved = (simulation.state().displacements - before).mean()
-    return float(moved), tuple(
-        (one.half_cycle - first + 1, one.itinerary) for one in rearrangements(events)
-    )
+    first = 2 * cycle.since + 1
+    log = [((one.half_cycle - first) % period + 1, one.itinerary) for one in rearrangements(events)]
+    return float(moved), tuple(sorted(log, key=lambda one: one[0]))

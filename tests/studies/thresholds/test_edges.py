@@ -202,4 +202,4 @@ def test_an_edge_is_found_where_the_solver_has_it_wherever_float64_has_it(
 def test_a_bracket_without_an_edge_for_the_solver_is_refused(edge: Fraction, allowed: str) -> None:
     with pytest.raises(InputError, match=allowed) as refused:
         searched(edge=edge)
-    assert refused.value.field == "bracket"
+    assert refused.value.name == "bracket"
