@@ -7,12 +7,11 @@ slope of the bed or a tension at one end it *walks*: it advances by the same len
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -48,12 +47,14 @@ class Pipeline(Shown):
 
     Attributes
     ----------
-    length, axial_stiffness, submerged_weight, tan_alpha, kappa : Fraction
+    length, axial_stiffness, submerged_weight, kappa, tan_alpha : Fraction
         As in `pipeline`.
     friction : tuple of (Fraction, Fraction)
         Sections from the upper end down: length in m, and coefficient.
     end_forces : tuple of Fraction
         Forces on the upper and the lower end, downhill positive, N.
+    profile, static_friction, sigma_mu, contacts : tuple, Fraction, Fraction, int
+        As in `pipeline`.
     cell : float
         Length of a cell, m.
     positions : ndarray, shape (n,)
@@ -73,13 +74,51 @@ class Pipeline(Shown):
     axial_stiffness: Fraction
     submerged_weight: Fraction
     friction: tuple[tuple[Fraction, Fraction], ...]
+    kappa: Fraction
     tan_alpha: Fraction
     end_forces: tuple[Fraction, Fraction]
-    kappa: Fraction
-    cell: float
-    positions: NDArray[np.float64] = field(compare=False)  # by the other fields
-    chain: Chain
+    profile: tuple[tuple[Fraction, Fraction], ...]
+    static_friction: Fraction
+    sigma_mu: Fraction
+    contacts: int
+    cell: float = field(init=False, compare=False)
+    positions: NDArray[np.float64] = field(init=False, compare=False)
+    chain: Chain = field(init=False, compare=False)
     _units_in_line = True
+
+    def __post_init__(self) -> None:
+        total, pull, whole = self._total, self._pull, nearest_float(self.length)
+        if abs(pull) >= total:
+            beside = f"{total:.4g} N in all, beside a pull of {abs(pull):.4g} N"
+            mu = [nearest_float(each) for _, each in self.friction]
+            raise InputError("friction", mu, f"must hold the pipe: {beside}")
+        first, last = sorted(self.anchors)
+        apart = last - first
+        cells = max(1, round(self.contacts * apart / whole)) if apart else self.contacts
+        cell = (apart or whole) / cells
+        above, below = math.floor(first / cell), math.floor((whole - first) / cell)
+        if above + below >= _MOST:
+            allowed = f"must exceed {2 / _MOST:g} of the friction, or be zero: cells are too short"
+            raise InputError("tan_alpha and end_tension", pull, allowed)
+        vars(self).update(cell=cell, positions=first + cell * np.arange(-above, below + 1))
+        vars(self).update(chain=self._cut())
+
+    def _cut(self) -> Chain:
+        """Return the chain of the cells."""
+        edges, unit, (_, sine) = self.springs, self.force_unit, self._slope
+        low, high = np.interp([edges[:-1], edges[1:]], *self._ground)
+        mu, sizes = ((high - low) / self.cell).tolist(), (np.diff(edges)[[0, -1]]).tolist()
+        peak = nearest_float(self.static_friction)
+        pulls = [
+            nearest_float(force) / unit + (size / self.cell - 1) * sine
+            for force, size in zip(self.end_forces, sizes, strict=True)
+        ]
+        heated = np.array(self.profile, dtype=float).T
+        weights = np.interp(edges[1:-1], *heated).tolist() if self.profile else ()
+        return Chain(
+            len(mu), nearest_float(self.axial_stiffness) / unit, mu, [peak * one for one in mu],
+            self.sigma_mu, tan_alpha=self.tan_alpha, end_forces=pulls, expansion=weights,
+        )  # fmt: skip
 
     def _facts(self) -> dict[str, Any]:
         return {"length": self.length, "axial_stiffness": self.axial_stiffness, "n": self.chain.n}
@@ -104,15 +143,31 @@ class Pipeline(Shown):
         return np.array([0.0, *middles, nearest_float(self.length)])
 
     @cached_property
-    def _ground(self) -> _Ground:
-        return _ground(self.friction, self.submerged_weight, self.tan_alpha, self.end_forces)
+    def _ground(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The ends of the sections, and the integral of the coefficient up to each, both in m."""
+        lengths, mu = np.array(self.friction, dtype=float).T
+        return np.cumsum([0.0, *lengths]), np.cumsum([0.0, *(mu * lengths)])
 
-    def friction_up_to(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    @property
+    def _slope(self) -> tuple[float, float]:
+        slope = nearest_float(self.tan_alpha)
+        return 1 / math.hypot(1, slope), slope / math.hypot(1, slope)
+
+    @property
+    def _total(self) -> float:
+        return float(self.friction_up_to(nearest_float(self.length)))
+
+    @property
+    def _pull(self) -> float:
+        forces = nearest_float(sum(self.end_forces, Fraction(0)))
+        return float(self.weight_up_to(nearest_float(self.length))) + forces
+
+    def friction_up_to(self, places: float | NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the friction between the upper end and places along the pipe, N.
 
         Parameters
         ----------
-        places : ndarray
+        places : number or ndarray
             In m from the upper end.
 
         Returns
@@ -120,16 +175,15 @@ class Pipeline(Shown):
         ndarray
             One number for each place.
         """
-        ground = self._ground
-        scale = ground.total / ground.coefficients[-1]
-        return np.asarray(scale * np.interp(places, ground.places, ground.coefficients))
+        scale = nearest_float(self.submerged_weight) * self._slope[0]
+        return np.asarray(scale * np.interp(places, *self._ground))
 
-    def weight_up_to(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def weight_up_to(self, places: float | NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the weight along the bed between the upper end and places along the pipe, N.
 
         Parameters
         ----------
-        places : ndarray
+        places : number or ndarray
             In m from the upper end.
 
         Returns
@@ -137,20 +191,21 @@ class Pipeline(Shown):
         ndarray
             One number for each place.
         """
-        slope = nearest_float(self.tan_alpha)
-        along = nearest_float(self.submerged_weight) * slope / math.hypot(1, slope)
-        return np.asarray(along * places)
+        return np.asarray(nearest_float(self.submerged_weight) * self._slope[1] * places)
 
     @property
     def anchors(self) -> tuple[float, float]:
         """The virtual anchors: places that rest while the pipe is heated, and cooled, m."""
-        return self._ground.anchors
+        halves = (self._total - self._pull) / 2, (self._total + self._pull) / 2
+        places, _ = self._ground
+        hot, cold = np.interp(halves, self.friction_up_to(places), places)
+        return float(hot), float(cold)
 
     @property
     def critical_heating(self) -> float:
         """Heating beyond which the pipe walks, K."""
-        ground = self._ground
-        return (ground.total - abs(ground.pull)) / nearest_float(self.axial_stiffness * self.kappa)
+        stiffness = nearest_float(self.axial_stiffness * self.kappa)
+        return (self._total - abs(self._pull)) / stiffness
 
     def continuum_walk(self, heating: Number) -> float:
         """Return the walk per cycle of the continuum, mm, positive downhill.
@@ -230,63 +285,6 @@ class Pipeline(Shown):
         return [self.kappa * Fraction(share) for share in shares]
 
 
-@dataclass(frozen=True)
-class _Ground:
-    """Friction along a pipe, summed from the upper end, and the pull at the pipe; in m and N."""
-
-    places: NDArray[np.float64]
-    coefficients: NDArray[np.float64]  # the integral of mu over the length
-    total: float
-    pull: float
-    anchors: tuple[float, float]
-
-    def coefficient(self, begin: float, end: float) -> float:
-        """Return the integral of mu from one place to another."""
-        low, high = np.interp([begin, end], self.places, self.coefficients)
-        return float(high - low)
-
-
-def _ground(
-    friction: tuple[tuple[Fraction, Fraction], ...],
-    weight: Fraction,
-    tan_alpha: Fraction,
-    end_forces: tuple[Fraction, Fraction],
-) -> _Ground:
-    """Return the ground under a pipe; `InputError` if it does not hold the pipe."""
-    slope = nearest_float(tan_alpha)
-    down, along = 1 / math.hypot(1, slope), slope / math.hypot(1, slope)
-    lengths = [nearest_float(section) for section, _ in friction]
-    mus = [nearest_float(mu) for _, mu in friction]
-    places = np.cumsum([0.0, *lengths])
-    summed = np.cumsum([0.0, *(mu * part for mu, part in zip(mus, lengths, strict=True))])
-    load = nearest_float(weight)
-    total = float(load * down * summed[-1])
-    pull = load * along * float(places[-1]) + nearest_float(sum(end_forces, Fraction(0)))
-    if abs(pull) >= total:
-        allowed = f"must hold the pipe: {total:.4g} N in all, beside a pull of {abs(pull):.4g} N"
-        raise InputError("friction", float(np.mean(mus)), allowed)
-    held = load * down * summed
-    hot, cold = np.interp([(total - pull) / 2, (total + pull) / 2], held, places)
-    return _Ground(places, summed, total, pull, (float(hot), float(cold)))
-
-
-def _sections(given: Any, length: Fraction) -> tuple[tuple[Fraction, Fraction], ...]:
-    if not isinstance(given, (list, tuple)):
-        return ((length, positive_number(given, "friction")),)
-    allowed = "must be a coefficient, or pairs of a length in m and a coefficient, upper end first"
-    if not given or not all(isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in given):
-        raise InputError("friction", given, allowed)
-    sections = tuple(
-        (positive_number(part, f"friction[{k}]"), positive_number(mu, f"friction[{k}]"))
-        for k, (part, mu) in enumerate(given)
-    )
-    whole = sum((part for part, _ in sections), Fraction(0))
-    if whole != length:
-        wanted = f"must have lengths that sum up to {nearest_float(length):g} m"
-        raise InputError("friction", f"{nearest_float(whole):g} m", wanted)
-    return sections
-
-
 @refusing
 def pipeline(
     *,
@@ -351,68 +349,45 @@ def pipeline(
     >>> pipe.chain.n, [round(place) for place in pipe.anchors]
     (100, [375, 625])
     """
-    exact = {
-        name: positive_number(value, name)
-        for name, value in (
-            ("length", length), ("axial_stiffness", axial_stiffness),
-            ("submerged_weight", submerged_weight), ("kappa", kappa),
-        )
-    }  # fmt: skip
+    known = {"length": length, "axial_stiffness": axial_stiffness,
+             "submerged_weight": submerged_weight, "kappa": kappa}  # fmt: skip
+    exact: dict[str, Any] = {name: positive_number(value, name) for name, value in known.items()}
     remark("kappa", exact["kappa"])
-    slope, count = exact_number(tan_alpha, "tan_alpha"), whole_number(contacts, "contacts", least=2)
     pulled = end_tension if isinstance(end_tension, (list, tuple)) else (0, end_tension)
     if len(pulled) != 2:
         raise InputError("end_tension", end_tension, "must be one tension, or one for each end")
     upper, lower = (exact_number(tension, "end_tension") for tension in pulled)
-    sections, ends = _sections(friction, exact["length"]), (-upper, lower)
-    weight, whole = exact["submerged_weight"], nearest_float(exact["length"])
-    ground = _ground(sections, weight, slope, ends)
+    sections: Any = friction
+    if not isinstance(friction, (list, tuple)):
+        sections = [(exact["length"], positive_number(friction, "friction"))]
+    sections = _pairs(sections, "friction", positive_number, "a length in m and a coefficient")
+    whole = sum((part for part, _ in sections), Fraction(0))
+    if whole != exact["length"]:
+        wanted = f"must have lengths that sum up to {nearest_float(exact['length']):g} m"
+        raise InputError("friction", f"{nearest_float(whole):g} m", wanted)
+    heated = _pairs(profile, "profile", exact_number, "a place in m and the share of heating there")
+    places = [place for place, _ in heated]
+    if sorted({*places}) != places:
+        raise InputError("profile", profile, "must hold places in ascending order, with shares")
     peak = exact_number(static_friction, "static_friction")
     if peak < 1:
         raise InputError("static_friction", static_friction, "must be at least 1, in units of mu")
+    return Pipeline(
+        **exact, friction=sections, tan_alpha=exact_number(tan_alpha, "tan_alpha"),
+        end_forces=(-upper, lower), profile=heated, static_friction=peak,
+        sigma_mu=exact_number(sigma_mu, "sigma_mu"),
+        contacts=whole_number(contacts, "contacts", least=2),
+    )  # fmt: skip
 
-    first, last = sorted(ground.anchors)
-    apart = last - first
-    cell = apart / max(1, round(count * apart / whole)) if apart else whole / count
-    above, below = math.floor(first / cell), math.floor((whole - first) / cell)
-    n = above + below + 1
-    if n > _MOST:
-        allowed = f"must exceed {2 / _MOST:g} of the friction, or be zero: cells would be too short"
-        raise InputError("tan_alpha and end_tension", ground.pull, allowed)
-    positions = first + cell * np.arange(-above, below + 1)
-    edges = [0.0, *(positions[1:] + positions[:-1]) / 2, whole]
-    mu = [ground.coefficient(begin, end) / cell for begin, end in pairwise(edges)]
-    sine = nearest_float(slope) / math.hypot(1, nearest_float(slope))
-    unit = nearest_float(weight) * cell
-    forces = [
-        nearest_float(force) / unit + (size / cell - 1) * sine
-        for force, size in zip(ends, (edges[1], whole - edges[-2]), strict=True)
-    ]
-    chain = Chain(
-        n,
-        nearest_float(exact["axial_stiffness"]) / unit,
-        mu,
-        [nearest_float(peak) * each for each in mu],
-        sigma_mu,
-        tan_alpha=slope,
-        end_forces=forces,
-        expansion=_weights(profile, edges),
+
+def _pairs(
+    given: Any, name: str, number: Callable[[Any, str], Fraction], what: str
+) -> tuple[tuple[Fraction, Fraction], ...]:
+    """Return pairs of numbers, or raise `InputError`, which says `what` they are."""
+    pairs = given if isinstance(given, (list, tuple)) else [given]
+    if not all(isinstance(pair, (list, tuple)) and len(pair) == 2 for pair in pairs):
+        raise InputError(name, given, f"must hold pairs: {what}, from the upper end down")
+    return tuple(
+        (number(one, f"{name}[{k}]"), number(other, f"{name}[{k}]"))
+        for k, (one, other) in enumerate(pairs)
     )
-    about: dict[str, Any] = {"friction": sections, "tan_alpha": slope, "end_forces": ends}
-    about |= exact
-    return Pipeline(**about, cell=cell, positions=np.asarray(positions), chain=chain)
-
-
-def _weights(profile: Sequence[tuple[Number, Number]], edges: list[float]) -> list[float]:
-    """Return the fraction of the heating that each spring feels."""
-    if not profile:
-        return []
-    if not all(isinstance(pair, (tuple, list)) and len(pair) == 2 for pair in profile):
-        raise InputError("profile", profile, "must hold pairs: a place in m, and the share there")
-    places, shares = (
-        [nearest_float(exact_number(pair[k], f"profile[{at}]")) for at, pair in enumerate(profile)]
-        for k in (0, 1)
-    )
-    if sorted(set(places)) != places:
-        raise InputError("profile", profile, "must hold places in ascending order, with shares")
-    return [float(share) for share in np.interp(edges[1:-1], places, shares)]

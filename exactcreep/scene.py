@@ -10,6 +10,8 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Context, Decimal
+from fractions import Fraction
 from functools import cache
 from inspect import signature
 from pathlib import Path as FilePath
@@ -33,6 +35,7 @@ MOST_MEMBERS = 1_000_000
 """A scene with more members is a mistake: its settings alone would fill the memory."""
 _BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; enough for long paths of dilations
+_DECIMALS = Context(prec=100)
 _DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _SPAN = {"from", "to", "step"}
@@ -48,8 +51,10 @@ def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
 
 _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside a table of SI units: temperatures (K) for dilations."""
-_IN_UNITS = ("physical", "pipeline")
-"""Tables of SI units, which make the chain."""
+_BODIES: dict[str, Callable[..., Any]] = {
+    "chain": Chain, "physical": physical, "pipeline": pipeline
+}  # fmt: skip
+"""The tables of what creeps, of which a scene has one, and what they are made by."""
 _RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start", "twin")
 _START = ("tensions", "theta", "size", "seed")
 
@@ -58,12 +63,11 @@ _START = ("tensions", "theta", "size", "seed")
 def _keys() -> dict[str, list[str]]:
     """Return the keys of every table; the keys of ``[drive]`` depend on its kind."""
     options = _keys_of(*(solver() for solver in SOLVERS.values()))
-    return {
-        "chain": [*_keys_of(Chain)],
+    bodies = {table: [*_keys_of(make)] for table, make in _BODIES.items()}
+    bodies["physical"].append("time_unit")
+    return bodies | {
         "drive": ["kind", *_IN_KELVIN, *sorted(_keys_of(*DRIVES.values()))],
         "run": [*_RUN, *sorted(options)],
-        "physical": [*_keys_of(physical), "time_unit"],
-        "pipeline": [*_keys_of(pipeline)],
     }
 
 
@@ -80,13 +84,15 @@ class Literal(str):
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a scene: the varied keys as written, its experiment, and its SI units."""
+    """One member of a scene: the varied keys as written, its experiment, and its body in SI units.
+
+    `time_unit`: seconds in one unit of the clock of the drive; nan if unknown, as of a pipeline.
+    """
 
     settings: Mapping[str, Any]
     experiment: Experiment
-    solid: Solid | None = None
-    time_unit: float | None = None
-    pipe: Pipeline | None = None
+    body: Solid | Pipeline | None = None
+    time_unit: float = math.nan
 
 
 @dataclass(frozen=True, repr=False)
@@ -178,29 +184,22 @@ class Scene(Shown):
             raise InputError("title", title, "must be a string")
         tables: dict[str, Any] = {"chain": {}, "drive": {}, "run": {}, "vary": {}}
         for table, entries in data.items():
-            if table != "title":
-                if not isinstance(entries, Mapping):
-                    raise InputError(table, entries, f"must be a table, [{table}]")
+            if isinstance(entries, Mapping):
                 tables[table] = dict(entries)
-        vary = dict(_flattened(tables.pop("vary")))
+            elif table != "title":
+                raise InputError(table, entries, f"must be a table, [{table}]")
+        vary = {key: _values(key, values) for key, values in _flattened(tables.pop("vary"))}
         _known(vary, _settable(), "vary.")
-        for key, values in vary.items():
-            if isinstance(values, Mapping) and _SPAN & {*values}:
-                vary[key] = _equal_steps(f"vary.{key}", values)
-            elif not isinstance(values, list) or not values:
-                allowed = "must be a list of at least one value, or { from, to, step }"
-                raise InputError(f"vary.{key}", values, allowed)
+        body = _body(tables)
+        others = tuple(f"{table}." for table in _BODIES if table != body)
+        for key, value in (*_flattened(tables), *vary.items()):
+            if key.startswith(others):
+                raise InputError(key, value, f"must not be given beside [{body}]")
         keys = dict(_keys())
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
-            keys["drive"] = ["kind", *of_kind]
-        if in_units := [table for table in _IN_UNITS if table in tables]:
             in_kelvin = [key for key, name in _IN_KELVIN.items() if name in of_kind]
-            keys["drive"] = [*keys["drive"], *in_kelvin]
-            for key, value in (*_flattened({"chain": tables["chain"]}), *vary.items()):
-                if key.startswith("chain."):
-                    allowed = f"must not be given beside [{in_units[0]}], which makes the chain"
-                    raise InputError(key, value, allowed)
+            keys["drive"] = ["kind", *of_kind, *in_kelvin * (body != "chain")]
         for table, entries in tables.items():
             _known(entries, keys[table], f"{table}.")
         return cls(name, title, tables, vary, folder or FilePath())
@@ -263,11 +262,8 @@ class Scene(Shown):
         count = math.prod(map(len, self.vary.values()))
         if count > MOST_MEMBERS:
             raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
-        return [*self._settings()]
-
-    def _settings(self) -> Iterator[dict[str, Any]]:
         places = itertools.product(*self.vary.values())
-        return (dict(zip(self.vary, values, strict=True)) for values in places)
+        return [dict(zip(self.vary, values, strict=True)) for values in places]
 
     def members(self) -> Iterator[Member]:
         """Return an iterator of the members; each is made on demand.
@@ -277,7 +273,7 @@ class Scene(Shown):
         iterator of Member
             With `settings` and `experiment`; it raises `InputError` for a value out of range.
         """
-        return map(self._member, self._settings())
+        return map(self._member, self.settings())
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         """Return the experiment of the scene with these dotted keys set.
@@ -303,30 +299,24 @@ class Scene(Shown):
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         for key, value in settings.items():
             _put(tables, key, value)
-        run, solid, pipe, unit = tables["run"], None, None, None
-        if "pipeline" in tables:
-            with _keys_within("pipeline"):
-                pipe = _made(pipeline, tables["pipeline"])
-            chain = pipe.chain
-        elif (about := tables.get("physical")) is None:
-            with _keys_within("chain"):
-                chain = _made(Chain, tables["chain"])
-        else:
-            seconds = about.pop("time_unit", None)
-            with _keys_within("physical"):
-                solid = _made(physical, about)
-            chain = solid.chain
+        run, unit = tables["run"], math.nan
+        table = _body(tables)
+        seconds = tables[table].pop("time_unit", None)
+        with _keys_within(table):
+            body = _made(_BODIES[table], tables[table])
+        chain = getattr(body, "chain", body)
+        body = None if chain is body else body
         with _keys_within("drive"):
-            drive = _drive(tables["drive"], self.folder, solid or pipe, chain.n - 1)
+            drive = _drive(tables["drive"], self.folder, body, chain.n - 1)
         given = {name: run.pop(name) for name in _RUN if name in run}
         with _keys_within("run.start"):
             start = _start(given.pop("start", "relaxed"), chain, given.get("seed", 0))
         with _keys_within("run"):
             experiment = Experiment(chain, drive, start=start, options=run, **given)
-        if solid is not None and (seconds is not None or drive.dates is not None):
+        if isinstance(body, Solid) and (seconds is not None or drive.dates is not None):
             with _keys_within("physical"):
-                unit = solid.time_unit_of(drive, seconds)
-        return Member(settings, experiment, solid, unit, pipe)
+                unit = body.time_unit_of(drive, seconds)
+        return Member(settings, experiment, body, unit)
 
 
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
@@ -382,9 +372,8 @@ def parsed_value(text: str) -> Any:
 
 def _parsed(text: str, name: str) -> dict[str, Any]:
     why = "nested too deeply"
-    words = (word for word in _WORD.findall(text) if word.count(".") > _DEEPEST_KEY)
     # the parser takes a time that grows with the square of the depth of a dotted key
-    if not any(sum(map(bool, word.split("."))) > _DEEPEST_KEY for word in words):
+    if max((word.count(".") for word in _WORD.findall(text)), default=0) <= _DEEPEST_KEY:
         try:
             return tomllib.loads(text, parse_float=Literal)
         except tomllib.TOMLDecodeError as error:
@@ -419,15 +408,29 @@ def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> It
             yield f"{prefix}{key}", value
 
 
+def _body(tables: Collection[str]) -> str:
+    """Return which of its tables says what creeps."""
+    return next(table for table in reversed(_BODIES) if table in tables)
+
+
+def _values(key: str, values: Any) -> list[Any]:
+    """Return the values of a varied key."""
+    if isinstance(values, Mapping) and _SPAN & {*values}:
+        return _equal_steps(f"vary.{key}", values)
+    if not isinstance(values, list) or not values:
+        allowed = "must be a list of at least one value, or { from, to, step }"
+        raise InputError(f"vary.{key}", values, allowed)
+    return values
+
+
 def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
     """Return the numbers of ``{ from, to, step }``, as written: a float is what Python prints."""
     if {*span} != _SPAN:
         raise InputError(key, dict(span), "must have from, to and step, and nothing else")
-    numbers = {}
-    for name, value in span.items():
-        number = repr(float(value)) if isinstance(value, float) else value
-        numbers[name] = exact_number(number, f"{key}.{name}")
-    first, last, step = (numbers[name] for name in ("from", "to", "step"))
+    first, last, step = (
+        exact_number(repr(float(value)) if isinstance(value, float) else value, f"{key}.{name}")
+        for name, value in ((name, span[name]) for name in ("from", "to", "step"))
+    )
     written = f"from {span['from']} to {span['to']}"
     if step == 0 or (last - first) / step < 0:
         raise InputError(f"{key}.step", span["step"], f"must lead {written}")
@@ -437,22 +440,15 @@ def _equal_steps(key: str, span: Mapping[str, Any]) -> list[Any]:
         raise InputError(f"{key}.step", span["step"], allowed)
     if steps >= MOST_MEMBERS:
         raise InputError(f"{key}.step", span["step"], f"must make at most {MOST_MEMBERS} members")
-    parts = math.lcm(first.denominator, step.denominator)
-    if pow(10, parts.bit_length(), parts):  # infinite decimals
-        return [first + k * step for k in range(int(steps) + 1)]
-    places = next(k for k in itertools.count() if 10**k % parts == 0)
-    begin, by = int(first * 10**places), int(step * 10**places)
-    return [_as_written(begin + k * by, places) for k in range(int(steps) + 1)]
+    return [_as_written(first + k * step) for k in range(int(steps) + 1)]
 
 
-def _as_written(value: int, places: int) -> Any:
-    """Return ``value / 10**places`` like TOML: an integer, or the text of its digits."""
-    while places and value % 10 == 0:
-        value, places = value // 10, places - 1
-    if not places:
-        return value
-    digits = f"{abs(value):0{places + 1}}"
-    return Literal(f"{'-' * (value < 0)}{digits[:-places]}.{digits[-places:]}")
+def _as_written(value: Fraction) -> Any:
+    """Return a number as in TOML: an integer, or its decimals; a rational if they have no end."""
+    if value.denominator == 1:
+        return int(value)
+    decimal = _DECIMALS.divide(Decimal(value.numerator), Decimal(value.denominator))
+    return Literal(f"{decimal.normalize(_DECIMALS):f}") if Fraction(decimal) == value else value
 
 
 def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:
@@ -496,10 +492,8 @@ def _made(
         if folder is None or file.resolve().is_relative_to(folder.resolve()):
             raise
         where = f"line {error.row}, column {error.column or '1 and others'}"
-        allowed = (
-            f"cannot be used: look at {where}, which is not quoted, because the file is not in"
-        )
-        allowed += " the folder of the scene; exactcreep record FILE quotes it"
+        allowed = f"cannot be used for {where}, which exactcreep record FILE quotes, and a scene"
+        allowed += " only from its own folder"
         raise InputError("file", str(file), allowed) from None
 
 

@@ -322,12 +322,12 @@ class Solid(Shown):
         InputError
             If an argument is out of range, or a seed would have no effect.
         """  # fmt: skip
-        self.time_unit_of(temperatures, time_unit)  # raises before the run
+        seconds = self.time_unit_of(temperatures, time_unit)  # raises before the run
         if (seed := options.get("seed")) and solver == "sliding" and not temperatures.random:
             allowed = "has no effect in the sliding limit, which has no static friction"
             raise InputError("seed", seed, allowed)
         result = creep(self.chain, temperatures, solver=solver, **options)
-        return Walk.of(self, result, time_unit)
+        return Walk(self, result, seconds)
 
 
 def _left_out(value: object) -> bool:

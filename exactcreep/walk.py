@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws import pivots
-from exactcreep.model.numbers import (
-    InputError,
-    Number,
-    in_full,
-    nearest_float,
-    shown,
-)
+from exactcreep.model.numbers import InputError, Number, in_full, nearest_float, shown
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.quasistatic.creep import creep
@@ -37,7 +30,6 @@ DAY, MILLIMETRES = 86400, 1000  # seconds in a day, millimetres in a metre
 _BLOCK = 10  # days: longer than weather lasts
 _FEWEST_YEARS = 5
 _SHOWN = 6  # cycles whose walk is printed, the first of many
-_ROUNDING = 1e-9  # relative: smaller differences count as none
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,37 +62,14 @@ class Walk(Result):
     time_unit: float = math.nan
     steps: int = 1
 
-    @classmethod
-    def of(cls, solid: Any, run: Creep, time_unit: Number | None = None) -> Walk:
-        """Return the walk of a solid in a run of its chain.
-
-        Parameters
-        ----------
-        solid : Solid
-            The solid that crept.
-        run : Creep
-            A run of its chain.
-        time_unit : number, optional
-            As in `Solid.creep`.
-
-        Returns
-        -------
-        Walk
-            In millimetres.
-
-        Raises
-        ------
-        InputError
-            If the run is of another chain.
-        """
-        seconds = solid.time_unit_of(run.drive, time_unit)
-        if run.chain != solid.chain:
-            raise InputError("run", run.chain, "must be a run of the solid's chain")
-        if run.outcome is Outcome.RUNAWAY:
-            slope = f"tan_alpha = {nearest_float(solid.chain.tan_alpha):.3g}"
+    def __post_init__(self) -> None:
+        chain = self.body.chain
+        if self.run.chain != chain:
+            raise InputError("run", self.run.chain, "must be a run of the chain of the body")
+        if self.run.outcome is Outcome.RUNAWAY:
+            slope = f"tan_alpha = {nearest_float(chain.tan_alpha):.3g}"
             allowed = f"must exceed {slope}, or the solid slides down at once"
-            raise InputError("mu_d", solid.chain.mu_d, allowed)
-        return cls(solid, run, seconds)
+            raise InputError("mu_d", chain.mu_d, allowed)
 
     @property
     def _has_clock(self) -> bool:
@@ -208,8 +177,8 @@ class Walk(Result):
     def interval(self) -> tuple[float, float]:
         """Millimetres per year on many contacts, at both ends of the friction: least and most."""
         _, many = self.contacts
-        ends = [self.rates[many, factor] for factor in self.body.friction[::2]]
-        return min(ends), max(ends)
+        least, most = sorted(self.rates[many, factor] for factor in self.body.friction[::2])
+        return least, most
 
     @property
     def millimetres_per_year(self) -> float:
@@ -252,20 +221,10 @@ class Walk(Result):
         return n, many if n < many else 2 * n
 
     @property
-    def _pivot_step(self) -> float:
-        """Relative jump of the descent when the pivot moves by one contact."""
-        chain = self.body.chain
-        if not 0 < abs(chain.tan_alpha) < chain.mu_d:
-            return math.nan
-        found = pivots(chain.n, abs(chain.tan_alpha), chain.mu_d)
-        highest = max(chain.n + 3 - 2 * i for i in found)
-        return 2 / highest if highest > 0 else math.inf
-
-    @property
     def _artefact(self) -> float:
-        """Relative difference of the rate to the rate on many contacts."""
-        few, many = self.contacts
-        return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
+        """Relative difference of the rate to the rate on many contacts; nan if nothing moves."""
+        few, many = (self.rates[contacts, Fraction(1)] for contacts in self.contacts)
+        return few / many - 1 if few and many else math.nan
 
     def _numbers(self) -> dict[str, Any]:
         if not self._has_clock:
@@ -273,7 +232,6 @@ class Walk(Result):
                 "cycles": len(self.per_cycle), "millimetres": self.per_cycle,
                 "total": self.total, "solver": self.run.solver,
             }  # fmt: skip
-        names = ("days", "millimetres_per_year")
         rates = [
             {
                 "contacts": n,
@@ -284,9 +242,9 @@ class Walk(Result):
             for (n, factor), rate in self.rates.items()
         ]
         return (
-            {name: getattr(self, name) for name in names}
+            {"days": self.days, "millimetres_per_year": self.millimetres_per_year}
             | {"contacts": self.body.chain.n}
-            | {"weather": self._weather, "pivot_step": self._pivot_step, "rates": rates}
+            | {"weather": self._weather, "rates": rates}
             | {"millimetres": self.total, "artefact_of_contacts": self._artefact}
             | {"measured_millimetres_per_year": float(self.body.measured) or math.nan}
         )
@@ -305,39 +263,30 @@ class Walk(Result):
             return [("walk", self.finding), ("  cycle by cycle", f"{', '.join(each)} mm")]
         few, many = self.contacts
         chain, sliding = self.body.chain, self.run.solver == "sliding"
-        step = 100 * self._pivot_step
-        less, same, more = (self.rates[many, factor] for factor in self.body.friction)
+        low, _, high = self.body.friction
+        between = " to ".join(in_full(self.rates[many, each], 4) for each in (high, low))
+        ends = " to ".join(f"{nearest_float(each * chain.mu_d):.4g}" for each in (high, low))
+        between += f" mm/year for mu_d from {ends}"
+        if math.isinf(self.rates[many, low]):
+            between += ", which does not hold the solid"
         rate = f"{in_full(self.millimetres_per_year, 4)} mm/year"
         if self.body.measured:
             rate += f"; measured: {in_full(float(self.body.measured), 4)} mm/year"
         if self.days < 360:
             rate += ", for these days, not for a year"
-        coefficient = f"with mu_d = {in_full(float(chain.mu_d), 3)}"
-        total = f"{self.finding} {coefficient}: {rate}"
         said = {
-            "descent": total,
-            "friction": f"{_percent(more / same)} where friction is 10 % more,"
-            f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
-            "contacts": f"{_percent(1 / (1 + self._artefact))} with N = {many} instead of {few};"
-            f" the pivot is a whole slider, and the next one is worth {in_full(step, 2)} %;"
-            f" N = {self.body.converged_contacts} is enough",
+            "descent": f"{between} (sliding limit, N = {many})",
+            "middle": f"{self.finding} with mu_d = {in_full(float(chain.mu_d), 3)}: {rate}",
         }
-        if self.body.friction != FRICTION:
-            low, high = (nearest_float(self.body.friction[k] * chain.mu_d) for k in (0, 2))
-            least, most = self.interval
-            between = f"{in_full(least, 4)} to {in_full(most, 4)} mm/year"
-            between += f" for mu_d from {high:.4g} to {low:.4g}"
-            if most == math.inf:
-                between = f"{in_full(least, 4)} mm/year for mu_d = {high:.4g}, without bound for"
-                between += f" {low:.4g}, which does not hold the solid"
-            del said["friction"]
-            said = {"descent": f"{between} (sliding limit, N = {many})", "middle": total} | {
-                name: text for name, text in said.items() if name != "descent"
-            }
+        if math.isfinite(self._artefact):
+            more = in_full(round(100 / (1 + self._artefact) - 100, 7), 2, "+")
+            said["contacts"] = (
+                f"{more} % with N = {many} instead of {few}; the pivot is a whole slider;"
+                f" N = {self.body.converged_contacts} is enough"
+            )
         said["solid"] = (
-            f"E = {_engineering(self.body.youngs_modulus)} Pa, density"
-            f" {_engineering(self.body.density)} kg/m^3, kappa ="
-            f" {_engineering(self.body.kappa)} /K"
+            f"E = {float(self.body.youngs_modulus) / 1e9:g}e9 Pa, density"
+            f" {float(self.body.density):g} kg/m^3, kappa = {float(self.body.kappa) * 1e6:g}e-6 /K"
         )
         if math.isfinite(self._weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
@@ -355,22 +304,6 @@ class Walk(Result):
 
     def __repr__(self) -> str:
         return "\n".join(f"{name.strip()}: {said}" for name, said in self.lines())
-
-
-def _engineering(value: Fraction) -> str:
-    """Return a number with a power of a thousand: 16e9, 29e-6, 11340."""
-    power = 3 * math.floor(math.log10(value) / 3)
-    return (
-        f"{float(value):g}"
-        if power in (0, 3)
-        else f"{float(value / Fraction(10) ** power):g}e{power}"
-    )
-
-
-def _percent(ratio: float) -> str:
-    if abs(ratio - 1) < _ROUNDING:
-        return "0 %"
-    return f"{in_full(100 * (ratio - 1), 2, '+')} %" if math.isfinite(ratio) else "without bound"
 
 
 def scaled(number: Any, unit: Fraction) -> Any:

@@ -23,7 +23,6 @@ import exactcreep
 from derivations.ledger import CHAPTERS, by_number, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
-from exactcreep.laws.paper import SHARED
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.registry import SOLVERS
@@ -97,12 +96,7 @@ def _drawing(short):
 
 
 def readable(app, what, name, value, options, lines):
-    """Keep what the docstrings mean by ``|theta|`` and ``l0**2`` from being read as markup.
-
-    The parameters that the decorator of a law adds stand once on the page of laws.
-    """
-    if hasattr(value, "__wrapped__") and name.startswith("exactcreep.laws."):
-        lines[:] = [*inspect.getdoc(value.__wrapped__).splitlines(), ""]
+    """Keep what the docstrings mean by ``|theta|`` and ``l0**2`` from being read as markup."""
     literal = False
     for k, line in enumerate(lines):
         indented = line.startswith(" ") or not line.strip()
@@ -248,7 +242,8 @@ def law_functions(_):
 
 def law_parameters(_):
     """Return the parameters that laws share."""
-    return _table(["parameter", "meaning"], [(f"`{name}`", said) for name, said in SHARED.items()])
+    shared = NumpyDocString(exactcreep.laws.__doc__)["Parameters"]
+    return _table(["parameter", "meaning"], [(f"`{one.name}`", " ".join(one.desc)) for one in shared])
 
 
 def ledger(_):

@@ -95,8 +95,8 @@ def test_a_pipe_that_is_none_is_refused_by_field(changed: dict[str, Any], field:
 def test_the_scene_prints_millimetres(command: Command) -> None:
     told = command("run", "pipeline-walk", "--json").json
     (member,) = load_scene("pipeline-walk").members()
-    assert member.pipe is not None
-    assert told["walk"]["millimetres"][-1] == pytest.approx(member.pipe.continuum_walk(60))
+    assert member.body is not None
+    assert told["walk"]["millimetres"][-1] == pytest.approx(member.body.continuum_walk(60))
 
 
 def test_a_hot_front_walks_a_level_pipe_by_its_friction_alone() -> None:

@@ -96,7 +96,6 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law() -> Non
     assert finer.contacts == (many, 2 * many)
     artefact = descent.millimetres_per_year / finer.millimetres_per_year - 1
     assert said["artefact_of_contacts"] == pytest.approx(artefact)
-    assert said["pivot_step"] == pytest.approx(2 / 9)  # N + 3 - 2 i, for i = 7
     numbered = month(solid, times=[0.5 * k for k in range(60)])  # without dates
     counted = solid.creep(numbered, time_unit=DAY)
     assert counted.millimetres_per_year == pytest.approx(descent.millimetres_per_year, rel=1e-12)
@@ -120,8 +119,8 @@ ONE_DAY = "ignore:in .*hadcet.* the minimum is above the maximum on 1 of 52503 d
 def test_the_roof_of_bristol_is_three_lines_of_python() -> None:
     (member,) = load_scene("bristol-roof").members()
     record = member.experiment.drive
-    descent = member.solid.creep(record)
-    assert member.solid.chain == member.experiment.chain
+    descent = member.body.creep(record)
+    assert member.body.chain == member.experiment.chain
     assert "220.1 mm/year; measured: 228.6 mm/year" in repr(descent)
     assert 10 < descent.summary()["weather"] < 16
     # 52,503 days, the first and the last, and the one whose minimum is above its maximum
@@ -142,12 +141,12 @@ physical.time_unit = 43200
 def test_cycles_in_kelvin_come_down_at_the_rate_of_the_law_in_si_units(command: Command) -> None:
     Path("sheet.toml").write_text(IN_KELVIN)
     (member,) = load_scene("sheet.toml").members()
-    assert member.experiment.drive == Cycles(Fraction(15) * member.solid.kappa, 20)
+    assert member.experiment.drive == Cycles(Fraction(15) * member.body.kappa, 20)
     told = command("run", "sheet.toml", "--json").json["descent"]
-    law = yearly(member.solid, 15, DAY)
+    law = yearly(member.body, 15, DAY)
     assert told["millimetres_per_year"] == pytest.approx(law, rel=1e-12)
     assert told["days"] == 20
-    descent = member.solid.creep(member.experiment.drive, time_unit=DAY // 2)
+    descent = member.body.creep(member.experiment.drive, time_unit=DAY // 2)
     assert told == descent.summary()
     assert descent.temperatures[:2] == pytest.approx([15, -15], rel=1e-14)
 
@@ -168,6 +167,15 @@ def test_friction_between_two_ends_makes_a_rate_between_two_ends() -> None:
         found = alone.creep(drive, time_unit=43200)
         assert rate == pytest.approx(found.millimetres_per_year, rel=1e-9)
     assert f"{least:.4g} to {most:.4g} mm/year for mu_d from 0.5 to 0.4" in repr(descent)
+    mirrored = physical(**SHAPE | {"tan_alpha": "-0.3"}, mu_d=["0.4", "0.5"], material="lead")
+    said = f"-{least:.4g} to -{most:.4g} mm/year for mu_d from 0.5 to 0.4"
+    assert said in repr(mirrored.creep(drive, time_unit=43200))
+
+
+def test_a_solid_that_does_not_move_has_a_rate_of_zero() -> None:
+    still = lead(tan_alpha=0).creep(Cycles("0.001", 20), time_unit=DAY)
+    assert repr(still).startswith("descent: 0 to 0 mm/year")
+    assert still.summary()["artefact_of_contacts"] is None
 
 
 def scene_of(text: str = IN_KELVIN, **changed: Any) -> list[Any]:
@@ -187,7 +195,7 @@ def scene_of(text: str = IN_KELVIN, **changed: Any) -> list[Any]:
         (lambda: lead().creep(month(lead()), time_unit=60), "time_unit = 60: must be left out"),
         (lambda: lead().creep(Cycles("0.001", 3)), "time_unit = None: must be given: seconds"),
         (lambda: lead(kappa="1e-5").creep(month(lead())), "kappa = "),
-        (lambda: Walk.of(lead(contacts=7), lead().creep(month(lead())).run), "run = "),
+        (lambda: Walk(lead(contacts=7), lead().creep(month(lead())).run, 1.0), "run = "),
         (lambda: scene_of(IN_KELVIN.replace("cycles = 20", "cycles = 20, amplitude = 0.1")),
          "drive.temperature_amplitude = 15: must"),
         (lambda: scene_of(IN_KELVIN + "\nchain.n = 3"), "chain.n = 3: must not be given beside"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -63,6 +62,7 @@ if TYPE_CHECKING:
 
 _FORETOLD_AFTER, _WORTH_TELLING = 0.3, 1.0  # seconds of a run, and seconds that it still takes
 _MOST_ROWS = 50  # most points of a grid that are printed
+_ROUNDING = 1e-9  # relative; smaller differences from a law are rounding errors
 
 
 @Parameter(name="*")
@@ -129,7 +129,7 @@ class Session(Output):
         moved = None if status == INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
-            summary |= {"walk" if member.solid is None else "descent": moved.summary()}
+            summary |= {"walk" if math.isnan(moved.time_unit) else "descent": moved.summary()}
 
         def draw() -> Any:
             from exactcreep.figures.run import draw_run
@@ -229,12 +229,11 @@ def foretelling(display: Display) -> Callable[[Progress], None]:
 
 def _in_millimetres(result: Creep, member: Member) -> Walk | None:
     """Return the walk of a single run of a solid or a pipeline, if its units are known."""
-    solid, seconds, recorded = member.solid, member.time_unit, member.experiment.record
-    if member.pipe is not None and result.half_cycles > 1 and {"x", "tension"} <= {*recorded}:
-        return exactcreep.results.Walk(member.pipe, result)
-    if solid is None or seconds is None or not result.half_cycles:
-        return None
-    return exactcreep.results.Walk.of(solid, result, seconds)
+    body, targets, known = member.body, result.half_cycles, not math.isnan(member.time_unit)
+    walks = targets > 1 and {"x", "tension"} <= {*result.experiment.record}
+    if (targets and known) or (walks and isinstance(body, exactcreep.results.Pipeline)):
+        return exactcreep.results.Walk(body, result, member.time_unit)
+    return None
 
 
 def run(
@@ -352,7 +351,6 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
         ("outcome", result.sentence),
         ("trajectory", known_text(result)),
         (f"velocity per {result.drive.per}", _measured(result)),
-        ("  of", result.velocity_of),
     ]
     rows += [("  but", result.metastable)] if result.metastable else []
     if result.velocity_reason and math.isfinite(result.velocity):
@@ -405,66 +403,65 @@ def _outside(warnings: Mapping[str, int]) -> list[str]:
 # --- printing a grid ------------------------------------------------------------------------------
 
 
-def _beside(
+def beside(
     measured: float, error: float, law: Sequence[float], doubt: float = 0.0
 ) -> tuple[str, str]:
     """Return the values of a law, and by how many standard errors a measured value is off."""
-    from exactcreep.figures.sweep import deviation
-
     if not law:
         return "none", "-"
-    off = deviation(measured, error if math.isnan(doubt) else math.hypot(error, doubt), law)
-    said = "no error" if math.isnan(off) else f"{round(off, abs(off) < 100) + 0.0:+.4g}"
-    if off == 0 and len({*law}) > 1:
-        said = "between"
+    low, high = min(law), max(law)
+    off, spread = measured - min(max(measured, low), high), error
+    if math.isfinite(doubt):
+        spread = math.hypot(error, doubt)
+    rounding = _ROUNDING * max(abs(low), abs(high), 1.0)
+    if math.isnan(measured + error):
+        said = "no error"
+    elif abs(off) <= rounding:
+        said = "between" if high > low else "+0"
+    else:
+        ratio = off / spread if spread > rounding else math.copysign(math.inf, off)
+        digits = round(ratio, abs(ratio) < 100) + 0.0 if math.isfinite(ratio) else ratio
+        said = f"{digits:+.4g}"
     return " or ".join(f"{value:.4g}" for value in law), said.replace("inf", "no scatter")
+
+
+def _outcomes(cells: Any) -> Counter[str]:
+    """Return how many cells of a grid had each outcome, in words."""
+    from exactcreep.model.outcome import Outcome, with_direction
+
+    each = zip(cells["outcome"].values.flat, cells["direction"].values.flat, strict=True)
+    return Counter(with_direction(Outcome(out), way) if out else "not run" for out, way in each)
 
 
 def _print_grid(grid: xr.Dataset) -> None:
     from exactcreep.figures.sweep import points_of
     from exactcreep.model.numbers import with_error
-    from exactcreep.model.outcome import Outcome, with_direction
 
-    points = points_of(grid, _MOST_ROWS)
+    points, rows = points_of(grid, _MOST_ROWS), []
+    for point in points:
+        own, law, velocity = _outcomes(point.cells), point.prediction(), point.measured
+        text = with_error(velocity, point.error)
+        if own.total() == 1 and "velocity_decimal" in grid:
+            text = str(point.cells["velocity_decimal"].item()) or text
+        rows.append((
+            *map(value_text, point.varied.values()), text,
+            *beside(velocity, point.error, law.printed if law else ()),
+            *beside(velocity, point.error, law.values if law else (), law.deviation if law else 0),
+            counted(own) if own.total() > 1 else next(iter(own)),
+        ))  # fmt: skip
     names = list(points[0].varied)
-    count = math.prod(grid.sizes[name] for name in names)
-    columns = [
-        grid[name].transpose(*names, ...).to_numpy().reshape(count, -1).tolist()
-        for name in ("outcome", "direction", "velocity_decimal") if name in grid
-    ]  # fmt: skip
-    cells = [
-        Counter(
-            with_direction(Outcome(outcome), way) if outcome else "not run"
-            for outcome, way in zip(known, ways, strict=True)
-        )
-        for known, ways in zip(*columns[:2], strict=True)
-    ]
-    rows = []
-    for point, own, *decimals in zip(points, cells, *columns[2:], strict=False):
-        alone = decimals[0][0] if decimals and own.total() == 1 else ""
-        law, measured = point.prediction(), (point.measured, point.error)
-        beside = (
-            *_beside(*measured, law.printed if law else ()),
-            *_beside(*measured, law.values if law else (), law.deviation if law else 0.0),
-        )
-        rows.append((*map(value_text, point.varied.values()), alone or with_error(*measured),
-                     *beside, counted(own) if own.total() > 1 else next(iter(own))))  # fmt: skip
     say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows,
               right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
+    count = math.prod(grid.sizes[name] for name in names)
     if count > len(rows):
         put(f"and {count - len(rows)} more")
     seeds = grid["velocity"].size // count
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
-    outcomes = Counter(itertools.chain.from_iterable(each.elements() for each in cells))
-    put(f"{count} point{'s' * (count > 1)}{of_seeds}: {counted(outcomes)}")
+    put(f"{count} point{'s' * (count > 1)}{of_seeds}: {counted(_outcomes(grid))}")
     put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
     put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
     if seeds == 1 or any(math.isnan(point.error) for point in points):
-        for reason, count in _reasons_for_no_error(grid).items():
+        runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
+        reasons = Counter(str(why) for velocity, why in runs if math.isfinite(velocity) and why)
+        for reason, count in reasons.items():
             put(f"no standard error in {count} runs: {reason}")
-
-
-def _reasons_for_no_error(grid: xr.Dataset) -> Counter[str]:
-    """Return why standard errors are unknown, and in how many runs for each reason."""
-    runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
-    return Counter(str(reason) for velocity, reason in runs if math.isfinite(velocity) and reason)

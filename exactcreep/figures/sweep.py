@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from statistics import fmean
 from typing import Any
 
 import matplotlib as mpl
@@ -20,7 +21,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from exactcreep.figures.style import (
-    DASHED,
     DASHES,
     DISPLACEMENT,
     INKS,
@@ -42,15 +42,10 @@ from exactcreep.studies.sweep import SEED, dimensions
 
 MAPPED = 5
 """A sweep over two quantities with at least this many values each is drawn as a map."""
-LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
-"""Legend of the law of the sliding limit."""
-STICKING = "law of sticking sliders"
-"""Legend of `laws.sticking_velocity`."""
-STAIRCASE = "staircase of relaxed starts, exact"
-"""Legend of `laws.staircase_two_sliders`."""
+LAW = "law that holds"
+"""Legend of `Prediction.values`."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _UNLIKE = (END_FORCES, EXPANSION)
-_ROUNDING = 1e-9  # relative; smaller differences are rounding errors
 _FINE = 80  # points along a side of a map at which the law is computed
 
 
@@ -61,33 +56,25 @@ class Point:
     `varied`: the dimensions of the grid, without the seed, and their values; `measured`, `error`:
     mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle (or target);
     `parameters`: the exact chain and drive, by the names of the laws' parameters, and whatever else
-    was varied.
+    was varied; `cells`: the part of the grid.
     """
 
     varied: Mapping[str, Any]
     measured: float
     error: float = math.nan
     parameters: dict[str, Any] = field(default_factory=dict)
+    cells: xr.Dataset | None = None
 
     def prediction(self, **changed: Any) -> Prediction | None:
         """Return what the laws predict here, or where some parameters differ, or None."""
+        given = self.parameters | changed
+        about = {key: given[key] for key in (*_SHARED, *_UNLIKE) if key in given}
+        if len({*about} & {*_SHARED}) < len(_SHARED) - 1:  # the contacts of a solid vary
+            return None
         relaxed = self.varied.get("start", "relaxed") == "relaxed"
-        return predicted(self.parameters | changed, relaxed=relaxed)
-
-
-def deviation(measured: float, error: float, law: Sequence[float]) -> float:
-    """Return how many standard errors `measured` lies above the law, or outside its two values.
-
-    It is 0 between two values, nan without a law or an error, and +-inf without a scatter.
-    """
-    if not law or math.isnan(measured) or math.isnan(error):
-        return math.nan
-    low, high = min(law), max(law)
-    outside = measured - high if measured > high else min(measured - low, 0.0)
-    rounding = _ROUNDING * max(abs(low), abs(high), 1.0)
-    if abs(outside) <= rounding:
-        return 0.0
-    return outside / error if error > rounding else math.copysign(math.inf, outside)
+        if given.get("solver") == Sliding.name:  # such sliders do not stick
+            relaxed, about = False, about | {"mu_s": about["mu_d"], "sigma_mu": 0}
+        return prediction_of(about, relaxed=relaxed)
 
 
 def points_of(dataset: xr.Dataset, most: int | None = None) -> list[Point]:
@@ -109,7 +96,7 @@ def points_of(dataset: xr.Dataset, most: int | None = None) -> list[Point]:
         here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
         velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
         mean, off = map(float, mean_over_seeds(velocity, error))
-        points.append(Point(varied, mean, off, shared | own))
+        points.append(Point(varied, mean, off, shared | own, here))
     return points
 
 
@@ -131,16 +118,6 @@ def _shown(value: Any) -> Any:
 # --- drawing -------------------------------------------------------------------------------------
 
 
-def _draw_points(axes: Axes, points: Sequence[Point], x: str, **style: Any) -> None:
-    """Draw measured velocities over a dimension, with their standard errors."""
-    # a runaway chain has no velocity
-    y = [point.measured if math.isfinite(point.measured) else math.nan for point in points]
-    error = [0.0 if math.isnan(point.error) else point.error for point in points]
-    about = {"marker": "o", "markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
-    places = [point.varied[x] for point in points]
-    axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
-
-
 def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
     """Return whether a grid is drawn as trajectories: no number in it has three values."""
     lengths = (_numbers(list(map(_shown, values))) for key, values in vary.items() if key != SEED)
@@ -150,19 +127,15 @@ def as_lines(vary: Mapping[str, Sequence[Any]]) -> bool:
 @styled
 def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     """Draw the trajectories of a grid if it has them and `as_lines` holds, else velocities."""
-    vary = json.loads(dataset.attrs["vary"])
-    if "recorded_x_G" in dataset and as_lines(vary):
-        figure = new_figure(6.4, 4.4, title)
-        _draw_trajectories(figure.subplots(), dataset, vary)
-        return figure
-    points = points_of(dataset)
-    figure = new_figure(*((6.0, 4.4) if _mapped(points) else (5.6, 4.0)), title)
-    _draw(figure.subplots(), points)
+    figure = new_figure(6.2, 4.4, title)
+    lines = "recorded_x_G" in dataset and as_lines(json.loads(dataset.attrs["vary"]))
+    (_draw_trajectories if lines else plot_sweep)(dataset, figure.subplots())
     return figure
 
 
-def _draw_trajectories(axes: Axes, dataset: xr.Dataset, vary: Mapping[str, Sequence[Any]]) -> None:
+def _draw_trajectories(dataset: xr.Dataset, axes: Axes) -> None:
     """Draw x_G of every cell that recorded it, coloured by the first key that varies."""
+    vary: Mapping[str, Sequence[Any]] = json.loads(dataset.attrs["vary"])
     lines = dataset["recorded_x_G"].to_numpy().reshape(-1, dataset.sizes["half_cycle"])
     telling = {key for key, values in vary.items() if len(values) > 1}
     styles = itertools.cycle(itertools.product(DASHES, INKS))
@@ -187,9 +160,10 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the velocities of a sweep with their errors beside the laws; return the axes.
 
     The quantity with most values is along the axis; each point is the mean over its seeds. Others
-    make families in their own colour. A broken line is the law of the sliding limit, a full line in
-    a band the law of sliders that stick and slip. If exactly two quantities vary, with at least
-    five values each, a map shows the velocity in colour, and the laws as contours.
+    make families in their own colour. A dotted line is the equation of the paper, a full line the
+    law that holds (see `laws.prediction`), in a band as wide as its deviation; the chain's history
+    decides between two lines. If exactly two quantities vary, with at least five values each, a map
+    shows the velocity in colour, and the law as contours.
 
     Parameters
     ----------
@@ -224,34 +198,21 @@ def plot_sweep(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     if not {*vary} - {SEED}:
         raise InputError("dataset", [*vary], "must vary something other than the seed")
     points = points_of(dataset)
+    values = {key: list(dict.fromkeys(point.varied[key] for point in points))
+              for key in points[0].varied}  # fmt: skip
     with mpl.rc_context(STYLE):
         axes = ax or plt.subplots(layout="constrained")[1]
-        _draw(axes, points)
+        if len(values) == 2 and min(map(_numbers, values.values())) >= MAPPED:
+            _draw_map(axes, points, *values)
+        else:
+            over = max(values, key=lambda key: (_numbers(values[key]) > 0, len(values[key])))
+            draw_families(axes, points, over)
     return axes
-
-
-def _values(points: Sequence[Point]) -> dict[str, list[Any]]:
-    return {key: list(dict.fromkeys(point.varied[key] for point in points))
-            for key in points[0].varied}  # fmt: skip
 
 
 def _numbers(values: Sequence[Any]) -> int:
     """Return how many values there are, or 0 if any of them is not a number."""
     return 0 if any(isinstance(value, str) for value in values) else len(values)
-
-
-def _mapped(points: Sequence[Point]) -> bool:
-    values = _values(points)
-    return len(values) == 2 and min(map(_numbers, values.values())) >= MAPPED
-
-
-def _draw(axes: Axes, points: Sequence[Point]) -> None:
-    values = _values(points)
-    if _mapped(points):
-        _draw_map(axes, points, *values)
-    else:
-        over = max(values, key=lambda key: (_numbers(values[key]) > 0, len(values[key])))
-        draw_families(axes, points, over)
 
 
 def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None:
@@ -265,18 +226,15 @@ def _draw_map(axes: Axes, points: Sequence[Point], across: str, up: str) -> None
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
     found = [[points[0].prediction(**{across: a, up: b}) for a in fine_x] for b in fine_y]
-    sticks = np.array([[sticking(one)[0] for one in row] for row in found])
-    slides = np.array([[_sliding(one)[0] for one in row] for row in found])
-    slides[np.isfinite(sticks)] = math.nan
-    levels, words = MaxNLocator(8).tick_values(*image.get_clim()), []
-    for form, dashes, name in ((sticks, "-", STICKING), (slides, "--", LIMIT)):
-        low, high = np.nanmin(form, initial=math.inf), np.nanmax(form, initial=-math.inf)
-        if inside := [level for level in np.asarray(levels).tolist() if low < level < high]:
-            lines = axes.contour(fine_x, fine_y, form, levels=inside, colors="white",
-                                 linewidths=0.9, linestyles=dashes)  # fmt: skip
-            axes.clabel(lines, fontsize=7, fmt="%g")
-            words.append(f"{'full' if dashes == '-' else 'broken'} lines: {name}")
-    axes.set_title("; ".join(words), fontsize=8)
+    law = np.array([[max(one.values, key=abs) if one and one.values else math.nan for one in row]
+                    for row in found])  # fmt: skip
+    levels = np.asarray(MaxNLocator(8).tick_values(*image.get_clim()))
+    inside = levels[(np.nanmin(law, initial=math.inf) < levels)
+                    & (levels < np.nanmax(law, initial=-math.inf))]  # fmt: skip
+    if inside.size:
+        lines = axes.contour(fine_x, fine_y, law, levels=inside, colors="white", linewidths=0.9)
+        axes.clabel(lines, fontsize=7, fmt="%g")
+        axes.set_title(f"lines: {LAW}", fontsize=8)
 
 
 def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
@@ -288,19 +246,25 @@ def draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     marks = itertools.cycle(itertools.product("os^D", INKS))
     fine, drawn = _between([point.varied[over] for point in points]), dict[str, Any]()
     for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
-        _draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
-                    label=label)  # fmt: skip
+        places, velocities, errors = zip(
+            *((one.varied[over], one.measured, one.error) for one in family), strict=True
+        )
+        axes.errorbar(
+            places, np.ma.masked_invalid(velocities), np.nan_to_num(errors), fmt=mark, color=ink,
+            markersize=4, elinewidth=0.7, markerfacecolor="white", label=label, zorder=3,
+        )  # fmt: skip
         found = [family[0].prediction(**{over: value}) for value in fine]
-        named = next((f"paper, {law.label}" for law in found if law), "")
-        for name, law, dashes, width in (
-            (LIMIT, _sliding, DASHED, 1.3), (named, _printed, ":", 1.6),
-            (STICKING, sticking, "-", 1.0), (STAIRCASE, _staircase, "-", 1.0),
-        ):  # fmt: skip
-            values, off = np.transpose([law(one) for one in found])
-            if np.isfinite(values).any():
-                axes.plot(fine, values, color=ink, linestyle=dashes, linewidth=width)
-                axes.fill_between(fine, values - off, values + off, color=ink, alpha=0.2)
+        printed = next((f"paper, {law.label}" for law in found if law), "")
+        for name, dashes, values in (
+            (printed, ":", [law.printed and (fmean(law.printed),) if law else () for law in found]),
+            (LAW, "-", [law.values if law else () for law in found]),
+        ):
+            ends = np.array([(min(v), max(v)) if v else (math.nan,) * 2 for v in values])
+            if np.isfinite(ends).any():
+                axes.plot(fine, ends, color=ink, linestyle=dashes, linewidth=1.2)
                 drawn[name] = dashes
+        off = np.nan_to_num([law.deviation if law else 0.0 for law in found])
+        axes.fill_between(fine, ends[:, 0] - off, ends[:, 1] + off, color=ink, alpha=0.2)
     for name, dashes in drawn.items():
         axes.plot([], [], color="0.3", linewidth=1.0, linestyle=dashes, label=name)
     finite = [point for point in points if math.isfinite(point.measured)]
@@ -328,38 +292,3 @@ def _between(values: Iterable[Any]) -> list[Any]:
 def _spans_decades(values: Sequence[Any]) -> bool:
     """Return whether an axis of these numbers is logarithmic."""
     return bool(0 < 100 * min(values) <= max(values))
-
-
-def predicted(given: Mapping[str, Any], *, relaxed: bool = False) -> Prediction | None:
-    """Return the laws' prediction for a point, or None; `sliding` sliders do not stick."""
-    about = {key: given[key] for key in (*_SHARED, *_UNLIKE) if key in given}
-    if len({*about} & {*_SHARED}) < len(_SHARED) - 1:  # the contacts of a solid vary
-        return None
-    if given.get("solver") == Sliding.name:
-        about |= {"mu_s": about["mu_d"], "sigma_mu": 0}
-        relaxed = False
-    return prediction_of(about, relaxed=relaxed)
-
-
-def _sliding(found: Prediction | None) -> tuple[float, float]:
-    return _mean(found.sliding if found else ())
-
-
-def _printed(found: Prediction | None) -> tuple[float, float]:
-    return _mean(found.printed if found else ())
-
-
-def _staircase(found: Prediction | None) -> tuple[float, float]:
-    return _mean(() if found is None or found.staircase is None else [found.staircase])
-
-
-def _mean(values: Sequence[float]) -> tuple[float, float]:
-    """Return the value of a law, the mean of its two values, or nan where it does not hold."""
-    return (sum(values) / len(values) if values else math.nan), 0.0
-
-
-def sticking(found: Prediction | None) -> tuple[float, float]:
-    """Return the law of sliders that stick and slip, and its deviation; nan outside its range."""
-    if found is None or found.sticking is None:
-        return math.nan, math.nan
-    return found.sticking, found.deviation

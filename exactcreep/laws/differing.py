@@ -20,9 +20,8 @@ from exactcreep.laws.number_types import (
     rational,
     require,
 )
-from exactcreep.laws.paper import described
 from exactcreep.laws.velocities import gaussian_integral
-from exactcreep.model.numbers import sign_of_surd
+from exactcreep.model.numbers import refusing, sign_of_surd
 
 
 class PivotSliders(NamedTuple):
@@ -50,7 +49,7 @@ class PivotSliders(NamedTuple):
         return (least,) if least == most else (least, most)
 
 
-@described
+@refusing
 def pivot_sliders(
     mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
 ) -> PivotSliders:
@@ -60,6 +59,15 @@ def pivot_sliders(
     ``|G - (sum of b_n below p - sum of b_n above p)| < b_p``. For slider q, in a contraction, the
     two sums change places. The comparison uses the exact values of the arguments. Source:
     ``derivations/unlike.py``.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -102,13 +110,22 @@ def pivot_sliders(
     return PivotSliders(crossing(1), crossing(-1))
 
 
-@described
+@refusing
 def differing_intercept(
     mu_d: Sequence[Number], tan_alpha: Number, end_forces: Sequence[Number] = (0, 0)
 ) -> Number:
     """Return ``h = (sum of mu_d c - |G|)/2``: a chain creeps in cycles if ``l0 A`` exceeds h.
 
     Source: ``derivations/unlike.py``.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -129,7 +146,7 @@ def differing_intercept(
     return (sum(values[name] for name in names) * c - abs(len(names) * slope * c + pull)) / 2
 
 
-@described
+@refusing
 def differing_velocity(
     *,
     l0: Number,
@@ -145,6 +162,19 @@ def differing_velocity(
     else ``G = l0 sigma_theta I(h/(l0 sigma_theta))`` with I of `gaussian_integral`. With equal
     friction and no end forces the laws are `sliding_velocity` and `sliding_velocity_random`.
     Source: ``derivations/unlike.py`` and ``derivations/gaussian.py``.
+
+    Parameters
+    ----------
+    l0 : number
+        Natural length of a spring, unit ``g tau_dyn**2``.
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    amplitude, sigma_theta : number, optional
+        See `exactcreep.laws`.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------
@@ -176,7 +206,7 @@ def differing_velocity(
     return tuple(apart * gain for apart in pivot_sliders(mu_d, tan_alpha, end_forces).apart)
 
 
-@described
+@refusing
 def differing_slope(
     mu_d: Sequence[Number],
     tan_alpha: Number,
@@ -188,6 +218,17 @@ def differing_slope(
     The slope is the sum of the weights of the springs between p and q, negative if q lies above p.
     It is exact for mu_s -> mu_d. The velocity also has a constant term, which no law gives. Source:
     ``derivations/unlike.py``.
+
+    Parameters
+    ----------
+    mu_d : sequence of number
+        Sliding friction coefficients of sliders 1..N.
+    tan_alpha : number
+        Slope.
+    expansion : sequence of number
+        Weights of springs 1..N - 1, positive.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
 
     Returns
     -------

@@ -13,8 +13,8 @@ import math
 from functools import cache
 from typing import Any
 
-import mpmath
 import numpy as np
+import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
 
 from exactcreep.laws.number_types import Number
@@ -25,8 +25,6 @@ from exactcreep.model.numbers import InputError, nearest_float, refusing
 _FIRST = 10
 _SMALLEST = 2
 _FAR = 1000.0  # from here on three terms of a series have all digits of float64
-_digamma = np.vectorize(mpmath.fp.digamma, otypes=[float])
-_erfc = np.vectorize(math.erfc, otypes=[float])
 _REACH, _ORDER, _RATES = 6.5, 72, 32  # grid of y in units of l0 sigma_theta; decay rates per S
 
 
@@ -168,7 +166,7 @@ def _plain(values: Any) -> Any:
 
 def _cycled(t: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the mean square over (l0 A - mu_d)**2 after t half-cycles."""
-    odd = math.log(2) + (_digamma(t + 0.5) + np.euler_gamma) / 2
+    odd = math.log(2) + (scipy.special.digamma(t + 0.5) + np.euler_gamma) / 2
     return np.asarray(2 * odd / 3 - 1 / 4 - 1 / (3 * (2 * t - 1)))
 
 
@@ -180,7 +178,8 @@ def _turned(p: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray[np.floa
 
     def from_there_on(first: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return 1/first - 2 (1/first - 1/(first + 2) + ...), without loss of digits."""
-        near = 1 / first - (_digamma((first + 2) / 4) - _digamma(first / 4)) / 2
+        late, early = scipy.special.digamma([(first + 2) / 4, first / 4])
+        near = 1 / first - (late - early) / 2
         square = first**-2
         far = -square * (1 - 2 * square + 16 * square**2)
         return np.where(first < _FAR, near, far)
@@ -190,8 +189,7 @@ def _turned(p: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray[np.floa
 
 def _tails(h: float, y: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
     """Return Phi(y - h) and Phi(-y - h), the probabilities that a target moves y down or up."""
-    root = math.sqrt(2)
-    return _erfc((h - y) / root) / 2, _erfc((h + y) / root) / 2
+    return scipy.special.ndtr(y - h), scipy.special.ndtr(-y - h)
 
 
 def _density(z: NDArray[np.float64], off: float) -> NDArray[np.float64]:

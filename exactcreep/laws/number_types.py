@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import math
+import numbers
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -32,51 +32,35 @@ def rational(value: Number) -> Fraction:
 
 
 def real(value: Number, name: str) -> Number:
-    """Return a real number, or an array of them; raise `ValueError` with its name for others."""
-    if isinstance(value, np.ndarray | list | tuple):
-        array = np.asarray(value)
-        rationals = all(isinstance(entry, int | float | Fraction) for entry in array.ravel())
-        if array.dtype.kind not in "iuf" and not (array.dtype == object and rationals):
-            raise ValueError(f"{name} must hold real numbers, not {array.dtype}")
-        return array.astype(np.float64)
-    number = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
-    if isinstance(value, bool) or not number:
-        raise ValueError(f"{name} must be a real number or an array of them, not {value!r}")
-    return int(value) if isinstance(value, np.integer) else value
+    """Return a real number; raise `ValueError` with its name for anything else."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise ValueError(f"{name} must be a real number, not {value!r}")
+    return int(value) if isinstance(value, numbers.Integral) else value
 
 
 def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
     """Convert numbers to one common type; rationals stay rational among themselves."""
     values = {name: real(value, name) for name, value in given.items()}
-    contexts = [value.context for value in values.values() if is_mpf(value)]
     convert: Callable[[Number], Number] = Fraction
-    if any(isinstance(value, np.ndarray) for value in values.values()):
-        if contexts:
-            raise ValueError("arrays and mpmath numbers do not mix: call the law once per number")
-        convert = np.float64
-    elif contexts:
+    if contexts := [value.context for value in values.values() if is_mpf(value)]:
         convert = contexts[-1].convert
     elif any(isinstance(value, float | np.floating) for value in values.values()):
         convert = float
     return {name: convert(value) for name, value in values.items()}
 
 
-def require(condition: Number, sentence: str) -> None:
-    """Raise `ValueError` unless a condition holds (for an array: everywhere)."""
-    if not np.all(condition):
+def each(parameters: Mapping[str, Number], name: str) -> list[Number]:
+    """Return a coefficient of every slider."""
+    value, n = parameters[name], int(parameters["n"])
+    listed = list(value) if isinstance(value, list | tuple) else [value] * n
+    require(len(listed) == n, f"{name} must hold {n} coefficients")
+    return listed
+
+
+def require(condition: bool, sentence: str) -> None:
+    """Raise `ValueError` unless a condition holds."""
+    if not condition:
         raise ValueError(sentence)
-
-
-def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
-    """Let a function of scalars also take arrays, which broadcast."""
-    over_arrays = np.vectorize(function, otypes=[np.float64])
-
-    @functools.wraps(function)
-    def of_any(*ordered: Number, **named: Number) -> Number:
-        several = any(isinstance(value, np.ndarray) for value in (*ordered, *named.values()))
-        return (over_arrays if several else function)(*ordered, **named)
-
-    return of_any
 
 
 def square_root(value: Number) -> Number:
@@ -94,8 +78,6 @@ def root_of_pi(like: Number) -> Number:
 
 
 def positive_part(value: Number) -> Number:
-    if isinstance(value, np.ndarray):
-        return np.maximum(value, 0.0)
     return value if value > 0 else value * 0
 
 
@@ -123,14 +105,7 @@ def cosine(tan_alpha: Number) -> Number:
 
 def floor_of_surd(surd: Fraction, radicand: Fraction, rational: Fraction) -> int:
     """Return floor(surd * sqrt(radicand) + rational), exactly."""
-    # sign * sqrt(surd**2 radicand), brought to one integer root over one denominator
-    square = surd * surd * radicand
-    scale = square.denominator * rational.denominator
-    inside = square.numerator * square.denominator * rational.denominator**2
-    root = math.isqrt(inside)
-    shift = rational.numerator * square.denominator
-    if surd >= 0:
-        return (root + shift) // scale
-    # -sqrt(inside) lies in (-(root + 1), -root] : its floor over `scale` needs the exact case
-    lower = -root if root * root == inside else -root - 1
-    return (lower + shift) // scale
+    scale = surd.denominator * rational.denominator  # makes both products below whole
+    square = (surd * scale) ** 2 * radicand
+    root = math.isqrt(math.floor(square)) if surd >= 0 else -1 - math.isqrt(math.ceil(square) - 1)
+    return (root + int(rational * scale)) // scale

@@ -15,16 +15,17 @@ from __future__ import annotations
 
 import functools
 import math
-import re
 from collections.abc import Callable, Mapping
-from inspect import Parameter, getdoc, signature
-from typing import Any, NamedTuple, TypeVar
+from inspect import signature
+from typing import NamedTuple
+
+import numpy as np
 
 from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,
-    elementwise,
+    is_mpf,
     rational,
     real,
     require,
@@ -34,72 +35,8 @@ from exactcreep.model.numbers import refusing
 from exactcreep.model.remarks import remark
 from exactcreep.model.uniform import require_uniform
 
-SHARED = {
-    "n": "Number of sliders N.",
-    "i": "Index of the plateau: slider i - 1 rests in dilations. Default, if any: by the slope.",
-    "l0": "Natural length of a spring, unit ``g tau_dyn**2``.",
-    "mu_d": "Sliding friction coefficient.",
-    "mu_s": "Static friction coefficient.",
-    "sigma_mu": "Standard deviation of the static coefficients.",
-    "tan_alpha": "Slope.",
-    "amplitude": "Amplitude of the cycles of dilation.",
-    "sigma_theta": "Standard deviation of the random dilations.",
-    "r0": "x_2 - x_1 - l0 at theta = 0, unit ``g tau_dyn**2``, conserved modulo 2D.",
-    "end_forces": "Forces on slider 1 and on slider N, downhill positive, unit ``m g``.",
-    "coefficients": "Static coefficients of sliders 1..N, two or more.",
-    "expansion": "Weights of springs 1..N - 1, positive, by which the dilation is multiplied.",
-    "parameters": "A chain and its drive, by the names that laws use.",
-}
-"""The parameters that laws share, which `described` writes into their docstrings."""
-_Law = TypeVar("_Law", bound=Callable[..., Any])
-_KINDS = {
-    "n": "int", "i": "int", "end_forces": "pair of numbers", "coefficients": "sequence of number",
-    "expansion": "sequence of number", "parameters": "mapping of str to number",
-}  # fmt: skip
-_SECTIONS = ("Parameters", "Returns", "Raises", "Notes", "Examples")
 
-
-def described(function: _Law) -> _Law:
-    """Return a law that refuses what it cannot use in a sentence, and describe what laws share.
-
-    The sections of its docstring that laws share are written unless it has its own.
-    """
-    taken = signature(function).parameters
-    shared = {}
-    if taken.keys() <= SHARED.keys():
-        shared["Parameters"] = "\n".join(map(_entry, taken.values()))
-    for drive, time in (("amplitude", "half-cycle"), ("sigma_theta", "target")):
-        if drive in taken:
-            advance = f"Advance of the centre of mass per {time}, unit ``g tau_dyn**2``."
-            shared["Returns"] = f"number\n    {advance}"
-    if function.__name__.endswith("_amplitude"):
-        shared["Returns"] = "number\n    Amplitude of the dilation."
-    positive = " and ".join(name for name in ("n", "l0") if name in taken)
-    wrong = [f"Unless {positive} {'are' if ' ' in positive else 'is'} positive."]
-    if "i" in taken and taken["i"].default is None:
-        wrong.append("If i is not given and the slope has not one plateau.")
-    if positive:
-        shared["Raises"] = "\n    ".join(["ValueError", *wrong])
-    head, *own = re.split(r"\n\n(?=[A-Z][a-z]+\n---)", getdoc(function) or "")
-    sections = {title: f"{title}\n{'-' * len(title)}\n{text}" for title, text in shared.items()}
-    sections |= {section.partition("\n")[0]: section for section in own}
-    function.__doc__ = "\n\n".join(
-        [head, *(sections[title] for title in _SECTIONS if title in sections)]
-    )
-    careful: Any = refusing(function)
-    return careful  # type: ignore[no-any-return]
-
-
-def _entry(parameter: Parameter) -> str:
-    name, said = parameter.name, SHARED[parameter.name]
-    kind = _KINDS.get(name, "number")
-    if name not in _KINDS and str(parameter.annotation).startswith("Sequence"):
-        kind, said = "sequence of number", f"{said[:-1]}, of sliders 1..N."
-    kind += "" if parameter.default is parameter.empty else ", optional"
-    return f"{name} : {kind}\n    {said}"
-
-
-@described
+@refusing
 def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     """Return the one index i of the sliding limit's plateau, or the two where it is not unique.
 
@@ -107,6 +44,13 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     ``(i, i + 1)`` at the edge between two plateaus, decided at the exact values of the arguments.
     Slider i - 1 rests while the chain dilates, slider n + 2 - i while it contracts. Source: the
     window of Eq. 19 for mu_s -> mu_d, ``derivations/pivots.py``, ``derivations/sliding_limit.py``.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    tan_alpha, mu_d : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -133,9 +77,16 @@ def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     return (lowest, lowest + 1) if position == lowest else (lowest,)
 
 
-@described
+@refusing
 def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
     """Return the one index of `pivots`.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    tan_alpha, mu_d : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -159,16 +110,24 @@ def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
     return indices[0]
 
 
-_pivot = elementwise(pivot)
 _POSITIVE = ("n", "l0")
 
 
 def law(function: Callable[..., Number]) -> Callable[..., Number]:
     """Let a formula take numbers of any kind and return a number of their common type.
 
-    Default of an index `i`: the plateau of the sliding limit; n and l0 must be positive.
+    Arrays broadcast. Default of an index `i`: the plateau of the sliding limit; n and l0 must be
+    positive.
     """
     signed = signature(function)
+
+    def of_numbers(**given: Number) -> Number:
+        if given.get("i", 0) is None:  # decided on the values as given, before any is rounded
+            given["i"] = pivot(*(real(given[name], name) for name in ("n", "tan_alpha", "mu_d")))
+        values = coerced(given)
+        for name in _POSITIVE:
+            require(name not in values or values[name] > 0, f"{name} must be positive")
+        return function(**values)
 
     @functools.wraps(function)
     def of_any(*ordered: Number, **named: Number) -> Number:
@@ -177,18 +136,17 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
         except TypeError as error:
             raise TypeError(f"{function.__name__}{signed} takes numbers by name: {error}") from None
         taken.apply_defaults()
-        given = taken.arguments
-        if given.get("i", 0) is None:  # decided on the values as given, before any is rounded
-            plateau = {name: real(given[name], name) for name in ("n", "tan_alpha", "mu_d")}
-            given["i"] = _pivot(**plateau)
-        values = coerced(given)
-        for name, value in values.items():
-            remark(name, value)
-        for name in _POSITIVE:
-            require(name not in values or values[name] > 0, f"{name} must be positive")
-        return function(**values)
+        given, of = taken.arguments, of_numbers
+        if any(isinstance(value, np.ndarray | list | tuple) for value in given.values()):
+            alone = "arrays and mpmath numbers do not mix: call the law once per number"
+            require(not any(map(is_mpf, given.values())), alone)
+            of = np.vectorize(of_numbers, otypes=[np.float64])
+        found = of(**given)
+        for name in given.keys() - {"i"}:
+            remark(name, np.asarray(given[name]))
+        return found
 
-    return described(of_any)
+    return refusing(of_any)
 
 
 @refusing
@@ -260,6 +218,13 @@ def critical_angle(*, n, i, mu_d, mu_s):
     and slip, the pivot mostly changes below this slope: see `sticking_velocity`. Source: Eq. 19;
     ``derivations/pivots.py`` has its premises and measurements.
 
+    Parameters
+    ----------
+    n, i : int
+        Number of sliders N, and index of the plateau.
+    mu_d, mu_s : number
+        See `exactcreep.laws`.
+
     Returns
     -------
     number
@@ -273,12 +238,19 @@ def critical_angle(*, n, i, mu_d, mu_s):
     return mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n
 
 
-@described
+@refusing
 def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     """Return the slopes between which slider i - 1 can rest while the chain dilates.
 
     Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n. The edge `lower_alone` is Eq. 19,
     and `upper` is Eq. 19 with i - 1 for i. Source: ``derivations/pivots.py``.
+
+    Parameters
+    ----------
+    n, i : int
+        Number of sliders N, and index of the plateau.
+    mu_d, mu_s : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -306,11 +278,16 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     return PivotWindow(middle - half, middle + half, upper - half, upper + half)
 
 
-@described
+@refusing
 def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
     """Return the ends of the plateau of two sliders, ``sigma_mu/sqrt(2)`` off 0 and off mu_d.
 
     Source: alpha_c-, alpha_c+ of the paper's Sec. III A 1.
+
+    Parameters
+    ----------
+    mu_d, sigma_mu : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -332,6 +309,25 @@ def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     Source: Eq. 20; Eq. 13 for two sliders.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
+
     Examples
     --------
     >>> plateau_velocity(n=30, **slope, amplitude=0.005)
@@ -346,6 +342,25 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
     Source: the text after Eq. 20; Eq. 14 for two sliders.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, sigma_theta : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
+
     Examples
     --------
     >>> round(plateau_velocity_random(n=30, **slope, sigma_theta=0.01), 4)
@@ -357,6 +372,13 @@ def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 @law
 def pivot_force(*, n, i, mu_d, tan_alpha):
     """Return ``(N+1-i) m``, the force on the pivot after a dilation. Source: Eq. 21.
+
+    Parameters
+    ----------
+    n, i : int
+        Number of sliders N, and index of the plateau.
+    mu_d, tan_alpha : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -377,6 +399,18 @@ def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
 
     ``m = mu_d cos(alpha) - sin(alpha)``. Source: Eq. 22 as printed; `onset_amplitude` corrects it.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
     Examples
     --------
     >>> threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
@@ -393,6 +427,18 @@ def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     to ten sliders begin to creep at 1.1 to 1.4 times this amplitude, two sliders at
     ``(mu_s cos(alpha) - sin(alpha))/l0``. Source: Eq. 22 corrected, ``derivations/thresholds.py``.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, mu_s, tan_alpha : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
+
     Examples
     --------
     >>> chain = {"n": 30, "l0": 1000, "mu_d": Fraction(1, 2), "mu_s": Fraction(3, 5)}
@@ -407,6 +453,13 @@ def threshold_width(*, n, l0, mu_d, tan_alpha):
     """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, where the line of Eq. 24 is zero.
 
     It is no threshold: creep goes on below it. Source: the text before Eq. 24.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -428,6 +481,25 @@ def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     ``m = mu_d cos(alpha) - sin(alpha)``. `sliding_velocity` is the exact form; `sticking_velocity`
     the law that was measured where mu_s exceeds mu_d. Source: Eq. 23.
 
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
+
     Examples
     --------
     >>> round(creep_velocity(n=30, **slope, amplitude=0.005), 4)
@@ -441,6 +513,25 @@ def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, two terms of the exact law.
 
     ``m = mu_d cos(alpha) - sin(alpha)``; `sliding_velocity_random` is exact. Source: Eq. 24.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, sigma_theta : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
 
     Examples
     --------
@@ -458,6 +549,16 @@ def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
     ``a = mu_s cos(alpha) - sin(alpha)``. `staircase_two_sliders` is the exact law. Source: Eq. 15,
     which has mu_s for mu_d.
 
+    Parameters
+    ----------
+    l0, mu_s, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
     Examples
     --------
     >>> round(two_sliders_velocity(l0=1000, mu_s=0.6, tan_alpha=0.25, amplitude=0.005), 4)
@@ -473,6 +574,16 @@ def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     ``a = mu_s cos(alpha) - sin(alpha)``; `sliding_velocity_random` is exact. Source: Eq. 17, which
     has mu_s for mu_d.
 
+    Parameters
+    ----------
+    l0, mu_s, tan_alpha, sigma_theta : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
+
     Examples
     --------
     >>> round(two_sliders_velocity_random(l0=1000, mu_s=0.6, tan_alpha=0.25, sigma_theta=0.01), 4)
@@ -486,6 +597,18 @@ def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
     """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, the limit of many contacts.
 
     ``m = mu_d cos(alpha) - sin(alpha)``. Source: Eq. 25.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import numpy as np
 
 from exactcreep.laws import paper
 from exactcreep.laws.differing import differing_velocity, pivot_sliders
-from exactcreep.laws.number_types import Number, cosine
+from exactcreep.laws.number_types import Number, cosine, each
 from exactcreep.laws.paper import law_values
 from exactcreep.laws.staircase import staircase_two_sliders
 from exactcreep.laws.sticking import (
@@ -143,7 +143,7 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
     ('sliding limit, exact', 3.937)
     """
     n, slope, differs = int(parameters["n"]), parameters["tan_alpha"], unlike(parameters)
-    friction, static = (_each(parameters[name], n) for name in ("mu_d", "mu_s"))
+    friction, static = (each(parameters, name) for name in ("mu_d", "mu_s"))
     about = {"tan_alpha": slope, "end_forces": parameters.get("end_forces", (0, 0))}
     resting = n == 1 and not differs and abs(slope) <= friction[0]
     if EXPANSION in differs or not (resting or _holds(friction, **about)):
@@ -199,10 +199,6 @@ def prediction_of(parameters: Mapping[str, Number], *, relaxed: bool = False) ->
         law, held, deviation = "no mean drift, by symmetry", (0.0,), 0.0 if clean else math.nan
         law += "; one run wanders" * (not clean)
     return Prediction(label, printed, sliding, staircase, sticking, law, held, deviation)
-
-
-def _each(value: Number, count: int) -> list[Number]:
-    return list(value) if isinstance(value, list | tuple) else [value] * count
 
 
 def _values(found: Iterable[Number]) -> tuple[float, ...]:

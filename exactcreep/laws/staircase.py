@@ -6,7 +6,6 @@ from fractions import Fraction
 
 from exactcreep.laws.number_types import (
     cosine,
-    elementwise,
     floor_of_surd,
     positive_part,
     rational,
@@ -16,7 +15,6 @@ from exactcreep.laws.paper import law, margin
 
 
 @law
-@elementwise
 def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     """Return the velocity of two sliders under dilation cycles, sigma_mu = 0, exactly.
 
@@ -25,6 +23,18 @@ def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     ``2D max(0, ceil((l0 amplitude - a)/(2D)))``, and ``max(0, l0 amplitude - m)`` if mu_s = mu_d.
     The number of slips is decided at the exact values of the arguments. Source:
     ``derivations/two_sliders.py``; the exact form of Eq. 15.
+
+    Parameters
+    ----------
+    l0, mu_d, mu_s, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+    r0 : number, optional
+        x_2 - x_1 - l0 at theta = 0.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
 
     Raises
     ------

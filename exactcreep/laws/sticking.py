@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws.number_types import cosine, require
-from exactcreep.laws.paper import described, law_values
+from exactcreep.laws.number_types import cosine, each, require
+from exactcreep.laws.paper import law_values
 from exactcreep.laws.theorems import locked_ends_amplitude, rest_edge
 from exactcreep.laws.velocities import gaussian_integral
+from exactcreep.model.numbers import refusing
 from exactcreep.model.uniform import unlike
 
 _FEWEST, _MOST = 4, 60  # sliders
@@ -77,7 +78,7 @@ def forces(parameters: Mapping[str, Any]) -> Forces:
     n, slope = int(parameters["n"]), float(parameters["tan_alpha"])
     require(n == parameters["n"] > 0, f"n must be a positive integer, not {parameters['n']}")
     c = float(cosine(slope))
-    sliding, static = (_each(parameters[name], n) for name in ("mu_d", "mu_s"))
+    sliding, static = (np.array(each(parameters, name), float) for name in ("mu_d", "mu_s"))
     pull = n * slope * c + math.fsum(map(float, parameters.get("end_forces", ())))
     sigma = float(parameters["sigma_mu"])
     require(sigma >= 0, f"sigma_mu must not be negative, not {sigma}")
@@ -90,7 +91,7 @@ def forces(parameters: Mapping[str, Any]) -> Forces:
     return found._replace(gain=width * float(gaussian_integral(half / width)) if width > 0 else 0.0)
 
 
-@described
+@refusing
 def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     """Return the mean velocity of sliders that stick and slip; fitted, not proved.
 
@@ -115,6 +116,11 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     sliders and 307 of `drawn_chains`, half of them at the ends of plateaus
     (``tests/laws/drawn_chains.py``).
 
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        A chain and its drive, by the names that laws use.
+
     Returns
     -------
     float
@@ -137,7 +143,7 @@ def sticking_velocity(parameters: Mapping[str, Any]) -> float:
     return _fitted(parameters, forces(parameters))[0]
 
 
-@described
+@refusing
 def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     """Return one standard deviation of chains from `sticking_velocity`.
 
@@ -149,6 +155,11 @@ def sticking_deviation(parameters: Mapping[str, Any]) -> float:
     the mean velocity of most chains of 46 to 60 sliders is below the law. With random dilations
     0.03 replaces 0.009. The constants were fitted to 866 chains, those of the law among them; the
     0.03 was widened on all that were measured (``tests/data/drawn.csv``).
+
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        A chain and its drive, by the names that laws use.
 
     Returns
     -------
@@ -206,15 +217,14 @@ def _below(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.append(below, 0) - np.append(0, above))
 
 
-def _each(value: Any, count: int) -> NDArray[np.float64]:
-    listed = value if isinstance(value, list | tuple) else [value] * count
-    require(len(listed) == count, f"mu_d and mu_s must hold {count} coefficients")
-    return np.array(listed, float)
-
-
-@described
+@refusing
 def beyond_sticking(parameters: Mapping[str, Any]) -> str:
     """Return why a chain lies outside the range in which `sticking_velocity` was measured.
+
+    Parameters
+    ----------
+    parameters : mapping of str to number
+        A chain and its drive, by the names that laws use.
 
     Returns
     -------

@@ -13,18 +13,18 @@ from exactcreep.laws.number_types import (
     Number,
     coerced,
     cosine,
-    elementwise,
+    each,
     positive_part,
     rational,
     real,
     require,
 )
-from exactcreep.laws.paper import described, law, law_values
+from exactcreep.laws.paper import law, law_values
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import refusing
 
 
-@described
+@refusing
 def at_rest_amplitude(
     l0: Number,
     tan_alpha: Number,
@@ -39,6 +39,22 @@ def at_rest_amplitude(
     expand differently, ``w_n`` is divided by ``|r_n|``, the change of the force on slider n per
     ``l0 theta``, and 2 is the sum of the ``|r_n|``. Source: beyond the paper,
     ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    l0, tan_alpha : number
+        See `exactcreep.laws`.
+    coefficients : sequence of number
+        Static coefficients of sliders 1..N, two or more.
+    end_forces : pair of numbers, optional
+        Forces on slider 1 and on slider N.
+    expansion : sequence of number, optional
+        Weights of springs 1..N - 1.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
 
     Raises
     ------
@@ -71,12 +87,23 @@ def at_rest_amplitude(
 
 
 @law
-@elementwise
 def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0.
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
     ``c = cos(alpha)``, ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha : number
+        See `exactcreep.laws`.
+
+    Returns
+    -------
+    number
+        Amplitude of the dilation.
 
     Raises
     ------
@@ -93,13 +120,19 @@ def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
 
 
 @law
-@elementwise
 def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0``.
 
     Up to and at this amplitude there are locked cycles in which only sliders 1 and n slip; above it
     there are none, but other locked cycles may exist. Only for sigma_mu = 0. ``c = cos(alpha)``,
     ``s = sin(alpha)``. Source: beyond the paper, ``derivations/shakedown.py``.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, mu_s, tan_alpha : number
+        See `exactcreep.laws`.
 
     Returns
     -------
@@ -171,10 +204,9 @@ def edges(chain: Chain) -> dict[str, float]:
 
 def rest_edge(parameters: Mapping[str, Number], name: str) -> float:
     """Return `at_rest_amplitude` of a chain with the coefficients `name`; nan: it never rests."""
-    value, shared = parameters[name], ("end_forces", "expansion")
-    held = value if isinstance(value, list | tuple) else [value] * int(parameters["n"])
-    more = {key: parameters[key] for key in shared if key in parameters}
+    shared = ("l0", "tan_alpha", "end_forces", "expansion")
+    given = {key: parameters[key] for key in shared if key in parameters}
     try:
-        return float(at_rest_amplitude(parameters["l0"], parameters["tan_alpha"], held, **more))
+        return float(at_rest_amplitude(coefficients=each(parameters, name), **given))
     except ValueError:
         return math.nan

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from mpmath.ctx_mp import MPContext
 
-from exactcreep.laws.number_types import Number, elementwise, is_mpf, positive_part, require
+from exactcreep.laws.number_types import Number, is_mpf, positive_part, require
 from exactcreep.laws.paper import law, margin
 
 
@@ -17,6 +17,25 @@ def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
 
     ``m = mu_d cos(alpha) - sin(alpha)``. For two sliders the law is also the mean of the staircase
     over the phase of the start. Source: the exact form of Eq. 23, ``derivations/sliding_limit.py``.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, amplitude : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per half-cycle, unit ``g tau_dyn**2``.
+
+    Raises
+    ------
+    ValueError
+        If i is not given and the slope has not one plateau.
 
     Examples
     --------
@@ -33,6 +52,20 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     I(h) is `gaussian_integral`, ``m = mu_d cos(alpha) - sin(alpha)``. The law is exact for
     mu_s -> mu_d, and for two sliders in the mean over the phase of the start. Source: the law
     behind Eqs. 17 and 24, ``derivations/gaussian.py``.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders N.
+    l0, mu_d, tan_alpha, sigma_theta : number
+        See `exactcreep.laws`.
+    i : int, optional
+        Index of the plateau. Default: by the slope.
+
+    Returns
+    -------
+    number
+        Advance of the centre of mass per target, unit ``g tau_dyn**2``.
 
     Raises
     ------
@@ -51,7 +84,6 @@ def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
 
 
 @law
-@elementwise
 def gaussian_integral(h):
     """Return I(h), the mean advance of a play operator driven by independent normal numbers.
 
@@ -98,23 +130,19 @@ def _trapezoid(
     # The integrand is even, analytic, and decays faster than exp(-z**2/2 - h z): the rule converges
     # geometrically in 1/step. The nearest pole is at a distance of order pi/(2h).
     root_two = (2 * unit) ** (unit / 2)
-    decay = bits * 0.6931471805599453
-    large = float(h)
-    reach = unit * (math.sqrt(large * large + 2 * decay) - large + 1)
-    count = 16
+    large, count, value = float(h), 16, unit * math.inf
+    reach = unit * (math.sqrt(large * large + 2 * bits * math.log(2)) - large + 1)
 
     def term(z: Number) -> Number:
         # tails of a normal distribution: falling and rising side
         thin, thick = complement((h + z) / root_two) / 2, complement((h - z) / root_two) / 2
         return thin / (1 + thin / thick) if thick else thin * 0
 
-    step = reach / count
-    total = term(unit * 0) / 2 + sum(term(step * k) for k in range(1, count + 1))
-    value = 2 * step * total
     while True:
-        total += sum(term(step * (2 * k + 1) / 2) for k in range(count))
-        count, step = 2 * count, step / 2
+        step = reach / count
+        total = term(unit * 0) / 2 + sum(term(step * k) for k in range(1, count + 1))
         previous, value = value, 2 * step * total
         # halving the step at least squares the error; `value - previous` is the error before it
         if abs(value - previous) <= abs(value) * unit * 2.0 ** (-0.6 * bits) or count > 1 << 16:
             return value
+        count *= 2

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.motion.arithmetic import Arithmetic
-from exactcreep.motion.solution import Motion
 
 
 class Ends(NamedTuple):
@@ -224,37 +223,6 @@ def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
     return int(np.linalg.matrix_power(matrix, k)[n - low, n - low])
 
 
-@dataclass(eq=False)
-class ModalPiece:
-    """The motion between two events, in closed form (a piece of a `Solution`).
-
-    It stores displacements since `initial`, from slider `first` on.
-    """
-
-    arithmetic: Arithmetic
-    t_min: Any
-    t_max: Any
-    initial: Motion
-    first: int
-    moved: NDArray[Any]
-    runs: Sequence[Run]
-
-    def __call__(self, t: Any) -> Motion:
-        """Return positions, velocities and forces at `t`, each of shape (n,)."""
-        with self.arithmetic.active():
-            velocities = self.initial.velocities.copy()
-            moved = self.arithmetic.zeros(len(velocities))
-            moved[self.first : self.first + len(self.moved)] = self.moved
-            for run in self.runs:
-                part = slice(run.first, run.first + run.p)
-                displacements, velocities[part] = run.moved(t - self.t_min)
-                moved[part] = moved[part] + displacements
-            change = self.arithmetic.zeros(len(moved))
-            change[1:] = moved[:-1] - moved[1:]
-            change[:-1] = change[:-1] + (moved[1:] - moved[:-1])
-            return Motion(self.initial.positions + moved, velocities, self.initial.forces + change)
-
-
 class Flow:
     """The moving chain at one instant: forces, velocities, directions, and displacements.
 
@@ -357,12 +325,6 @@ class Flow:
             values[n - n // 2 :] = -values[: n // 2][::-1]
             if n % 2:
                 values[n // 2] = 0 * values[n // 2]
-
-    def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
-        """Return the motion from this instant on, which is called `t_min`."""
-        first, last = min(self.touched, default=0), max(self.touched, default=-1)
-        moved = self.moved[first : last + 1].copy()
-        return ModalPiece(self.arithmetic, t_min, t_max, initial, first, moved, runs)
 
 
 def loads_of(arithmetic: Arithmetic, chain: Chain) -> NDArray[Any]:

@@ -41,7 +41,7 @@ def behaviour(
     begin = velocity.burnt(done)
     all_burn_in = begin is None or begin.done == done
     if begin is None or all_burn_in:
-        begin = velocity.marks[0]
+        begin = Mark(*velocity.marks[0])
     advanced = _advanced(velocity, begin, state, tally)
     if return_map is None:
         still = floats(state.displacements) == begin.displacements

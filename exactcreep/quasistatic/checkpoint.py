@@ -14,7 +14,6 @@ import hashlib
 import json
 import math
 import os
-import re
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -36,12 +35,11 @@ from exactcreep.solvers.registry import SOLVERS
 VERSION = 16
 MOST_BYTES = 2**31
 """Largest size of a checkpoint."""
-_FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 LINE = b"exactcreep checkpoint %d\n" % VERSION
 _MOST_PARTS, _PART = 10**6, 30  # lists and objects in an entry; bytes for each further one
 _NO_RUN = "is not a checkpoint of a run"
 _ANEW = "name another file, or begin anew with force"
-_FIRST_WAIT, _LONGEST_WAIT = 0.1, 600.0  # seconds after one failed write, and after many
+_AFTER_FAILURE = 60.0  # seconds until the next try
 
 
 class CheckpointWarning(UserWarning):
@@ -120,7 +118,7 @@ class Checkpoint:
             self.write()
 
     def write(self) -> None:
-        """Append the noted snapshot; after a failure, warn and double the time to the next try."""
+        """Append the noted snapshot; after a failure, warn once and wait for the next try."""
         self._last, ready = time.monotonic(), self._ready
         if ready is not None:
             rows = self.run.recorder.rows(self._counts, ready["rows"])
@@ -131,8 +129,7 @@ class Checkpoint:
                     warn(f"{error}; the run goes on", CheckpointWarning)
                 self.stale = str(error)
                 # each attempt packs everything recorded since the last successful one
-                self._wait = min(max(2 * self._wait, _FIRST_WAIT), max(self.every, _LONGEST_WAIT))
-                self._last = time.monotonic()
+                self._wait, self._last = max(self.every, _AFTER_FAILURE), time.monotonic()
                 return
             self._counts, self._ready = ready["rows"], None
         self.stale, self._wait = "", self.every
@@ -214,18 +211,13 @@ def _decoded(item: dict[str, Any]) -> Any:
     return held.astype(held.dtype.newbyteorder("="))  # a writable copy
 
 
-def _begin_of(data: bytes, name: str) -> int:
-    line = _FIRST_LINE.match(data)
-    if line is None:
-        raise InputError("checkpoint", name, f"is not a checkpoint of exactcreep; {_ANEW}")
-    if int(line[1]) != VERSION:
-        told = f"is of version {int(line[1])}; this program reads version {VERSION}: let the"
-        raise InputError("checkpoint", name, f"{told} version that wrote it go on; {_ANEW}")
-    return line.end()
-
-
 def _entries(data: bytes, name: str) -> tuple[list[Any], int, str]:
-    digest, entries, end = "", [], _begin_of(data, name)
+    digest, entries, end = "", [], len(LINE)
+    if not data.startswith(LINE):
+        told = (
+            f"is not a checkpoint of version {VERSION}, which this program reads: let the version"
+        )
+        raise InputError("checkpoint", name, f"{told} that wrote it go on, {_ANEW}")
     for entry in data[end:].splitlines(keepends=True):
         sealed, _, tree = entry.removesuffix(b"\n").partition(b" ")
         sum_of_both = hashlib.sha256(digest.encode() + tree).hexdigest()

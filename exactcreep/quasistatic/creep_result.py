@@ -200,20 +200,6 @@ class Creep(Result):
         return f"g tau_dyn^2 per {self.drive.per}"
 
     @property
-    def velocity_of(self) -> str:
-        """Where the velocity comes from: this run after burn-in, or the cycle it settled in."""
-        if self.outcome is Outcome.AT_REST:
-            return "at rest, in which the run ends"
-        if math.isinf(self.velocity):
-            return "a chain that runs away"
-        if self.settled:
-            return "the cycle in which it has settled"
-        named = "half-cycles" if self.drive.cyclic else "targets"
-        if self.half_cycles <= self.burn_in:
-            return f"this run, which has no {named} after its burn-in"
-        return f"this run: the mean over {named} {self.burn_in + 1} to {self.half_cycles}"
-
-    @property
     def velocity_reason(self) -> str:
         """Why the velocity, or only its standard error, is nan; "" if both are known."""
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
@@ -315,7 +301,7 @@ class Creep(Result):
         return _datasets().dataset_of(self)  # type: ignore[no-any-return]
 
     def to_pandas(self, table: str = "half_cycles") -> pd.DataFrame:
-        """Return one table as a data frame; whole numbers have 32 bits if they fit.
+        """Return one table as a data frame.
 
         Parameters
         ----------

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from exactcreep.model.enclosure import quantity
 from exactcreep.model.numbers import InputError
@@ -33,7 +31,7 @@ def frame(result: Creep, table: str) -> pd.DataFrame:
     about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
     for name in names:
         key, variable = name.removeprefix(schema.prefix), dataset[name]
-        values, unit = _compact(variable.to_numpy()), variable.attrs["units"]
+        values, unit = variable.to_numpy(), variable.attrs["units"]
         parts = {key: values}
         if key == "kind":
             parts, unit = {key: pd.Categorical.from_codes(values, EVENT_KINDS)}, NUMBER
@@ -47,9 +45,3 @@ def frame(result: Creep, table: str) -> pd.DataFrame:
     made = pd.DataFrame(columns, pd.RangeIndex(first, first + rows, name=schema.dimension))
     made.attrs.update(about)
     return made
-
-
-def _compact(values: NDArray[Any]) -> NDArray[Any]:
-    """Return a column with 32 bits for integers that fit; squares of shorter ones overflow."""
-    fits = values.dtype == np.int64 and (values == values.astype(np.int32)).all()
-    return values.astype(np.int32) if fits else values

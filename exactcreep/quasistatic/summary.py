@@ -53,7 +53,6 @@ class RunRow(NamedTuple):
         str, _word("why velocity or velocity_error is nan"), _LINE | _CELL | _SAID
     ]
     velocity_units: Annotated[str, _word("unit of both")]
-    velocity_of: Annotated[str, _word("which velocity it is"), _LINE]
     velocity_radius: Annotated[str, _word("of the ball that holds the velocity"), _SAID]
     metastable: Annotated[
         str, _word("that drawn coefficients will stop the chain for ever"), _LINE | _SAID

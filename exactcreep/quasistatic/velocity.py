@@ -48,7 +48,7 @@ class MeanVelocity(Observer):
         begin = _mean(places)
         self.values = np.array([float(begin)])
         self.spacing = 2 if self.drive.cyclic else 1
-        self.marks = [Mark(0, begin, floats(places), 0)]
+        self.marks: list[tuple[Any, ...]] = [(0, begin, floats(places), 0)]  # parts of a `Mark`
         self.tail = [begin, begin]  # x_G at the last two targets
         self.slips = 0
         self._burn_in = experiment.burn_in_of(self.drive.target_count)
@@ -60,7 +60,7 @@ class MeanVelocity(Observer):
         return NEVER if self.experiment.accuracy is None else next_look(done)
 
     def _next_mark(self) -> int:
-        last = self.marks[-1].done
+        last = self.marks[-1][0]
         if self._marks_all_along:
             return _even(math.ceil(_MARKED * max(last, 1)) + 1)
         return self._burn_in if self._burn_in > last else NEVER
@@ -79,15 +79,16 @@ class MeanVelocity(Observer):
                 k = mark - first
                 reached = enclosure(x_G[k : k + 1].tolist()[0])
                 places = floats(stretch.recorded["x"][k]).copy()
-                self.marks = [*self.marks, Mark(mark, reached, places, int(slips[k]))]
+                self.marks = [*self.marks, (mark, reached, places, int(slips[k]))]
             self.slips = int(slips[-1])
 
     def burnt(self, done: int) -> Mark | None:
         """Return the mark at which the burn-in of a run of `done` targets ends, if it has one."""
+        marks = [Mark(*mark) for mark in self.marks]
         if self.experiment.accuracy is None:
-            return next((mark for mark in self.marks if mark.done == self._burn_in), None)
+            return next((mark for mark in marks if mark.done == self._burn_in), None)
         wanted = self.experiment.burn_in_of(done)
-        return [mark for mark in self.marks if mark.done <= wanted][-1]
+        return [mark for mark in marks if mark.done <= wanted][-1]
 
     def mean(self, done: int) -> tuple[int, Enclosure | None]:
         """Return the burn-in, and the mean velocity after it if there is any; see `Drive.per`."""
@@ -123,13 +124,6 @@ class MeanVelocity(Observer):
             return bool(advances.any()) and not rests_are_short(advances, jump_of(chain))
         moved = self.values[-1] != self.values[0]
         return bool(moved) and rests_for_long(chain, (len(self.values) - begin) * self.spacing)
-
-    def kept(self) -> dict[str, Any]:
-        return super().kept() | {"marks": [*map(tuple, self.marks)]}
-
-    def restore(self, kept: Any) -> None:
-        super().restore(kept)
-        self.marks = [Mark(*mark) for mark in self.marks]
 
 
 def next_look(done: int) -> int:

@@ -76,39 +76,23 @@ def check_picture(path: Path) -> None:
         raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
 
 
-def _name(part: Path, target: Path, *, force: bool) -> None:
-    """Give a part its name, or raise `FileExistsError` if that is taken."""
-    if not force:
-        try:
-            os.link(part, target)
-            return
-        except FileExistsError:
-            raise
-        except OSError:  # a file system without links
-            os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
-    os.replace(part, target)
-
-
-def _is_ours(file: BinaryIO) -> bool:
-    """Lock an open part for this process; return whether it still has its name."""
-    with suppress(OSError, ImportError):  # a file system, or a system, without locks
-        import_module("fcntl").flock(file.fileno(), 6)  # LOCK_EX | LOCK_NB
-        return os.path.samestat(os.stat(file.name), os.fstat(file.fileno()))
-    return False
+def _lock(file: BinaryIO) -> None:
+    """Lock an open part for this process; raise OSError or ImportError if that is not possible."""
+    import_module("fcntl").flock(file.fileno(), 6)  # LOCK_EX | LOCK_NB
 
 
 def _new_part(target: Path) -> BinaryIO:
     """Return an open part beside the file; it replaces a part that a killed process left."""
     part = target.with_name(f".{target.name}.part")
-    with suppress(OSError), open(part, "rb") as left:
-        if _is_ours(left):
-            part.unlink()
-    with suppress(FileExistsError):
-        file = open(part, "xb")  # noqa: SIM115
-        if _is_ours(file):
-            return file
-        file.close()
-    return open(target.with_name(f".{target.name}.{secrets.token_hex(4)}.part"), "xb")
+    with suppress(OSError, ImportError), open(part, "rb") as left:
+        _lock(left)
+        part.unlink()
+    if part.exists():  # another process writes it, or the file system has no locks
+        part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    file = open(part, "xb")  # noqa: SIM115
+    with suppress(OSError, ImportError):
+        _lock(file)
+    return file
 
 
 def write_file(
@@ -123,25 +107,24 @@ def write_file(
     target = _regular_file(path, field)
     try:
         with _new_part(target) as file:
-            part, alone = Path(file.name), not _is_ours(file)  # `alone`: its name is unique
             try:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
+                if target.exists() and not force:
+                    raise InputError(field, os.fspath(path), _EXISTS)
                 if os.name != "posix":  # here an open file cannot be renamed
                     file.close()
-                _name(part, target, force=force)
-            finally:
-                if alone or _is_ours(file):  # another process may have taken the name
-                    part.unlink(missing_ok=True)
+                os.replace(file.name, target)
+            except BaseException:
+                os.unlink(file.name)
+                raise
         if os.name == "posix":  # the new name, too, must be on the disk
             folder = os.open(target.parent, os.O_RDONLY)
             try:
                 os.fsync(folder)
             finally:
                 os.close(folder)
-    except FileExistsError:
-        raise InputError(field, os.fspath(path), _EXISTS) from None
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise InputError(field, os.fspath(path), reason) from None

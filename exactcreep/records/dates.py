@@ -17,17 +17,18 @@ from exactcreep.records.words import MONTHS, ZONES
 
 FIRST_YEAR, LAST_YEAR = 1700, 2200
 DAY = 86400  # seconds
-_DAYS = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d",
-         "%d-%b-%Y", "%d-%b-%y", "%b-%d-%Y", "%Y-%b-%d", "%Y-%m", "%m-%Y", "%b-%Y")  # fmt: skip
-_BETWEEN = ("-", "/", ".", " ")
-_OTHERS = ("%b %d, %Y", "%b %d,%Y", "%b. %d, %Y", "%d. %m. %Y", "%d. %b %Y", "%d%b%Y", "%b-%y",
-           "%Y年%m月%d日", "%Y年%m月")  # fmt: skip
+_ORDERS = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d", "%d-%b-%Y",
+           "%d-%b-%y", "%b-%d-%Y", "%Y-%b-%d", "%Y-%m", "%m-%Y", "%b-%Y")  # fmt: skip
+DAYS = tuple(day.replace("-", sign) for sign in "-/. " for day in _ORDERS if sign != "."
+             or not day.startswith("%m-%d"))  # fmt: skip
+DAYS += ("%b %d, %Y", "%b %d,%Y", "%b. %d, %Y", "%d. %m. %Y", "%d. %b %Y", "%d%b%Y", "%b-%y",
+         "%Y %j", "%Y年%m月%d日", "%Y年%m月")  # fmt: skip
 _DIGITS = ("%Y%m%d", "%Y%m", "%d%m%Y", "%m%d%Y", "%y%m%d", "%d%m%y", "%m%d%y")
-_CLOCKS = ("%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p", "%I:%M:%S%p", "%I:%M%p", "%I %p",
-           "%H.%M.%S", "%H.%M", "%Hh%M", "%Hh", "%H時", "%H時%M分")  # fmt: skip
-_HOURS = ("%H", "%H%M", "%H%M%S")
 _JOINTS = (" ", "T", " T", "-", ":", ".", "_", ", ", ",", "/", "")
-_ZONED = ("", "%z", " %z")
+CLOCKS = tuple(f"{clock}{zone}" for clock in (
+    "%H:%M:%S", "%H:%M", "%I:%M:%S %p", "%I:%M %p", "%I:%M:%S%p", "%I:%M%p", "%I %p", "%H.%M.%S",
+    "%H.%M", "%Hh%M", "%Hh", "%H時", "%H時%M分", "%H", "%H%M", "%H%M%S", "%H %M", "%H %M %S",
+) for zone in ("", "%z", " %z"))  # fmt: skip
 _MONTH_OF = {name: k for k, names in enumerate(MONTHS, 1) for name in names}
 _CODES = {
     "Y": r"(?P<Y>\d{4})", "y": r"(?P<y>\d\d)", "m": r"(?P<m>\d{1,2})", "d": r"(?P<d>\d{1,2})",
@@ -137,44 +138,24 @@ def _zone(text: str) -> float:
     return (int(digits[:2]) + int(digits[2:]) / 60) * (-1 if text[0] == "-" else 1)
 
 
-@cache
-def _formats(*, digits: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return formats of days, and of the time of day with what joins it to the day."""
-    days = [day.replace("-", between) for between in _BETWEEN for day in _DAYS
-            if between != "." or not day.startswith("%m-%d")]  # fmt: skip
-    days += [*_OTHERS, *(_DIGITS if digits else ())]
-    clocks = ["", *(f"{clock}{zone}" for clock in _CLOCKS for zone in _ZONED)]
-    clocks += [f"{hour}{zone}" for hour in _HOURS for zone in _ZONED]
-    return tuple(days), tuple(clocks)
-
-
 def formats_of(text: str, *, digits: bool) -> Iterator[str]:
     """Yield the formats in which a text is a date; `digits` alone are a date only if so said."""
     if _expression("").fullmatch(text):
         yield ""
         return
-    days, clocks = _formats(digits=digits or not text.isdigit())
-    for day in days:
+    for day in (*DAYS, *(_DIGITS if digits or not text.isdigit() else ())):
         begin = _expression(day).match(text)
         if begin is None:
             continue
         if begin.end() == len(text):
             yield day
             continue
-        if "d" not in day:
+        if not {"d", "j"} & {*day}:
             continue
-        for joint, clock in product(_JOINTS, clocks):
-            if not clock or (not joint and not (text.isdigit() or clock.startswith("%H時"))):
+        for joint, clock in product(_JOINTS, CLOCKS):
+            if not joint and not (text.isdigit() or clock.startswith("%H時")):
                 continue
             if text.startswith(joint.strip() or " ", begin.end()) or not joint:
                 written = f"{day}{joint}{clock}"
                 if _expression(written).fullmatch(text):
                     yield written
-
-
-def clock_formats_of(text: str, *, digits: bool) -> Iterator[str]:
-    """Yield the formats in which a text is a time of day."""
-    for clock in (*_CLOCKS, *(_HOURS if digits or not text.isdigit() else ())):
-        for zone in _ZONED:
-            if _expression(clock + zone).fullmatch(text):
-                yield clock + zone

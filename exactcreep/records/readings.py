@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from datetime import timedelta
 from fractions import Fraction
 from functools import cached_property
@@ -42,7 +41,6 @@ _FEWEST_SWAPPED = 100  # one day in so many may have its minimum above its maxim
 _UNITS = {"C": "degrees Celsius", "K": "kelvin", "F": "degrees Fahrenheit"}
 SHORT_UNITS = {"C": "°C", "K": "K", "F": "°F"}
 _NONE = np.array([], np.intp)
-_SUNDAY = 6  # as `datetime.weekday` counts
 _YEAR = 360  # days in which every season is met
 
 
@@ -64,39 +62,22 @@ def kelvin_in(unit: str) -> Fraction:
     return Fraction(5, 9) if unit == "F" else Fraction(1)
 
 
-@dataclass(frozen=True, eq=False)
 class Readings:
     """Every reading of a table, in the order of its rows, including faulty ones.
 
     `file`: "" for arrays; `names`, `maximum`: the columns of temperatures by hour of the day, and
     which of them is the maximum; `times`: dates (in UTC if a time zone is given) or floats;
     `written`: times as written; `entries`, `exact`: the text in the table, and the temperature that
-    it means, or None; `decimal`: the decimal sign; `lines`, `numbers`: of lines and columns in the
-    file; `below`, `empty`: how many lines below the table, and rows without a temperature at its
-    ends, are left out; `options`: the arguments of `TemperatureRecord` that read the file so.
+    it means, or None; `lines`, `numbers`: of lines and columns in the file; `below`, `empty`: how
+    many lines below the table, and rows without a temperature at its ends, are left out; `options`:
+    the arguments of `TemperatureRecord` that read the file so.
     """
 
-    file: str
-    unit: str
-    names: Sequence[str]
-    maximum: int | None
-    times: NDArray[Any]
-    written: Sequence[str]
-    entries: Sequence[Any]
-    exact: Sequence[Fraction | None]
-    decimal: str = "."
-    lines: Sequence[int] = ()
-    below: int = 0
-    empty: int = 0
-    numbers: Mapping[str, int] = field(default_factory=dict)
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls, times: Times, found: Temperatures, hours: Sequence[Fraction], *, file: str = "",
+    def __init__(
+        self, times: Times, found: Temperatures, hours: Sequence[Fraction], file: str = "",
         table: Table | None = None,
-    ) -> Readings:  # fmt: skip
-        """Return the readings of a table; two temperatures are at `hours` after the date."""
+    ) -> None:  # fmt: skip
+        """Two temperatures of a row are at `hours` after its date."""
         names, moments = [*found.options.values()], times.values
         daily = len(names) == 2
         if daily and not times.dated:
@@ -109,23 +90,27 @@ class Readings:
             after = [timedelta(hours=float(hours[k])) for k in order]
             moments = moments[:, None] + np.array(after, "timedelta64[us]")
         begin, end = _ends(found.cells) if table else (0, len(moments))
-        flat = [found.cells[place][k] for k in range(begin, end) for place in order]
-        written = [text for text in times.written[begin:end] for _ in order]
-        lines = [row + 1 for row in table.rows[begin:end] for _ in order] if table else []
-        exact = {entry: _temperature(entry, found.decimal, found.scale) for entry in {*flat}}
+        self.file, self.unit, self.scale = file, found.unit, found.scale
+        self.names = [names[k] for k in order]
+        self.maximum = order.index(1) if daily else None
+        self.times: NDArray[Any] = moments[begin:end].ravel()
+        self.written = [text for text in times.written[begin:end] for _ in order]
+        self.entries = [found.cells[place][k] for k in range(begin, end) for place in order]
+        meant = {
+            entry: _temperature(entry, found.decimal, found.scale) for entry in {*self.entries}
+        }
+        self.exact = [meant[entry] for entry in self.entries]
+        rows = table.rows[begin:end] if table else range(end)
+        self.lines = [row + 1 for row in rows for _ in order]
+        self.numbers = {name: k for k, name in enumerate(table.names if table else (), 1)}
+        self.below, self.empty = table.below if table else 0, len(times.written) - end + begin
         several = times.columns if len(times.columns) > 1 else times.columns[0]
-        options = found.options | {
+        self.options = found.options | {
             "time_column": several, "date_format": times.date_format, "unit": found.unit,
             "scale": found.scale, "decimal": found.decimal,
         }  # fmt: skip
         if table:
-            options |= {"delimiter": table.delimiter, "encoding": table.encoding}
-        return cls(
-            file, found.unit, [names[k] for k in order], order.index(1) if daily else None,
-            moments[begin:end].ravel(), written, flat, [exact[entry] for entry in flat],
-            found.decimal, lines, table.below if table else 0, len(times.written) - end + begin,
-            {name: k for k, name in enumerate(table.names, 1)} if table else {}, options,
-        )  # fmt: skip
+            self.options |= {"delimiter": table.delimiter, "encoding": table.encoding}
 
     @property
     def dated(self) -> bool:
@@ -202,7 +187,7 @@ class Readings:
     @cached_property
     def _far(self) -> NDArray[np.bool_]:
         """Readings that differ much from those around, if most do not; equal ones count once."""
-        values, entries = self.celsius, self.entries
+        values = self.celsius
         known = values[np.isfinite(values)]
         if not known.size:
             return np.zeros(len(values), bool)
@@ -212,7 +197,8 @@ class Readings:
         far = (off > limit).ravel()
         if COLDEST < np.median(known) < ROOFS:
             far |= (values < 2 * COLDEST) | (values > 2 * ROOFS)
-        coded = np.array([_is_code(entry, self.decimal) for entry in entries], bool)
+        codes = {value for value in {*self.exact} if value and float(value / self.scale) in CODES}
+        coded = np.array([value in codes for value in self.exact], bool)
         others = values[~coded & np.isfinite(values)]
         if others.size and coded.any():  # a number for missing, 15 K beyond all others
             apart = 2 * FAR if coded.sum() == 1 or len(others) < 3 else FAR
@@ -235,7 +221,7 @@ class Readings:
         if kind == "swapped":
             low, high = self.names[1 - (self.maximum or 0)], self.names[self.maximum or 0]
             said = f"is above {high} {self._days(places)}: the columns may be swapped"
-            return CellError("minimum_column", low, f"{said} (in {self.file})", self._line(k))
+            return CellError("minimum_column", low, f"{said} (in {self.file})", self.lines[k])
         if kind in ("late", "gap"):
             name, entry = "time", self.written[k]
         if kind == "late":
@@ -250,28 +236,19 @@ class Readings:
             after = self._at(k - 1).partition(" ")[2]
             said = f"is {step:.4g}{unit} after {after}, where {usual:.4g} is usual, a gap{many}"
         elif kind == "missing":
-            said = f"is missing, or no number with decimal = {self.decimal!r}, {at}{many}"
+            said = (
+                f"is missing, or no number with decimal = {self.options['decimal']!r}, {at}{many}"
+            )
         else:
             beside = [*self.entries[k - width : k : width], *self.entries[k + width :: width][:1]]
             near = "its neighbours, " + " and ".join(map(str, beside)) if beside else "any weather"
             said = f"is far from {near}, or a code for missing, {at}{many}"
-        where = f" (line {self._line(k)} of {self.file})" if self.file else ""
+        where = f" (line {self.lines[k]} of {self.file})" if self.file else ""
         mend = 'mend it with pandas, as the page "Use my own temperature record" shows'
-        if self._clock_changes(k):
-            summer = 'summer time? series.tz_localize("Europe/Berlin", ambiguous="infer")'
-            mend = f'{summer}.tz_convert("UTC") mends it with your zone; otherwise {mend}'
+        if kind in ("late", "gap") and self.dated:
+            mend += ", also for summer time"
         column = self.numbers.get(self.names[k % width], 0)
-        return CellError(name, entry, f"{said}{where}; {mend}", self._line(k), column)
-
-    def _clock_changes(self, k: int) -> bool:
-        """Return whether a reading comes an hour early or late in the night of a Sunday."""
-        if not self.dated or abs(abs(self._steps[k] - self._usual) - 3600) > 1:
-            return False
-        date = self.times[k].astype("datetime64[us]").item()
-        return bool(date.weekday() == _SUNDAY and date.hour <= 3)
-
-    def _line(self, k: int) -> int:
-        return self.lines[k] if len(self.lines) else k // len(self.names) + 1
+        return CellError(name, entry, f"{said}{where}; {mend}", self.lines[k], column)
 
     def _days(self, places: NDArray[np.intp]) -> str:
         days, first = len(self.times) // 2, self.written[places[0]]
@@ -289,8 +266,8 @@ class Readings:
         said = self._unlikely(ROOFS, 0.95)
         if not said:
             return None
-        where = f"(column {self.names[0]}, from line {self._line(0)} of {self.file} on)"
-        return CellError("unit", None, f"is missing, and {said} {where}", self._line(0))
+        where = f"(column {self.names[0]}, from line {self.lines[0]} of {self.file} on)"
+        return CellError("unit", None, f"is missing, and {said} {where}", self.lines[0])
 
     def doubts(self) -> Iterator[str]:
         """Yield reasons to doubt the unit of temperatures, or the order of the columns."""
@@ -334,10 +311,6 @@ class Readings:
         said = f"read {' and '.join(self.names)}, {degrees}, {many}, {first} to {last}"
         if known.size:
             said += f", {known.min():.6g} to {known.max():.6g} {degrees}"
-            if self.unit != "C":
-                low, high = (self.celsius[np.nanargmin(np.abs(self.values - end))] for end in
-                             (known.min(), known.max()))  # fmt: skip
-                said += f" ({low:.4g} to {high:.4g} °C)"
         for count, what in ((self.below, "line{} below the table"),
                             (self.empty, "row{} at the ends without a temperature")):  # fmt: skip
             said += f"; {count} {what.format('s' * (count > 1))} left out" if count else ""
@@ -366,13 +339,6 @@ def _ends(entries: Sequence[Sequence[str]]) -> tuple[int, int]:
     known = [k for k, row in enumerate(zip(*entries, strict=True)) if any(row)]
     few = known and rows - (known[-1] + 1 - known[0]) <= rows // _FEW_EMPTY
     return (known[0], known[-1] + 1) if few else (0, rows)
-
-
-def _is_code(entry: Any, decimal: str) -> bool:
-    try:
-        return float(str(entry).replace(decimal, ".")) in CODES
-    except ValueError:
-        return False
 
 
 def _distance(values: NDArray[np.float64]) -> NDArray[np.float64]:

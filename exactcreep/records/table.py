@@ -156,7 +156,7 @@ class Table:
 # --- text -----------------------------------------------------------------------------------------
 
 
-def table_of(path: Path, *, delimiter: str = "", encoding: str = "") -> tuple[Table, bytes]:
+def table_of(path: Path, delimiter: str, encoding: str) -> tuple[Table, bytes]:
     """Return the table in a file, and the content of the file.
 
     Raises `InputError` if the file is too large, or no table.

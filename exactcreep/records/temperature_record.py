@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from exactcreep.model.names import one_of
 from exactcreep.model.numbers import (
     InputError,
     Number,
@@ -32,14 +33,15 @@ from exactcreep.model.numbers import (
 from exactcreep.model.remarks import warn
 from exactcreep.model.targets import Listed, targets_of
 from exactcreep.records.columns import Temperatures, temperatures_of
-from exactcreep.records.dates import formats_of, moments_of
+from exactcreep.records.dates import moments_of
 from exactcreep.records.readings import ABSOLUTE_ZERO, Readings, RecordWarning, kelvin_in
 from exactcreep.records.table import CellError, table_of
 from exactcreep.records.times import Times, newest_first, times_of
 
-_SINGLE = ("time_column", "temperature_column")
-_DAILY = ("time_column", "minimum_column", "maximum_column")
-_TEXTS = {*_SINGLE, *_DAILY, "unit", "delimiter", "decimal", "date_format", "encoding"}
+_TEXTS = ("time_column", "temperature_column", "minimum_column", "maximum_column", "unit",
+          "delimiter", "decimal", "date_format", "encoding")  # fmt: skip
+_OPTIONS = dict.fromkeys(_TEXTS, "") | {"minimum_hour": 5, "maximum_hour": 15, "scale": ""}
+"""How a table is read, with defaults."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,30 +162,19 @@ class TemperatureRecord(Listed):
         sha256: str | None = None,
         origin: str | None = None,
     ) -> None:
-        texts = {name: value for name, value in vars().items() if name in _TEXTS}
-        if not isinstance(time_column, str):
-            texts["time_column"] = _several(time_column)
-        _check_options(texts)
+        given = {name: value for name, value in vars().items() if name in _OPTIONS}
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
         vars(self).update(
-            texts,
+            _checked(given),
             file=os.fspath(file),
             kappa=positive_number(kappa, "kappa"),
             T0=exact_number(T0, "T0"),
-            minimum_hour=number_from_zero(minimum_hour, "minimum_hour"),
-            maximum_hour=number_from_zero(maximum_hour, "maximum_hour"),
-            scale=None if scale == "" else positive_number(scale, "scale"),
         )
-        if not 24 > self.maximum_hour != self.minimum_hour < 24:
-            allowed = "must be another hour of the day than minimum_hour, below 24"
-            raise InputError("maximum_hour", maximum_hour, allowed)
         if theta is None or times is None or sha256 is None:
             if not theta is times is sha256 is origin is None:
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            readings, content = self._read()
-            self._check_unit(T0)
-            self._keep(readings, content)
+            self._keep(*_read(self.file, vars(self)), T0)
             return
         vars(self).update(unit=unit or "C", scale=self.scale or Fraction(1))
         self._check_unit(T0)
@@ -259,7 +250,8 @@ class TemperatureRecord(Listed):
         found = Temperatures(options, unit, record.scale, ".", columns)
         named = dict(zip(("time", *options.values()), [moments, *columns], strict=True))
         content = import_module("pandas").DataFrame(named).to_csv(index=False).encode()
-        record._keep(Readings.of(_times_of(moments), found, record._hours), content)
+        hours = record.minimum_hour, record.maximum_hour
+        record._keep(Readings(_times_of(moments), found, hours), content, T0)
         return record
 
     @classmethod
@@ -315,7 +307,7 @@ class TemperatureRecord(Listed):
         file : str or path
             As for a record.
         **options
-            As for a record; kappa and T0 may be left out.
+            As for a record, without kappa and T0.
 
         Returns
         -------
@@ -327,40 +319,18 @@ class TemperatureRecord(Listed):
         InputError
             If the file is not a table, or its times cannot be read.
         """
-        about = {"kappa": 1, "T0": 300, **options, "theta": [0], "times": [0], "sha256": ""}
-        record = cls(file, **about)
-        scale = record.scale if options.get("scale") else None
-        vars(record).update(unit=options.get("unit", ""), scale=scale)
-        return record._read()[0]
-
-    def _read(self) -> tuple[Readings, bytes]:
-        """Return the readings of the file, and keep the options that were found."""
-        table, content = table_of(Path(self.file), delimiter=self.delimiter, encoding=self.encoding)
-        given = (self.time_column,) if isinstance(self.time_column, str) else self.time_column
-        times = times_of(table, [name for name in given if name], self.date_format)
-        if newest_first(times.values):
-            table = replace(table, rows=table.rows[::-1])
-            values, written = times.values[::-1], times.written[::-1]
-            times = times._replace(values=values, written=written)
-        found = temperatures_of(table, times, vars(self))
-        readings = Readings.of(times, found, self._hours, file=self.file, table=table)
-        if not (self.unit or self.scale) and (impossible := readings.impossible()):
-            raise impossible
-        vars(self).update(readings.options)
-        return readings, content
-
-    @property
-    def _hours(self) -> tuple[Fraction, Fraction]:
-        return self.minimum_hour, self.maximum_hour
+        for name in options.keys() - _OPTIONS.keys():
+            raise InputError("option", name, one_of(name, _OPTIONS))
+        return _read(os.fspath(file), _checked({**_OPTIONS, **options}))[0]
 
     def _check_unit(self, T0: Number) -> None:
         if ABSOLUTE_ZERO[self.unit] > self.T0:
             raise InputError("T0", T0, "must not be below absolute zero")
-        if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
-            raise InputError("maximum_hour", self.maximum_hour, "belongs to minimum_column")
 
-    def _keep(self, readings: Readings, content: bytes) -> None:
+    def _keep(self, readings: Readings, content: bytes, T0: Number) -> None:
         """Store the readings, or refuse the first faulty one."""
+        vars(self).update(readings.options)
+        self._check_unit(T0)
         for kind, places in readings.faults().items():
             raise readings.refusal(kind, places)
         for told in readings.doubts():
@@ -413,28 +383,32 @@ def _between(values: tuple[Fraction, ...], count: int) -> list[Fraction]:
     return [values[int(p)] + steps[int(p)] * (p - int(p)) for p in places]
 
 
-def _several(names: Any) -> tuple[str, ...]:
-    """Return the columns of a list, or raise `InputError`."""
-    if not isinstance(names, (list, tuple)) or not names or {*map(type, names)} != {str}:
-        allowed = "must be the name of a column, or a list such as date, hour"
-        raise InputError("time_column", names, allowed)
-    return tuple(names)
+def _read(file: str, given: Mapping[str, Any]) -> tuple[Readings, bytes]:
+    """Return the readings of a file, and its content."""
+    table, content = table_of(Path(file), given["delimiter"], given["encoding"])
+    names = (
+        [given["time_column"]] if isinstance(given["time_column"], str) else given["time_column"]
+    )
+    times = times_of(table, [name for name in names if name], given["date_format"])
+    if newest_first(times.values):
+        table = replace(table, rows=table.rows[::-1])
+        times = times._replace(values=times.values[::-1], written=times.written[::-1])
+    hours = given["minimum_hour"], given["maximum_hour"]
+    readings = Readings(times, temperatures_of(table, times, given), hours, file, table)
+    if not (given["unit"] or given["scale"]) and (impossible := readings.impossible()):
+        raise impossible
+    return readings, content
 
 
 def _times_of(moments: NDArray[Any]) -> Times:
     """Return the times of an array: dates, ISO 8601 texts or numbers."""
-    written = [str(moment) for moment in moments.tolist()]
-    if moments.dtype.kind == "M":
-        micro = moments.astype("datetime64[us]")
-        return Times(("time",), "", micro.astype(np.int64) / 1e6, True, [*map(str, micro)])
-    if moments.dtype.kind in "fiu":
-        return Times(("time",), "", moments.astype(np.float64), False, written)
-    if next(formats_of(written[0], digits=False), None) == "":
-        seconds = moments_of(written, "")
-        allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
-    else:
-        seconds = np.array([_float(moment) for moment in moments])
+    dated = moments.dtype.kind == "M"
+    written = [*map(str, moments.astype("datetime64[us]") if dated else moments.tolist())]
+    seconds = moments_of(written, "")
+    allowed = "must be a date such as 2024-01-31T13:00, all with a time zone or none"
+    if np.isnan(seconds[0]) and not dated:
         allowed = "must be a number, or a date such as 2024-01-31T13:00"
+        seconds = np.array([_float(moment) for moment in moments])
     if not np.isfinite(seconds).all():
         k = int(np.argmin(np.isfinite(seconds)))
         raise CellError("time", written[k], f"{allowed} (row {k + 1})", k + 1)
@@ -448,28 +422,38 @@ def _float(moment: Any) -> float:
         return math.nan
 
 
-def _check_options(given: Mapping[str, Any]) -> None:
-    for name, value in given.items():
-        if not isinstance(value, str) and name != "time_column":
-            raise InputError(name, value, "must be text")
-    daily = given["minimum_column"] or given["maximum_column"]
-    columns = [name for name in (_DAILY if daily else _SINGLE) if isinstance(given[name], str)]
-    for name in ("minimum_column", "maximum_column") if daily else ():
-        if not given[name].strip():
-            raise InputError(name, given[name], "must be the name of a column")
-    if daily and given["temperature_column"]:
-        allowed = "must be left out beside minimum_column"
-        raise InputError("temperature_column", given["temperature_column"], allowed)
-    for first, second in itertools.combinations(columns, 2):
-        if given[first] and given[first].strip() == given[second].strip():
-            raise InputError(second, given[second], f"must not be {first}")
-    delimiter, written = given["delimiter"], given["date_format"]
+def _checked(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that say how a table is read, or raise `InputError`."""
+    found, seen = {name: given[name] for name in _OPTIONS}, dict[str, str]()
+    for name, value in found.items():
+        several = name == "time_column" and isinstance(value, (list, tuple))
+        if several and {*map(type, value)} == {str}:
+            found[name] = tuple(value)
+        elif name in _TEXTS and not isinstance(value, str):
+            allowed = ", or a list such as date, hour" if name == "time_column" else ""
+            raise InputError(name, value, f"must be text{allowed}")
+        elif name.endswith("_column"):
+            if (column := value.strip()) in seen:
+                raise InputError(name, value, f"must not be {seen[column]}")
+            seen |= {column: name} if column else {}
+    daily = found["minimum_column"].strip(), found["maximum_column"].strip()
+    for name in ("minimum_hour", "maximum_hour"):
+        found[name] = number_from_zero(found[name], name)
+    found["scale"] = None if found["scale"] == "" else positive_number(found["scale"], "scale")
+    low, high = found["minimum_hour"], found["maximum_hour"]
     rules = [
-        ("unit", given["unit"] in ("C", "K", "F", ""), 'must be "C", "K" or "F"'),
-        ("decimal", given["decimal"] in (".", ",", ""), 'must be "." or ","'),
-        ("delimiter", re.fullmatch(r'[^"\r\n]?', delimiter), "must be one character, e.g. ;"),
-        ("date_format", "%" in written or not written, "must hold codes: %d.%m.%Y"),
-    ]
+        ("temperature_column", not (any(daily) and found["temperature_column"]),
+         "must be left out beside minimum_column"),
+        ("minimum_column", daily[0] or not any(daily), "must be the name of a column"),
+        ("maximum_column", daily[1] or not any(daily), "must be the name of a column"),
+        ("maximum_hour", 24 > high != low < 24, "must be below 24, and not minimum_hour"),
+        ("maximum_hour", any(daily) or low == 5 == high - 10, "belongs to minimum_column"),
+        ("unit", found["unit"] in ("C", "K", "F", ""), 'must be "C", "K" or "F"'),
+        ("decimal", found["decimal"] in (".", ",", ""), 'must be "." or ","'),
+        ("delimiter", re.fullmatch(r'[^"\r\n]?', found["delimiter"]), "must be one character: ;"),
+        ("date_format", "%" in (found["date_format"] or "%"), "must hold codes: %d.%m.%Y"),
+    ]  # fmt: skip
     for name, kept, allowed in rules:
         if not kept:
             raise InputError(name, given[name], allowed)
+    return found

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from itertools import product
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +11,9 @@ from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.records.dates import (
+    CLOCKS,
     FIRST_YEAR,
     LAST_YEAR,
-    clock_formats_of,
     formats_of,
     moments_of,
 )
@@ -77,7 +76,7 @@ def times_of(table: Table, given: Sequence[str], date_format: str) -> Times:
             raise table.refused(names[0], cell, k, "is missing; leave such rows out")
     formats = [date_format]
     if not date_format or (len(names) > 1 and not _has_clock([], formats)):
-        formats = _formats_of(table, names, cells, date_format)
+        formats = _formats_of(table, names, written, date_format)
     if not formats and len(names) == 1 and np.isfinite(_numbers(cells[0][:_PROBES])).mean() > 0.5:
         return Times(names, "", _plain_numbers(table, names[0], cells[0]), False, written)
     values, found = _read(table, names[0], written, formats, given=bool(date_format))
@@ -94,47 +93,28 @@ def _probes(cells: Sequence[str]) -> list[str]:
     return [*dict.fromkeys([*known[:9], *known[::step], *known[-9:]])]
 
 
-def _formats(
-    cells: Sequence[str], *, digits: bool, of: Callable[..., Iterator[str]] = formats_of
-) -> list[str]:
-    """Return the formats of dates, or of times of day, that fit every probed cell."""
+def _formats(cells: Sequence[str], *, digits: bool, day: str = "", code: str = "m") -> list[str]:
+    """Return the formats that fit every probed cell; those that begin with `day` and a blank.
+
+    `code`: "j" if days of the year are preferred to months.
+    """
     first, *others = _probes(cells) or [""]
-    found = list(dict.fromkeys(of(first, digits=digits)))
-    return [each for each in found if np.isfinite(moments_of([first, *others], each)).all()]
+    found = [f"{day} {clock}" for clock in CLOCKS] if day else formats_of(first, digits=digits)
+    fits = [each for each in dict.fromkeys(found)
+            if np.isfinite(moments_of([first, *others], each)).all()]  # fmt: skip
+    return [each for each in fits if ("%j" in each) == (code == "j")] or fits
 
 
-def _formats_of(table: Table, names: Sequence[str], cells: list[list[str]], day: str) -> list[str]:
+def _formats_of(table: Table, names: Sequence[str], written: list[str], day: str) -> list[str]:
     """Return the formats that may read these columns, their cells joined by blanks.
 
     `day`: the format of the first column, if it is given.
     """
-    first, *others = cells
-    if not others:
-        found = _formats(first, digits=is_time(names[0]) or not table.named)
-        return found or (["%s"] if _epoch(names[0], first) else [])
-    year = all(re.fullmatch(r"\d{4}", cell) for cell in _probes(first))
-    found = [day] if day else _formats(first, digits=True)
-    days = [] if year else [each or "%Y-%m-%d" for each in found]
-    codes = "HMS" if days else _codes(table, names, cells)
-    parts = [days] if days else []
-    for name, column, code in [*zip(names[len(parts) :], cells[len(parts) :], codes, strict=False)]:
-        fits = [f"%{code}"]
-        if code == "H":
-            fits = _formats(column, digits=True, of=clock_formats_of)
-        if not fits:
-            raise table.refused(name, column[0], 0, "must be a time of day, e.g. 13:00")
-        parts.append(fits)
-    return [" ".join(each) for each in product(*parts)]
-
-
-def _codes(table: Table, names: Sequence[str], cells: list[list[str]]) -> str:
-    """Return which part of a date each column is, by its name, else in the order of the list."""
-    said = ["".join(code for code in "YmdjHMS" if part_of(name, code))[:1] for name in names]
-    if "m" not in said:
-        said = ["j" if code == "d" else code for code in said]
-    if table.named and all(said) and said[0] == "Y" and len({*said}) == len(said):
-        return "".join(said)
-    return "YjHMS" if _numbers(_probes(cells[1])).max(initial=0) > 12 else "YmdHMS"
+    if len(names) > 1:
+        said = [code for code in "mj" for name in names if part_of(name, code)]
+        return _formats(written, digits=True, day=day, code=said[0] if said else "m")
+    found = _formats(written, digits=is_time(names[0]) or not table.named)
+    return found or (["%s"] if _epoch(names[0], written) else [])
 
 
 def _numbers(cells: Sequence[str]) -> Floats:
@@ -215,7 +195,7 @@ def _parts(table: Table, codes: str, date: int = -1) -> dict[str, int]:
             if not (part_of(name, code) if table.named else code == "H" and ":" in probes[0]):
                 continue
             numbers, (low, high) = _numbers(probes), _RANGES[code]
-            clock = code == "H" and any(clock_formats_of(probes[0], digits=False))
+            clock = code == "H" and [*formats_of(f"2000-01-01 {probes[0]}", digits=True)]
             if clock or ((numbers >= low) & (numbers <= high)).all():
                 places[code] = k
                 break

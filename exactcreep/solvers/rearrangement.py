@@ -19,7 +19,6 @@ from exactcreep.model.outcome import Evidence, Outcome, found_text
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.replay import solution_of
 from exactcreep.motion.solution import Solution
 from exactcreep.watch.limits import Stop
 
@@ -156,8 +155,7 @@ class Rearrangement(Result):
     @cached_property
     def sol(self) -> Solution:
         """Positions, velocities and forces at any time between the first event and the last."""
-        with self.arithmetic.active():
-            return solution_of(self.chain, self.initial, self.events, self.arithmetic)
+        return Solution(self.chain, self.initial, self.events, self.arithmetic)
 
     @property
     def error(self) -> float:

@@ -5,7 +5,7 @@ tensions at the next end (a return map). Once they return, the chain stays on a 
 ever, unless a slider lost an initial coefficient on the way. With disorder no contact gets back its
 threshold. Then only a cycle without any motion shows that nothing will ever move.
 
-`ReturnMap` uses the records of any solver, `exact.settling` works within a compiled loop, and
+`ReturnMap` uses the records of any solver, `settling` follows `exact` up to a return, and
 `studies.fates.proof` uses balls. This module finds the periods, since when they hold, and whether a
 limit is approached like 1/k.
 """

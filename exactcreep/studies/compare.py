@@ -1,8 +1,9 @@
 """Measure what accuracy costs: the events, errors and times of solvers under the same disorder.
 
 A method is the experiment with another solver. The true events are certified. Positions are
-compared after each rearrangement, since the drive gets targets between rearrangements. Times are
-processor times of repetitions in which the methods take turns. `comparison` evaluates the dataset.
+compared after each rearrangement, as sums of slips; the sliding limit, which has no slips, is
+compared with `exact` at the targets. Times are processor times of repetitions in which the methods
+take turns. `comparison` evaluates the dataset.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from itertools import count, pairwise
+from itertools import count, zip_longest
 from time import process_time
 from typing import Any, NamedTuple
 
@@ -32,16 +33,15 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.remarks import PhysicsWarning
-from exactcreep.model.targets import Targets
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT
 from exactcreep.quasistatic.creep import Interrupted
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.statistics import standard_error
-from exactcreep.solvers.interface import Stretch, compile_for, require_slips, simulate
-from exactcreep.solvers.tables import LENGTH, NUMBER, joined
-from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered, rearrangements
+from exactcreep.solvers.interface import compile_for, require_slips, simulate
+from exactcreep.solvers.tables import LENGTH, NUMBER, logged_events
 from exactcreep.studies.needs import needs
 from exactcreep.watch.display import shows_progress
-from exactcreep.watch.limits import Limits, Stop
+from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 from exactcreep.watch.progress import Hearer, reporter
 
 TIME_STEPS = ("0.1", "0.03", "0.01", "0.003")
@@ -60,29 +60,30 @@ _COMPILED = ("exact", "sliding", "verlet")  # fast enough to measure a velocity
 _ERROR = "largest error of a position at the rests before the first"
 _NOTHING = np.empty(0)
 _OF_TRUTH = ("events", "half_cycles", "truth_evidence")
-_OF_SEEDS: dict[str, tuple[Any, str, str]] = {
-    "agreed": (math.nan, NUMBER, "events before the first wrong event"),
-    "differs": (False, NUMBER, "whether an event is wrong"),
-    "wrong": ("", "", "the first wrong event"),
-    "rests": (0, NUMBER, "rests before the first wrong event"),
-    "error": (math.nan, LENGTH, f"{_ERROR} wrong event"),
-    "shared_error": (math.nan, LENGTH, f"{_ERROR} wrong event of any method"),
-    "velocity": (math.nan, LENGTH, "mean displacement of x_G after the burn-in"),
-    "evidence": ("", "", "of the events that were compared"),
+_OF_SEEDS = {
+    "agreed": (NUMBER, "events before the first wrong event"),
+    "differs": (NUMBER, "whether an event is wrong"),
+    "wrong": ("", "the first wrong event"),
+    "rests": (NUMBER, "rests before the first wrong event"),
+    "error": (LENGTH, f"{_ERROR} wrong event"),
+    "shared_error": (LENGTH, f"{_ERROR} wrong event of any method"),
+    "velocity": (LENGTH, "mean displacement of x_G after the burn-in"),
+    "evidence": ("", "of the events that were compared"),
 }
-"""The variables of each method and seed: value if missing, unit, meaning."""
+"""Units and meanings of the variables of each method and seed."""
 _METHODS = 'must be experiments with other solvers: [replace(experiment, solver="exact"), ...]'
 
 
 class Track(NamedTuple):
-    """The events of a method and the displacements ``x`` at its targets, (targets, n).
+    """The events of a method, each with its place, and the moves between its rests.
 
-    `ended`: the solver proved a runaway or gave up by itself.
+    `moved`: middles and radii of the displacements of each slider in each rearrangement, (2, rests,
+    n); without events, between targets. `done`: whether the drive has ended.
     """
 
-    events: list[LoggedEvent]
-    x: NDArray[Any]
-    ended: bool
+    events: list[tuple[Any, ...]]
+    moved: NDArray[Any]
+    done: bool
     evidence: Evidence
 
 
@@ -109,8 +110,8 @@ def compare(
         A list, or a number of seeds that starts at the experiment's own. Default: 5 for up to 30
         sliders, else 1; and 1 if nothing is random.
     events : int, optional
-        Approximate number of true events to compare for each seed; the drive may end earlier.
-        Default: 300 for up to 30 sliders, else 100.
+        Number of true events to compare for each seed; the drive may end earlier. Default: 300 for
+        up to 30 sliders, else 100.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
 
@@ -129,8 +130,7 @@ def compare(
     Raises
     ------
     InputError
-        If an argument is out of range, no slider moves, or the first rearrangement never ends or
-        is too long for the truth.
+        If an argument is out of range, or no slider moves.
     Interrupted
         After Ctrl-C; `partial` is the dataset of the finished seeds.
 
@@ -243,57 +243,55 @@ def _measured(
     usual = truth if first.chain.slides else replace(first, solver="exact", options={})
     for method in (*methods, truth, usual):
         compile_for(method.algorithm, method.chain)
-    drive, ends = first.drive, [*range(1, min(first.drive.target_count, events) + 1)]
-    enough = math.inf
-    if not first.chain.slides:
-        (drive, ends), enough = drive_with_rests(usual, events), events
-    step(f"{label(truth)}: the truth")
-    once = replace(truth, drive=drive)
-    track(once, len(ends), _WARM, _WARM)  # compiles what only few events need
-    known, spent = track(once, len(ends), beyond(MOST_EVENTS), enough)
-    if not len(known.x):
-        raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     # exact says how many half-cycles and events the velocity is of
     limit = max(min(_VELOCITY_EVENTS // first.chain.n, MOST_EVENTS), 2 * events)
-    pilot = usual.simulation()
+    pilot = usual.simulation(("x",))
     (stretch,) = simulate(pilot, first.drive, [first.drive.target_count], Limits(limit))
+    if pilot.tally.events == 0 and not first.chain.slides:
+        raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
     targets = stretch.completed - (stretch.completed % 2 if first.drive.cyclic else 0)
     pace = pilot.tally.events / max(stretch.completed, 1)
     copies = math.ceil(_TIMED_EVENTS / max(pilot.tally.events, targets, 20))
+    step(f"{label(truth)}: the truth")
+    track(truth, _WARM)  # compiles what only few events need
+    known, spent = track(truth, events)
+    ends = _moved(stretch.recorded["x"][: known.events[-1][0] if known.events else events])
     rows, tracks = list[dict[str, Any]](), list[Track]()
     for method in methods:
         step(label(method))
         own, seconds = known, spent
         if label(method) != label(truth):
-            most = beyond(len(known.events)) if known.events else None
-            own, seconds = track(replace(method, drive=drive), len(known.x), most)
-        row = agreement(own, known, ends) | {"evidence": own.evidence.value}
+            slips = method.solver != "sliding"
+            own, seconds = track(method, len(known.events) + 1 if slips else ends.shape[1])
+        row = agreement(own, known) | {"evidence": own.evidence.value, "x_G": _NOTHING}
         row["seconds"] = seconds / len(own.events) * pace if own.events else math.nan
         if targets and method.solver in _COMPILED:
             row["x_G"], seconds = _timed(method, targets, copies)
             row["seconds"] = seconds / targets
         rows.append(row)
         tracks.append(own)
-    shared = max(1, min(row["rests"] for row in rows))
+    shared = min([row["rests"] for row, own in zip(rows, tracks, strict=True) if own.events] or [0])
     for row, own in zip(rows, tracks, strict=True):
-        row["error"] = _error(own, known, row["rests"])
-        row["shared_error"] = _error(own, known, shared)
+        true, both = (known.moved, max(shared, 1)) if own.events else (ends, row["rests"])
+        row["error"] = _error(own, true, row["rests"])
+        row["shared_error"] = _error(own, true, both)
     return {
         "rows": rows,
         "x_G": stretch.recorded["x_G"][:targets].astype(float),
-        "events": sum(event.half_cycle <= len(known.x) for event in known.events),
+        "events": len(known.events),
         "half_cycles": targets,
         "truth_evidence": known.evidence.value,
     }
 
 
-def _error(own: Track, known: Track, rests: int) -> float:
+def _error(own: Track, true: NDArray[Any], rests: int) -> float:
     """Return the largest error of a position at the first rests, or what is proved of it."""
-    pairs = zip(own.x[:rests].flat, known.x[: len(own.x)][:rests].flat, strict=True)
-    both = [(enclosure(a), enclosure(b)) for a, b in pairs]
-    proved = own.evidence is Evidence.PROVED
-    gaps = [a.radius if proved else abs(a.middle - b.middle) for a, b in both]
-    return nearest_float(max(gaps)) if gaps else math.nan
+    (middles, radii), middle = own.moved[:, :rests], true[0, :rests]
+    count = min(len(middles), len(middle))
+    if not count:
+        return math.nan
+    gaps = radii if own.evidence is Evidence.PROVED else middles[:count] - middle[:count]
+    return nearest_float(abs(gaps.cumsum(axis=0)).max())
 
 
 def true_method(methods: Sequence[Experiment]) -> Experiment:
@@ -314,87 +312,69 @@ def _timed(method: Experiment, targets: int, copies: int) -> tuple[NDArray[np.fl
     return stretch.recorded["x_G"].astype(float), (process_time() - begin) / copies
 
 
-def track(
-    method: Experiment, until: int, most: int | None = None, enough: float = math.inf
-) -> tuple[Track, float]:
-    """Follow a method to target `until`, and return its track and the processor time.
+def track(method: Experiment, events: int) -> tuple[Track, float]:
+    """Follow a method for so many events, and return its track and the processor time.
 
-    No target begins after `enough` events. The track is cut short after `most` events.
+    A method without events is followed for so many targets.
     """
-    record = tuple(name for name in ("x", "events") if name in method.algorithm.records)
+    records, drive = method.algorithm.records, method.drive
+    record = ("events", "slip_table") if "events" in records else ("x",)
     compile_for(method.algorithm, method.chain, record)
-    simulation, parts, begin = method.simulation(record), list[Stretch](), process_time()
-    for stretch in simulate(simulation, method.drive, range(1, until + 1), Limits(most)):
-        parts.append(stretch)
-        if simulation.tally.events >= enough:
-            break
-    seconds, columns = process_time() - begin, joined([part.recorded for part in parts])
-    events = numbered(rearrangements(columns)) if "events" in record else []
-    x = columns.get("x", np.empty((sum(part.completed for part in parts), 0)))
-    return Track(events, x, parts[-1].stop.final, simulation.evidence), seconds
+    simulation, until, limits = method.simulation(record), drive.target_count, Limits(events)
+    if "x" in record:
+        until, limits = min(until, events), NO_LIMITS
+    begin = process_time()
+    (stretch,) = simulate(simulation, drive, [until], limits)
+    seconds, columns = process_time() - begin, stretch.whole
+    if "x" in record:
+        return Track([], _moved(columns["x"]), True, simulation.evidence), seconds
+    log = [(*row[:3], *event.signature) for row, event in logged_events(columns)]
+    done = stretch.stop is Stop.DONE and len(log) <= events
+    log = log[:events]
+    moved = np.full((2, log[-1][1] + 1 if log else 0, method.chain.n), Fraction(0))
+    bits = 128 + math.ceil(BITS_PER_DIGIT * (method.digits or 0))
+    for kind, lengths in zip(moved, _parts(columns["slip_displacement"], bits), strict=True):
+        slips = zip(columns["slip_rearrangement"], columns["slip_slider"], lengths, strict=True)
+        for rest, slider, length in slips:
+            if rest < len(kind):
+                kind[rest, slider - 1] += length
+    ended = moved[:, : len(moved[0]) if done else -1]  # else the last rearrangement is not at rest
+    return Track(log, ended, done, simulation.evidence), seconds
 
 
-def beyond(events: int) -> int:
-    """Return the limit of events at which a run of about `events` events is cut short."""
-    return 2 * events + 100
+def _moved(x: NDArray[Any]) -> NDArray[Any]:
+    """Return how far sliders have moved between targets; see `Track`."""
+    return np.diff(_parts(x), axis=1, prepend=0)
 
 
-def drive_with_rests(experiment: Experiment, events: int) -> tuple[Targets, list[int]]:
-    """Return the drive with a target between any two rearrangements, as far as is needed.
-
-    Also returns the half-cycle of each target. Raises `InputError` if no slider ever slips.
-    """
-    drive, simulation = experiment.drive, experiment.simulation(("events",))
-    theta: list[Any] = []  # a number, or one for each spring
-    ends: list[int] = []
-    for q in range(1, drive.target_count + 1):
-        loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
-        for most in (beyond(events), beyond(MOST_EVENTS)):  # the second only for the first event
-            left = Limits(most).after(simulation.tally.events)
-            (stretch,) = simulate(simulation, drive, [q], left, done=q - 1)
-            loads += [float(each.theta) for each in rearrangements(stretch.recorded)]
-            if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
-                break
-        between: list[Any] = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
-        if (leg := drive.leg(q, experiment.initial.theta)) is not None:
-            between = [leg.at(part, Fraction) for part in between]
-        theta += between
-        ends += [q] * len(between)
-        if stretch.stop is Stop.BUDGET and theta:
-            break  # more events in this half-cycle might not fit in memory
-        theta.append(drive.exact_target(q, experiment.seed))
-        ends.append(q)
-        if stretch.stop is not Stop.DONE or simulation.tally.events >= events:
-            break
-    if simulation.tally.events == 0:
-        raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
-    return Targets(theta), ends
+def _parts(values: NDArray[Any], bits: int = 128) -> NDArray[Any]:
+    """Return the middles and the radii of numbers, (2, ...); irrational ones to so many bits."""
+    each = [x.bracket(bits) if hasattr(x, "bracket") else enclosure(x) for x in values.flat]
+    return np.array(each, dtype=object).reshape(-1, 2).T.reshape(2, *values.shape)
 
 
-def agreement(own: Track, known: Track, ends: Sequence[int]) -> dict[str, Any]:
+def agreement(own: Track, known: Track) -> dict[str, Any]:
     """Return how far a track agrees with the true one, in events and in rests.
 
-    Events agree if their places, kinds, sliders and directions agree. An event after the point
-    where a track was cut short is not lacking. `ends`: the half-cycle of each target.
+    Events agree if their places, kinds, sliders and directions agree. A track that has ended early,
+    or goes on where the true one ends, differs there; beyond a limit of events neither does.
     """
-    agreed, mine, other = first_difference(own.events, known.events)
-    for event, silent, telling in ((mine, known, own), (other, own, known)):
-        if event is not None and None in (mine, other):
-            last = max(len(telling.x) * silent.ended, len(silent.x))
-            if event.half_cycle > last or not own.events:  # sliding has none
-                mine = other = None
-    differ = [event for event in (mine, other) if event is not None]
-    rests = min([len(own.x), len(known.x), *(event.half_cycle - 1 for event in differ)])
-    wrong = f"{_text(mine, ends)} instead of {_text(other, ends)}" if differ else ""
-    found = {"agreed": agreed, "differs": bool(differ), "wrong": wrong} if own.events else {}
-    return found | {"rests": rests}
+    if not own.events:  # sliding has none
+        nothing = {"agreed": math.nan, "differs": False, "wrong": ""}
+        return nothing | {"rests": own.moved.shape[1]}
+    both = [*zip_longest(own.events, known.events)][: len(known.events) + known.done]
+    agreed = next((k for k, (a, b) in enumerate(both) if a != b), len(both))
+    differ = both[agreed] if agreed < len(both) else ()
+    rests = min([own.moved.shape[1], known.moved.shape[1], *(one[1] for one in differ if one)])
+    wrong = " instead of ".join(map(_text, differ))
+    return {"agreed": agreed, "differs": bool(differ), "wrong": wrong, "rests": rests}
 
 
-def _text(event: LoggedEvent | None, ends: Sequence[int]) -> str:
+def _text(event: tuple[Any, ...] | None) -> str:
     if event is None:
         return "no further event"
-    kind, sliders, _ = event.event.signature
-    return f"{kind} {', '.join(map(str, sliders))} in half-cycle {ends[event.half_cycle - 1]}"
+    half_cycle, *_, kind, sliders, _ = event
+    return f"{kind} {', '.join(map(str, sliders))} in half-cycle {half_cycle}"
 
 
 # --- all seeds ------------------------------------------------------------------------------------
@@ -409,34 +389,29 @@ def _dataset(
     every = [[one["rows"][k] for one in found] for k in range(len(methods))]
     first = found[: len(seeds)]
     rows = [own[: len(seeds)] for own in every]
-    for own in rows:
-        for row in own:
-            row["velocity"] = _velocity(experiment, row.get("x_G", _NOTHING))
-    biases = np.transpose([_bias(experiment, own, first) for own in rows])
+    for row in (row for own in rows for row in own):
+        row["velocity"] = _mean(_advances(experiment, row["x_G"]))
 
-    def about(meaning: str, units: str = NUMBER) -> dict[str, str]:
+    def about(units: str, meaning: str) -> dict[str, str]:
         return {"long_name": meaning} | ({"units": units} if units else {})
 
     data: dict[str, Any] = {
-        name: (
-            ("method", "seed"),
-            [[row.get(name, missing) for row in own] for own in rows],
-            about(meaning, units),
-        )
-        for name, (missing, units, meaning) in _OF_SEEDS.items()
+        name: (("method", "seed"), [[row[name] for row in own] for own in rows], about(*known))
+        for name, known in _OF_SEEDS.items()
     }
     data |= {name: ("seed", [one[name] for one in first]) for name in _OF_TRUTH}
     seconds = [[row["seconds"] for row in own] for own in every]
-    spent = about("processor time per half-cycle, without compilation", "s")
+    spent = about("s", "processor time per half-cycle, without compilation")
     data["seconds"] = (("method", "repetition"), seconds, spent)
-    data["bias"] = ("method", biases[0], about("of the velocity, relative to exact"))
-    data["bias_error"] = ("method", biases[1], about("half the interval of 95 % of the bias"))
+    bias, error = np.transpose([_bias(experiment, own, first) for own in rows])
+    data["bias"] = ("method", bias, about(NUMBER, "of the velocity, relative to exact"))
+    data["bias_error"] = ("method", error, about(NUMBER, "half the interval of 95 % of the bias"))
     steps = [nearest_float(exact_number(each.options.get("dt", 0), "dt")) for each in methods]
     coords = {
         "method": [label(method) for method in methods],
         "seed": np.array(seeds, np.uint64 if max(seeds) >= 2**63 else np.int64),
         "solver": ("method", [method.solver for method in methods]),
-        "dt": ("method", [step or math.nan for step in steps], about("time step", "tau_dyn")),
+        "dt": ("method", [step or math.nan for step in steps], about("tau_dyn", "time step")),
     }
     lines = "\n".join(f"{name}: {text}" for name, text in needs(experiment).items())
     attributes = plain_data(experiment.chain.parameters()) | {"drive": experiment.drive.kind}
@@ -444,15 +419,14 @@ def _dataset(
     return xr.Dataset(data, coords, attributes)
 
 
-def _after_burn_in(experiment: Experiment, x_G: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return x_G at the ends of cycles (or targets of other drives) from the burn-in on."""
+def _advances(experiment: Experiment, x_G: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the advance per half-cycle in each cycle, or target, after the burn-in."""
     start, cycle = experiment.burn_in_of(x_G.size), 2 if experiment.drive.cyclic else 1
-    return np.concatenate([np.zeros(min(x_G.size, 1)), x_G])[start::cycle]
+    return np.diff(np.append(0.0, x_G)[start::cycle]) / cycle
 
 
-def _velocity(experiment: Experiment, x_G: NDArray[np.float64]) -> float:
-    known, cycle = _after_burn_in(experiment, x_G), 2 if experiment.drive.cyclic else 1
-    return float(known[-1] - known[0]) / (known.size - 1) / cycle if known.size > 1 else math.nan
+def _mean(values: NDArray[np.float64]) -> float:
+    return float(values.mean()) if values.size else math.nan
 
 
 def _bias(
@@ -462,14 +436,15 @@ def _bias(
 
     The interval is Student's over the seeds, or for one seed from averages over blocks of the run.
     """
-    if any("x_G" not in row for row in own):
+    true = [_advances(experiment, one["x_G"]) for one in found]
+    if any(row["x_G"].size != one["x_G"].size for row, one in zip(own, found, strict=True)):
         return math.nan, math.nan
-    scale = abs(float(np.mean([_velocity(experiment, one["x_G"]) for one in found]))) or math.nan
-    gaps = [row["x_G"] - one["x_G"] for row, one in zip(own, found, strict=True)]
-    biases = [_velocity(experiment, gap) for gap in gaps]
+    scale = abs(_mean(np.array([*map(_mean, true)]))) or math.nan
+    gaps = [_advances(experiment, row["x_G"]) - one for row, one in zip(own, true, strict=True)]
+    biases = np.array([*map(_mean, gaps)])
     if len(gaps) > 1:
         error = float(stats.t.ppf(0.975, len(gaps) - 1) * stats.sem(biases))
     else:
-        gap, cycle = _after_burn_in(experiment, gaps[0]), 2 if experiment.drive.cyclic else 1
-        error = 1.96 * standard_error(gap, cycle * np.arange(gap.size, dtype=float))
-    return float(np.mean(biases)) / scale, error / scale
+        gap = np.append(0.0, gaps[0].cumsum())
+        error = 1.96 * standard_error(gap, np.arange(gap.size, dtype=float))
+    return _mean(biases) / scale, error / scale

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import signal
 from pathlib import Path
@@ -13,7 +14,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep import Creep, Outcome, creep, load_scene
-from exactcreep.commands.run import foretelling
+from exactcreep.commands.run import beside, foretelling
 from exactcreep.quasistatic.checkpoint import CheckpointWarning
 from exactcreep.results import Progress
 from exactcreep.watch.display import Display
@@ -44,6 +45,24 @@ def test_what_a_run_still_takes_is_told_without_the_part_in_its_checkpoint(
 
 
 # --- what is printed -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("measured", "error", "law", "said"),
+    [
+        (1.0, 0.1, (0.5,), "+5"),
+        (1.0, 0.1, (0.5, 1.2), "between"),  # two values of a plateau that is not unique
+        (0.4, 0.1, (1.2, 0.5), "-1"),
+        (1.0, 1e-16, (1.1,), "-no scatter"),  # rounding is no scatter
+        (1.0, 0.1, (), "-"),
+        (1.0, math.nan, (0.5,), "no error"),
+        (0.4999, 0.1, (0.5,), "+0"),
+    ],
+)
+def test_a_deviation_counts_standard_errors_outside_of_the_law(
+    measured: float, error: float, law: tuple[float, ...], said: str
+) -> None:
+    assert beside(measured, error, law)[1] == said
 
 
 def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> None:
@@ -158,7 +177,7 @@ def test_trajectories_are_drawn_in_one_picture_unless_a_number_has_three_values(
 
 def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
     Path("a.ckpt").write_text("PK")
-    assert "is not a checkpoint of exactcreep" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
+    assert "is not a checkpoint of version" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
     assert Path("a.ckpt").read_text() == "PK"
     assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
     with pytest.warns(CheckpointWarning, match="the run has ended"):

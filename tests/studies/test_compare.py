@@ -27,10 +27,9 @@ from exactcreep import (
     creep,
     load_scene,
 )
-from exactcreep.results import Event
 from exactcreep.scene import Scene
 from exactcreep.studies import compare as studied
-from exactcreep.studies.compare import Track, agreement, drive_with_rests, label, ladder, track
+from exactcreep.studies.compare import Track, agreement, label, ladder, track
 from exactcreep.studies.comparison import sentence, table, unresolved
 from exactcreep.studies.needs import needs
 from tests.conftest import Command
@@ -38,58 +37,47 @@ from tests.paper import captions, paper_chain
 
 CHAIN = paper_chain(3)
 EXPERIMENT = Experiment(CHAIN, Targets(["0.001", "-0.001", "0.001"]), seed=5)
-ENDS = (1, 2, 3)
 
 
 @cache
-def own() -> Track:
-    return track(EXPERIMENT, 3)[0]
-
-
-@cache
-def known() -> Track:
-    return track(replace(EXPERIMENT, solver="certified"), 3)[0]
-
-
-def with_event(place: int, event: Event) -> Track:
-    """Return the track of `exact` with another event in one place."""
-    events = list(own().events)
-    events[place] = events[place]._replace(event=event)
-    return own()._replace(events=events)
+def followed(solver: str, events: int = 10_000) -> Track:
+    return track(replace(EXPERIMENT, solver=solver), events)[0]
 
 
 def test_good_trajectories_agree_in_all_events_and_rests() -> None:
-    found = agreement(own(), known(), ENDS)
-    assert (found["differs"], found["wrong"], found["rests"]) == (False, "", 3)
-    assert found["agreed"] == len(known().events) > 50
-    assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
+    own, known = followed("exact"), followed("certified")
+    found = agreement(own, known)
+    assert (found["differs"], found["wrong"]) == (False, "")
+    assert found["agreed"] == len(known.events) > 50
+    assert found["rests"] == known.events[-1][1] + 1 > 10
+    assert (known.evidence, own.evidence) == (Evidence.PROVED, Evidence.COMPUTED)
 
 
 @pytest.mark.parametrize("place", [0, 60, -1])
-def test_an_event_that_differs_is_found_where_it_is_unless_its_time_alone_does(place: int) -> None:
-    place %= len(own().events)
-    there = own().events[place]
-    late = replace(there.event, time=2 * there.event.time)
-    turned = replace(there.event, signs=tuple(-sign for sign in there.event.signs))
-    other = with_event(place, turned)
-    for pair in ((other, known()), (known(), other)):
-        found = agreement(*pair, ENDS)
-        assert (found["differs"], found["agreed"]) == (True, place)
-        assert found["rests"] == there.half_cycle - 1
-        assert f"in half-cycle {there.half_cycle} instead of" in found["wrong"]
-    assert not agreement(with_event(place, late), known(), ENDS)["differs"]
+def test_an_event_that_differs_is_found_where_it_is(place: int) -> None:
+    own, known = followed("exact"), followed("certified")
+    place %= len(own.events)
+    half_cycle, rest, number, kind, sliders, signs = there = own.events[place]
+    turned = (half_cycle, rest, number, kind, sliders, tuple(-sign for sign in signs))
+    other = own._replace(events=[turned if one is there else one for one in own.events])
+    for pair in ((other, known), (known, other)):
+        found = agreement(*pair)
+        assert (found["differs"], found["agreed"], found["rests"]) == (True, place, rest)
+        assert f"in half-cycle {half_cycle} instead of" in found["wrong"]
 
 
-def test_what_a_trajectory_that_was_cut_short_does_not_tell_is_no_difference() -> None:
-    begun = [event for event in own().events if event.half_cycle == 2][:1]
-    events = [event for event in own().events if event.half_cycle == 1] + begun
-    short = own()._replace(events=events, x=own().x[:1], ended=False)
-    for pair in ((short, known()), (known(), short)):
-        found = agreement(*pair, ENDS)
-        assert (found["differs"], found["agreed"], found["rests"]) == (False, len(events), 1)
-    gave_up = agreement(short._replace(ended=True), known(), ENDS)  # though it could have gone on
-    assert (gave_up["differs"], gave_up["agreed"]) == (True, len(events))
-    assert gave_up["wrong"].startswith("no further event")
+@pytest.mark.parametrize("events", [2, 25, 40])
+def test_events_beyond_a_limit_are_no_difference_and_an_early_end_is_one(events: int) -> None:
+    own, known = followed("exact", events + 1), followed("certified", events)
+    found = agreement(own, known)
+    assert (found["differs"], found["agreed"]) == (False, events)
+    assert found["rests"] == known.events[-1][1]  # the last rearrangement may not have ended
+    more = agreement(own, known._replace(done=True))
+    less = agreement(own._replace(events=own.events[: events - 1]), known)
+    assert more["wrong"].endswith("instead of no further event")
+    assert (more["differs"], more["agreed"]) == (True, events)
+    assert less["wrong"].startswith("no further event instead of")
+    assert (less["differs"], less["agreed"]) == (True, events - 1)
 
 
 SEEDS = (4, 5, 6, 7)
@@ -102,18 +90,17 @@ def data() -> xr.Dataset:
 
 
 def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its_run() -> None:
-    member = replace(GIVEN, seed=6)
-    path, ends = drive_with_rests(member, 120)
-    truth = track(replace(member, drive=path, solver="certified", options={"digits": 20}), 999,
-                  enough=120)[0]  # fmt: skip
-    exact = creep(CHAIN, GIVEN.drive, seed=6)
-    for method in ladder(GIVEN, ["0.1", "0.01"], [20])[2:-1]:
-        mine = track(replace(method, seed=6, drive=path), len(truth.x), 1000)[0]
+    exact, methods = creep(CHAIN, GIVEN.drive, seed=6), ladder(GIVEN, ["0.1", "0.01"], [20])
+    truth = track(replace(methods[1], seed=6), 120)[0]
+    at_rest = truth.moved[0].cumsum(axis=0).astype(float)
+    for method in methods[2:-1]:
+        mine = track(replace(method, seed=6), 121)[0]
         there = data().loc[{"method": label(method), "seed": 6}]
-        for name, value in agreement(mine, truth, ends).items():
+        for name, value in agreement(mine, truth).items():
             assert there[name] == value
-        errors = abs(mine.x - truth.x.astype(float))[: int(there.rests)]
-        assert there.error == pytest.approx(errors.max(initial=0), rel=1e-9, nan_ok=True)
+        rests = int(there.rests)
+        errors = abs(mine.moved[0].cumsum(axis=0)[:rests].astype(float) - at_rest[:rests])
+        assert there.error == pytest.approx(errors.max(), rel=1e-9)
         run = creep(CHAIN, GIVEN.drive, seed=6, solver="verlet", **method.options)
         assert there.velocity == pytest.approx(run.velocity, rel=1e-12)
     assert data().velocity.loc["exact", 6] == pytest.approx(exact.velocity, rel=1e-12)
@@ -122,16 +109,25 @@ def test_every_method_is_the_agreement_of_its_trajectory_and_the_velocity_of_its
     assert np.allclose(biases, data().bias, rtol=1e-9, atol=1e-15, equal_nan=True)
 
 
+def test_positions_after_rearrangements_are_those_of_the_run_at_its_targets() -> None:
+    short = replace(GIVEN, drive=Cycles("0.003", 2))
+    for method in ladder(short, ["0.1"], [20])[:3]:
+        mine = track(method, 10_000)[0]
+        run = creep(CHAIN, short.drive, solver=method.solver, record=["x"], **method.options)
+        ended = {half_cycle: rest for half_cycle, rest, *_ in mine.events}
+        at_rest = mine.moved[0].cumsum(axis=0)[[*ended.values()]].astype(float)
+        known = run.recorded["x"][[half - 1 for half in ended]].astype(float)
+        assert at_rest == pytest.approx(known, abs=1e-9)
+
+
 def test_the_certified_events_are_as_many_as_asked_and_proved() -> None:
     assert data().truth == "certified, 20 digits"
     assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
-    for seed, events in zip(SEEDS, data().events.values, strict=True):
-        path, _ = drive_with_rests(replace(GIVEN, seed=seed), 120)
-        run = creep(CHAIN, path, seed=seed, solver="certified", digits=20)
-        counted = run.event_count  # a drive with rests ends after the event that makes enough
-        assert 120 <= events <= counted
-        assert data().agreed.loc["certified, 20 digits", seed] == events
+    assert data().events.values.tolist() == [120] * len(SEEDS)
+    assert data().agreed.loc["certified, 20 digits"].values.tolist() == [120] * len(SEEDS)
     assert 0 < data().error.loc["certified, 20 digits"].values.max() < 1e-20
+    precise = replace(EXPERIMENT, solver="certified", options={"digits": 100})
+    assert 0 < track(precise, 100)[0].moved[1].sum(axis=0).max() < 1e-100
 
 
 def test_exact_never_parts_and_small_steps_part_later() -> None:

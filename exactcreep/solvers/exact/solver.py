@@ -184,7 +184,7 @@ class ExactSimulation(Simulation):
     def _room_for_more(self) -> None:
         """Prepare for several sliders that move together, if they do."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
-            self.make_room()
+            self.work = roomier(self.work)
 
     def single(self, direction: int, most: int, at_once: int = MOST_WORK) -> Iterator[int]:
         """Rearrange at the present theta, else after a ramp; yield why the loop returned.
@@ -203,11 +203,6 @@ class ExactSimulation(Simulation):
             self.work.now["single"] = 1
             reason, _ = loop.follow(*self.work, *target, left, MOST_WORK)
             yield reason
-
-    def make_room(self) -> None:
-        """Prepare for several sliders that move together."""
-        if self.work.series is None:
-            self.work = roomier(self.work)
 
     def drain(self) -> NDArray[Any]:
         """Return the rows of the event log, and empty it."""

@@ -25,7 +25,7 @@ from exactcreep.model.outcome import Evidence, Outcome, cycles_text
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.return_map import LONGEST_PERIOD
+from exactcreep.solvers.return_map import LONGEST_PERIOD, LimitCycle
 from exactcreep.studies import fates
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
@@ -100,7 +100,6 @@ def fate(
     if solver not in ("certified", "exact"):
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
-    solvers.SettlingSearch.compile()
     search = solvers.SettlingSearch(chain, drive, begin)
     computed, stop = numerical_fate(search, begin, limits, say)
     if computed.settled_after is not None and not computed.marginal:
@@ -169,7 +168,7 @@ def numerical_fate(
     evidence, outcome = simulation.evidence, Outcome.LIMIT
     details: dict[str, Any] = {"advanced_until": search.advanced_until}
     if (settled := search.settled) is not None:
-        moved, itinerary = _one_period(search, settled.period)
+        moved, itinerary = _one_period(search, settled)
         count = sum(len(events) for _, events in itinerary)
         noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
@@ -224,18 +223,18 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
         "marginal": True,
         "period": 1,
         "advance": 0.0,
-        "settled_after": search.cycles - search.alike,
+        "settled_after": search.alike_since,
         "advanced_until": search.advanced_before,
         "itinerary": tuple(log),
     }
 
 
-def _one_period(search: solvers.SettlingSearch, period: int) -> tuple[float, Period]:
-    simulation = search.recording()
+def _one_period(search: solvers.SettlingSearch, cycle: LimitCycle) -> tuple[float, Period]:
+    """Return the advance in a period, and its rearrangements in order from its first half-cycle."""
+    simulation, period = search.recording(), 2 * cycle.period
     before = simulation.state().displacements
-    first = 2 * search.cycles + 1
-    events = simulation.follow(Cycles(search.drive.amplitude, period), first, 2 * period).recorded
+    events = simulation.follow(search.drive, 2 * search.cycles + 1, period).recorded
     moved = (simulation.state().displacements - before).mean()
-    return float(moved), tuple(
-        (one.half_cycle - first + 1, one.itinerary) for one in rearrangements(events)
-    )
+    first = 2 * cycle.since + 1
+    log = [((one.half_cycle - first) % period + 1, one.itinerary) for one in rearrangements(events)]
+    return float(moved), tuple(sorted(log, key=lambda one: one[0]))

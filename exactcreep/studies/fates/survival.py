@@ -409,7 +409,7 @@ def survival(
         return replace(asked, lives=tuple(lives)).finding if lives else none
 
     if executor is None:
-        solvers.SettlingSearch.compile()
+        solvers.SettlingSearch(chain, drive, State.relaxed(chain))  # compiles
     say("starts", 0, count, "starts")
     with closing(in_parallel(lives_of, tasks(), executor, workers)) as computed:
         for ended in computed:

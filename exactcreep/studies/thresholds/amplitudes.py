@@ -51,20 +51,6 @@ class Span(NamedTuple):
         free = low is None and between is None
         return cls(between, list(pairwise([begin, *ends])), free, steps)
 
-    def require_within(self, edge: Fraction) -> None:
-        """Raise `InputError` unless the bracket, or the scans, contain an edge."""
-        low, high = self.bracket or (self.scans[0][0], self.scans[-1][1])
-        if self.bracket and not low <= edge < high:
-            shown = f"{nearest_float(low)} {nearest_float(high)}"
-            raise InputError("bracket", shown, f"must straddle the edge at {nearest_float(edge)}")
-        if edge < low and not self.free:
-            raise InputError(
-                "from", nearest_float(low), "must be lower: the chain creeps there already"
-            )
-        if edge >= high:
-            allowed = "must be higher: the chain creeps at no point of the scan"
-            raise InputError("to", nearest_float(high), allowed)
-
 
 def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
     """Return two ascending numbers, none negative (or all `positive`)."""

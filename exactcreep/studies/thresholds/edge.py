@@ -8,13 +8,13 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
-from exactcreep.model.outcome import Evidence, direction_of
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.studies.sense import EDGE, IN_CYCLE
 from exactcreep.studies.thresholds.amplitudes import Span
-from exactcreep.studies.thresholds.questions import MOST_CYCLES, InCycle, Lasting
-from exactcreep.studies.thresholds.search import MOST_DIGITS, Edge, Search, sliding_edge
+from exactcreep.studies.thresholds.questions import MOST_CYCLES, InCycle, Lasting, Sliding
+from exactcreep.studies.thresholds.search import MOST_DIGITS, Edge, Search
 from exactcreep.studies.thresholds.threshold_result import Threshold, laws_beside
 from exactcreep.watch.limits import Limits
 
@@ -109,21 +109,18 @@ def edge_of(
     places = whole_number(digits, "digits", least=1, most=MOST_DIGITS)
     if edges and span.bracket is not None:
         raise InputError("edges", edges, "needs a scan, and a bracket skips it")
-    question = (
-        InCycle(chain, after, limits, say) if after else Lasting(chain, MOST_CYCLES, limits, say)
-    )
+    for_ever = Sliding if chain.slides else Lasting
+    kind, cycles = (InCycle, after) if after else (for_ever, MOST_CYCLES)
+    question = kind(chain, cycles, limits, say)
     search = Search(question, places)
-    if chain.slides:
-        search.edges = [sliding_edge(chain, places)]
-        span.require_within(search.edges[0].middle)
-        direction = direction_of(chain.heading, chain.tan_alpha)
-    else:
-        search.find(span, every=edges)
-        direction = search.sides[1].direction if search.sides else "none"
+    search.find(span, every=edges)
     known: dict[str, Any] = {**laws_beside(chain, places)}
     if search.edges:
         known |= {name: vars(search.edges[0])[name] for name in ("lower", "upper", "evidence")}
-    sensitive = getattr(question, "sensitive", ())
+    if search.sides:
+        known["direction"] = search.sides[1].direction
+        if search.sides[1].fate:
+            known["fates"] = search.sides[0].fate, search.sides[1].fate
     return CreepEdge(
         chain=chain,
         kind=f"{IN_CYCLE} {after}" if after else EDGE,
@@ -132,9 +129,7 @@ def edge_of(
         solver="sliding" if chain.slides else "certified",
         compare=_compared(chain, after),
         **known,
-        direction=direction,
-        fates=(search.sides[0].fate, search.sides[1].fate) if search.sides and not after else None,
-        sensitive=tuple(sorted(map(nearest_float, sensitive))),
+        sensitive=tuple(sorted(map(nearest_float, getattr(question, "sensitive", ())))),
         edges=(tuple(search.edges) or None) if edges else None,
         scanned=span.bracket is None and not chain.slides,
         report={"deciding_runs": len(question.answers)},

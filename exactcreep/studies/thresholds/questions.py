@@ -7,10 +7,12 @@ certified solver where float64 is unreliable.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from exactcreep import solvers
@@ -20,6 +22,8 @@ from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT
+from exactcreep.motion.cosine_field import CosineField
 from exactcreep.solvers.interface import Simulation, Start, simulate
 from exactcreep.studies import fates
 from exactcreep.studies.fates.fate import numerical_fate
@@ -69,9 +73,9 @@ class Question(ABC):
     answers: dict[Fraction, Answer] = field(default_factory=dict, init=False)
 
     @property
-    @abstractmethod
     def what(self) -> str:
         """What begins at an edge, in words."""
+        return "creep for ever"
 
     @abstractmethod
     def creeps(self, amplitude: Fraction) -> bool:
@@ -157,22 +161,17 @@ class InCycle(Question):
 class Lasting(Question):
     """Does the chain creep for ever?
 
-    Two starts that differ by 1e-13 show where float64 is unreliable. There the certified solver
-    decides (`decided`); if it cannot, the amplitude is listed as `sensitive`.
+    Two starts that differ by 1e-13 show where float64 is unreliable (`unsure`). There the certified
+    solver decides; if it cannot, the amplitude is `sensitive`, and the answer of float64 is taken.
     """
 
-    decided: dict[Fraction, bool] = field(default_factory=dict, init=False)
-    sensitive: dict[Fraction, bool] = field(default_factory=dict, init=False)
-
-    @property
-    def what(self) -> str:
-        return "creep for ever"
+    unsure: dict[Fraction, bool] = field(default_factory=dict, init=False)
+    sensitive: list[Fraction] = field(default_factory=list, init=False)
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and x_G minus the steady part of its advance."""
         self.limits.require()  # a chain that settles at once never checks the time itself
         drive = Cycles(amplitude, self.cycles)
-        solvers.SettlingSearch.compile()
         search = solvers.SettlingSearch(self.chain, drive, start)
         fate, stop = numerical_fate(search, start, self.limits)
         if stop is Stop.DEADLINE:
@@ -180,24 +179,21 @@ class Lasting(Question):
         steady = fate.cycles * (fate.advance or 0.0) / (fate.period or 1)
         return fate, float(search.simulation.state().displacements.mean()) - steady
 
-    def float_fate(self, amplitude: Fraction) -> Fate:
-        return self._course(amplitude, State.relaxed(self.chain))[0]
-
     def unsettled(self, amplitude: Fraction) -> bool:
-        return self.float_fate(amplitude).outcome is Outcome.LIMIT
+        fate, _ = self._course(amplitude, State.relaxed(self.chain))
+        return fate.outcome is Outcome.LIMIT
 
     def float_fails(self, low: Fraction, high: Fraction) -> bool:
         for amplitude in (low, high, (low + high) / 2):
             self.creeps(amplitude)
-            if amplitude in self.decided or amplitude in self.sensitive:
+            if amplitude in self.unsure:
                 return True
         return False
 
     def creeps(self, amplitude: Fraction) -> bool:
         """Return whether the chain creeps; a chain that has not settled has not locked."""
-        for answers in (self.decided, self.sensitive):
-            if amplitude in answers:
-                return answers[amplitude]
+        if amplitude in self.unsure:
+            return self.unsure[amplitude]
         start = State.relaxed(self.chain)
         fate, place = self._course(amplitude, start)
         creeps = fate.outcome not in _IDLE
@@ -211,13 +207,14 @@ class Lasting(Question):
                 break
         else:
             return creeps
+        answer = Answer(creeps, Evidence.UNDECIDED)
         if fate.outcome is not Outcome.LIMIT and self.chain.n < CHAOTIC:
             answer = self.certified(amplitude, 1)
-            if answer.evidence is Evidence.PROVED:
-                self.decided[amplitude] = answer.creeps
-                return answer.creeps
-        self.sensitive[amplitude] = creeps
-        return creeps
+        if answer.evidence is not Evidence.PROVED:
+            self.sensitive.append(amplitude)
+            answer = Answer(creeps, Evidence.UNDECIDED)
+        self.unsure[amplitude] = answer.creeps
+        return answer.creeps
 
     def certified(self, amplitude: Fraction, digits: int) -> Answer:
         drive = Cycles(amplitude, min(self.cycles, _CERTIFIED_CYCLES))
@@ -229,3 +226,29 @@ class Lasting(Question):
         creeps = fate.outcome not in _IDLE
         known = fate.evidence, fate.direction, fate, found.between, found.shared
         return Answer(creeps, *known)
+
+
+@dataclass(eq=False)
+class Sliding(Question):
+    """Does a chain without slips creep for ever? It does above ``h/l0``, exactly.
+
+    See `laws.differing_intercept`.
+    """
+
+    @cached_property
+    def edge(self) -> Any:
+        """``h/l0`` in Q(cos(alpha))."""
+        chain, way = self.chain, self.chain.heading
+        friction = sum(chain.each("mu_d")) - way * chain.n * chain.tan_alpha
+        held = CosineField(chain.tan_alpha).times_cosine(friction)
+        return (held - way * sum(chain.end_forces)) / (2 * chain.l0)
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        return bool(self.edge < amplitude)
+
+    def certified(self, amplitude: Fraction, digits: int) -> Answer:
+        creeps = self.creeps(amplitude)
+        middle, radius = self.edge.bracket(math.ceil(digits * BITS_PER_DIGIT) + 64)
+        between = (middle + radius, Fraction(1)) if creeps else (Fraction(0), middle - radius)
+        direction = direction_of(self.chain.heading * creeps, self.chain.tan_alpha)
+        return Answer(creeps, Evidence.PROVED, direction, between=between)

@@ -15,11 +15,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT
-from exactcreep.motion.cosine_field import CosineField
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, text_of, unit_of
 from exactcreep.studies.thresholds.questions import Answer, Question
 from exactcreep.watch.limits import OutOfTime
@@ -73,18 +70,16 @@ class Search:
     def find(self, span: Span, *, every: bool = False) -> None:
         """Find the edge in a bracket, or the first edge of the scans, or `every` edge."""
         try:
-            brackets = []
             for low, high, begins in self._brackets(span):
-                brackets.append((low, high, begins))
                 self.edges.append(_rounded(low, high, begins))
+                if len(self.edges) == 1:
+                    self._refine(low, high)
+                elif self.question.unsettled(high if begins else low):
+                    self.edges[-1] = replace(self.edges[-1], evidence=Evidence.UNDECIDED)
+                else:
+                    self._in_floats(low, high, begins)
                 if not every:
                     break
-            self._refine(*brackets[0][:2])
-            for k, (low, high, begins) in enumerate(brackets[1:], 1):
-                if self.question.unsettled(high if begins else low):
-                    self.edges[k] = replace(self.edges[k], evidence=Evidence.UNDECIDED)
-                else:
-                    self._in_floats(k, low, high, begins)
         except OutOfTime as limit:
             self.reason = str(limit)
 
@@ -100,18 +95,18 @@ class Search:
         if question.creeps(lowest):
             allowed = "must be lower: the chain creeps there already"
             raise InputError("from", nearest_float(lowest), allowed)
-        before, creeping, any_edge = lowest, False, False
+        before, creeping = lowest, False
         for begin, end in scans:
             for k in range(1, span.points + 1):
                 amplitude = begin + (end - begin) * k / span.points
                 creeps = question.creeps(amplitude)
                 none = f"no {question.what} up to A = {nearest_float(before):.6g} (computed)"
-                question.say("scan", k, span.points, "amplitudes", so_far="" if any_edge else none)
+                none = "" if self.edges else none
+                question.say("scan", k, span.points, "amplitudes", so_far=none)
                 if creeps != creeping:
-                    any_edge = True
                     yield before, amplitude, creeps
                 before, creeping = amplitude, creeps
-            if any_edge:
+            if self.edges:
                 return
         allowed = "must be higher: the chain creeps at no point of the scan"
         raise InputError("to", nearest_float(before), allowed)
@@ -124,13 +119,13 @@ class Search:
         shown = " ".join(f"{nearest_float(end)}" for end in bracket)
         raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
 
-    def _in_floats(self, k: int, low: Fraction, high: Fraction, begins: bool) -> Bracket:
-        """Bisect edge k in float64."""
+    def _in_floats(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
+        """Bisect the last edge in float64."""
         while high - low > _NARROW * high:
             middle = (low + high) / 2
             is_above = self.question.creeps(middle) == begins
             low, high = (low, middle) if is_above else (middle, high)
-            self.edges[k] = _rounded(low, high, begins)
+            self.edges[-1] = _rounded(low, high, begins)
         return low, high
 
     def _refine(self, low: Fraction, high: Fraction) -> None:
@@ -143,7 +138,7 @@ class Search:
             self.reason = f"{where} within {question.cycles} cycles"
             return
         if not question.float_fails(low, high):  # otherwise bisection would find a spurious edge
-            low, high = self._in_floats(0, low, high, begins=True)
+            low, high = self._in_floats(low, high, begins=True)
             self._tell()
         unit = unit_of(high, self.digits)
         below, above = self._decided(low, high, unit)
@@ -212,18 +207,3 @@ def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
     return Edge(
         text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit), begins
     )
-
-
-def sliding_edge(chain: Chain, digits: int) -> Edge:
-    """Return the edge of a chain without slips, ``h/l0`` of `laws.differing_intercept`, exactly."""
-    field, way = CosineField(chain.tan_alpha), chain.heading
-    held = field.times_cosine(sum(chain.each("mu_d")) - way * chain.n * chain.tan_alpha)
-    pull = way * sum(chain.end_forces, Fraction(0))
-    exact = (held - field.rational(pull)) / (2 * chain.l0)
-    middle, _ = exact.bracket(math.ceil((digits + _SPARE) * BITS_PER_DIGIT) + 64)
-    unit = unit_of(middle, digits + _SPARE)
-    below = math.floor(middle / unit)
-    below += int(field.rational((below + 1) * unit) <= exact) - int(
-        field.rational(below * unit) > exact
-    )
-    return Edge(text_of(below, unit), text_of(below + 1, unit), evidence=Evidence.PROVED)

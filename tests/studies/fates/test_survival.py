@@ -115,5 +115,5 @@ def test_creep_says_that_it_is_metastable() -> None:
     for run in creeping:
         assert "survival tells for how long" in run.metastable
         assert run.metastable in repr(run)
-        assert run.velocity_of == "this run: the mean over half-cycles 61 to 600"
+        assert "half-cycles 61 to 600" in run.finding
     assert not any(run.metastable or run.velocity for run in runs if run not in creeping)
