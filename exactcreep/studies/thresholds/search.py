@@ -95,7 +95,7 @@ class Search:
         self.question, self.digits = question, digits + _SPARE
         self.edges: list[Edge] = []
         self.sides: tuple[Answer, Answer] | None = None
-        self.reason = ""
+        self.reason = self.so_far = ""
 
     def find(self, span: Span, *, every: bool = False) -> None:
         """Find the first edge of the scans, or `every` edge."""
@@ -111,7 +111,8 @@ class Search:
                 if not every:
                     break
         except OutOfTime as limit:
-            self.reason = str(limit)
+            known = [] if self.edges else [self.so_far]
+            self.reason = "; ".join(filter(None, (*known, str(limit))))
 
     def _brackets(self, span: Span) -> Iterator[tuple[Fraction, Fraction, bool]]:
         """Yield two amplitudes around every edge of the first scan that has one."""
@@ -127,8 +128,8 @@ class Search:
                 amplitude = begin + (end - begin) * k / span.points
                 creeps = question.creeps(amplitude)
                 none = f"no {question.what} up to A = {nearest_float(before):.6g} (computed)"
-                none = "" if self.edges else none
-                question.say("scan", k, span.points, "amplitudes", so_far=none)
+                self.so_far = "" if self.edges else none
+                question.say("scan", k, span.points, "amplitudes", so_far=self.so_far)
                 if creeps != creeping:
                     yield before, amplitude, creeps
                 before, creeping = amplitude, creeps

@@ -101,7 +101,12 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(out_of_time: OutOfTime) -
     assert whole.reason == ""
     lower, upper = bounds(whole)
     known = [found for most in (2, *range(40, 400, 60)) if (found := stopped(most)).reason]
-    assert {found.reason for found in known} == {"max_seconds = 1 was reached"}
+    said = [found.reason.rpartition("; ") for found in known]
+    assert {limit for _, _, limit in said} == {"max_seconds = 1 was reached"}
+    assert {bool(nothing) for nothing, _, _ in said} == {True, False}
+    assert all(
+        nothing.startswith("no advance in cycle 20 up to A") for nothing, _, _ in said if nothing
+    )
     bare = [found for found in known if found.lower is None]
     assert bare == known[: len(bare)] != []
     brackets = [bounds(found) for found in known[len(bare) :]]
