@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -39,17 +38,6 @@ MOST_ERROR = 2.0**-10
 """Share of the derivative's errors in the set above which it is made anew earlier."""
 
 
-@dataclass
-class RestOfSet(Rest):
-    """The middle of a set of states at rest, and the set.
-
-    `set`: None if the balls hold every state; `since`: events since it was made.
-    """
-
-    set: StateSet | None = None
-    since: int = 0
-
-
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls for the middle of a set, with the set beside it; see the module.
 
@@ -57,11 +45,9 @@ class SetIntegrator(ChainIntegrator):
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
-    rest: RestOfSet
 
     def __init__(self, start: Start, arithmetic: Balls, *, assume: bool = False) -> None:
         super().__init__(start, arithmetic, assume=assume)
-        self.rest = RestOfSet(**vars(self.rest))
         self.tangent: StateSet | None = None
         self.widest = 0.0  # largest distance of forces, velocities, l0 theta from the middle's
         self.crossing: Crossing | None = None
