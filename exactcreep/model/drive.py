@@ -319,4 +319,5 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
     """
     first = whole_number(first, "first", least=1, most=2**62)
     seed, width = keyed_disorder.valid_seed(seed), nearest_float(drive.sigma_theta)
-    return width * keyed_disorder.deviates(seed, keyed_disorder.STREAM_DILATION, 0, first, count)
+    stream = keyed_disorder.STREAM_DILATION
+    return np.asarray(width * keyed_disorder.deviates(seed, stream, 0, first, count)[0])
