@@ -194,6 +194,12 @@ class SettlingSearch:
         after = np.array([simulation.cell(row) for row in _FORCES])
         return float(np.abs(after - before).max())
 
+    def copies(self) -> list[SettlingSearch]:
+        """Return searches from two starts that differ by a few rounding errors."""
+        chain, start = self.simulation.chain, self.simulation.start.state
+        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
+                for of in NEAR_COPIES]  # fmt: skip
+
     def recording(self) -> ExactSimulation:
         """Return a simulation that goes on from the present end of a cycle, and records events."""
         of = self.simulation
