@@ -30,8 +30,20 @@ EVERY = {
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": (
-        ("two-sliders-cycles", "--set", "drive.cycles=100", "--seeds", "2", "--events", "20",
-         "--dts", "0.5", "--digits", "20"), "out plot",
+        (
+            "two-sliders-cycles",
+            "--set",
+            "drive.cycles=100",
+            "--seeds",
+            "2",
+            "--events",
+            "20",
+            "--dts",
+            "0.5",
+            "--digits",
+            "20",
+        ),
+        "out plot",
     ),
 }
 ENDINGS = {"out": ".nc", "plot": ".png"}
