@@ -42,7 +42,7 @@ class Estimated(Rearrangement):
     @cached_property  # type: ignore[misc] # a field that is made on demand
     def initial(self) -> State:
         """The state at theta_c."""
-        before, work = self._origin.state, placed(self.chain, self._origin, self.seed, 0)
+        before, work = self._origin.state, placed(self.chain, self._origin, self.seed, False)
         work.now["theta"], work.now["theta_low"] = self._load
         theta = dilation(self.chain, self._load) if len(self._log) else before.theta
         return replace(before, tensions=self._origin.read(work)[0], theta=theta)
