@@ -497,15 +497,15 @@ def prepare(cell, whole, deviate, scalars):
 
 @compiled
 def follow(
-    cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
-    max_work,
+    cell, whole, deviate, clock, series, scalars, log, theta, theta_low, targets, first,
+    max_events, max_work,
 ):  # fmt: skip
     """Take the chain along the targets; return why it returned, and how many it reached.
 
-    The targets are ``l0 theta`` as two floats. `targets` is filled at each target, see
-    `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work` (events
-    and the work of clusters), and if `single` is set after the first rearrangement. Also returns
-    `layout.BUDGET` when several sliders move and there are no `series`.
+    The targets are ``l0 theta`` as two floats. `targets` is filled at each target, from row `first`
+    on, see `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work`
+    (events and the work of clusters), and if `single` is set after the first rearrangement. Also
+    returns `layout.BUDGET` when several sliders move and there are no `series`.
     """
     align_stack()
     now = scalars[0]
@@ -532,7 +532,7 @@ def follow(
                 if now.counts.events >= stop_at:
                     continue
             if not _ramp(cell, whole, now, log, theta[reached], theta_low[reached]):
-                rows.at_target(cell, whole, now, targets, reached)
+                rows.at_target(cell, whole, now, targets, first + reached)
                 reached += 1
                 now.counts.target += 1
         elif stage == layout.LONE:

@@ -32,11 +32,6 @@ class AtTargets(NamedTuple):
         rows = TargetRows.empty(record, count, began[0].shape[1])
         return cls(rows, np.empty(count, np.int64), np.empty(count), began)
 
-    def part(self, first: int) -> AtTargets:
-        """Return the rows from `first` on."""
-        doubts, low = self.doubts[first:], self.x_G_low[first:]
-        return self._replace(rows=self.rows.part(first), doubts=doubts, x_G_low=low)
-
 
 NOTHING = AtTargets.of(1, (), (np.empty((6, 1)), np.empty((2, 0)), 0.0, 0.0))
 """A place for data that nobody requests."""

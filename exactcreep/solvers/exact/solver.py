@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -148,14 +147,14 @@ class ExactSimulation(Simulation):
         while done < count:
             left = before + limits.events_left - self.events
             self._room_for_more()
-            until, ahead = count, targets.part(done)
+            until = count
             begin = self.start.state.theta if self.leg is None else np.array(self.leg.end)
             leg = drive.leg(first + done, begin)
             if leg is not None:
                 self._take(leg)
-                until, ahead = done + 1, ahead._replace(began=self.origin.began)
+                until, targets = done + 1, targets._replace(began=self.origin.began)
             reason, reached = loop.follow(
-                *self.work, high[done:until], low[done:until], ahead, left, MOST_WORK
+                *self.work, high[done:until], low[done:until], targets, done, left, MOST_WORK
             )
             done += reached
             if logs:
@@ -187,11 +186,11 @@ class ExactSimulation(Simulation):
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.work = roomier(self.work)
 
-    def single(self, direction: int, most: int, at_once: int = MOST_WORK) -> Iterator[int]:
+    def single(self, direction: int, most: int) -> Iterator[int]:
         """Rearrange at the present theta, else after a ramp; yield why the loop returned.
 
-        The loop returns soon after `most` events or, each time, `at_once`; the next iteration
-        continues. `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
+        The loop returns soon after `most` events, and every so often; the next iteration continues.
+        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, is the end.
         """
         high, low = self.load()
         if direction != 0 and self.chain.rates:  # else no force depends on theta
@@ -199,10 +198,9 @@ class ExactSimulation(Simulation):
         target = np.array([high]), np.array([low]), NOTHING
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - self.events, at_once)
             self._room_for_more()
             self.work.now["single"] = 1
-            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK)
+            reason, _ = loop.follow(*self.work, *target, 0, most - self.events, MOST_WORK)
             yield reason
 
     def drain(self) -> NDArray[Any]:
@@ -362,9 +360,7 @@ class Exact(Solver):
         simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
         logs: list[NDArray[Any]] = []
         ended = Ending(Stop.DONE)
-        late = limits.at < math.inf and limits.passed()  # then compute one event all the same
-        at_once = 1 if late else MOST_WORK
-        for reason in simulation.single(direction, limits.events_left, at_once):
+        for reason in simulation.single(direction, limits.events_left):
             rows = simulation.drain()
             logs.append(rows[rows["kind"] != layout.REST_ROW])
             stop = limits.stop(simulation.events) if reason in _GOES_ON else None
