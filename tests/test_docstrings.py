@@ -18,9 +18,9 @@ from numpydoc.docscrape import NumpyDocString
 from numpydoc.validate import validate
 
 import exactcreep
-from exactcreep.solvers.exact.solver import Logged
-from exactcreep.studies.thresholds.edge import CreepEdge
+from exactcreep.solvers.exact.estimated import Estimated
 from exactcreep.studies.thresholds.intercept import Intercept
+from exactcreep.studies.thresholds.threshold import CreepEdge
 from tests.processes import finished
 
 PACKAGE = Path(exactcreep.__file__).parent
@@ -111,7 +111,7 @@ def _completed(kind: type) -> set[str]:
 
 
 TYPES = [kind for kind in PUBLIC.values() if isinstance(kind, type)]
-TYPES += [Logged, CreepEdge, Intercept]
+TYPES += [Estimated, CreepEdge, Intercept]
 
 
 @pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -199,18 +200,6 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.3g} {unit}"
 
 
-def value_text(value: Any) -> str:
-    """Return one value of a setting, in short."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {value_text(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return f"({len(value)} values)"
-    try:
-        return f"{float(value):.6g}"
-    except (TypeError, ValueError):
-        return str(value)
-
-
 # --- answers --------------------------------------------------------------------------------------
 
 
@@ -232,6 +221,11 @@ def distinct(**files: Path | None) -> None:
     for name, path in files.items():
         if path is not None and (first := named.setdefault(path.resolve(), name)) != name:
             raise exactcreep.InputError(name, str(path), f"must not be the file of {first}")
+
+
+def drawing(function: str, *arguments: Any) -> Callable[[], Any]:
+    """Return what draws by a ``module:function`` of `exactcreep.figures`, imported only then."""
+    return lambda: resolve_name(f"exactcreep.figures.{function}")(*arguments)
 
 
 @Parameter(name="*")
@@ -283,10 +277,8 @@ class Printed:
         """
 
         def write_picture(path: Path, *, force: bool) -> None:
-            from exactcreep.figures import style
-
-            if draw is not None:
-                style.save_picture(draw(), path, force=force)
+            figure = draw and draw()  # imports matplotlib
+            resolve_name("exactcreep.figures.style:save_picture")(figure, path, force=force)
 
         preparation.ended()  # what was found in time is delivered
         written, failed = list[Path](), None

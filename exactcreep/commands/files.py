@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 import exactcreep
-from exactcreep.commands.answer import Drawing, Output, Printed, put
+from exactcreep.commands.answer import Drawing, Output, Printed, drawing, put
 from exactcreep.commands.values import (
     File,
     Flag,
@@ -102,7 +102,7 @@ def show(
     exactcreep show run.nc --half-cycle 37 --window 10 --out inside.pdf
     """
     from exactcreep.commands.run import known_text
-    from exactcreep.figures.run import draw_run, inside
+    from exactcreep.figures.run import inside
     from exactcreep.watch.limits import Limits
 
     output = Output(plot=out or run.with_suffix(".png"), force=force)
@@ -115,8 +115,7 @@ def show(
         view = inside(seen, around, wide or 1, limits, display.show)
     said = partial(put, f"trajectory {known_text(seen)}")
     remark = "" if view else "nothing is drawn from inside: no rearrangement, or more than 20000"
-    draw = partial(draw_run, seen, run.stem, view)
-    output.deliver({}, said, draw=draw, remark=remark)
+    output.deliver({}, said, draw=drawing("run:draw_run", seen, run.stem, view), remark=remark)
 
 
 def animate(
@@ -149,7 +148,7 @@ def animate(
 
     Examples
     --------
-    exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
+    exactcreep animate six-sliders-cycles --rearrangement 5 --out one.gif
     exactcreep animate thirty-sliders-cycles --frames 60
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche

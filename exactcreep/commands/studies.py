@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,6 +19,7 @@ from exactcreep.commands.answer import (
     Drawing,
     Output,
     Printed,
+    drawing,
     duration,
     put,
     say,
@@ -33,7 +35,6 @@ from exactcreep.commands.values import (
     SceneName,
     Settings,
     Whole,
-    described,
     scene_of,
     taken,
     whole,
@@ -86,7 +87,7 @@ QUESTIONS = {
         Output,
         (
             "--n 6 --amplitude 0.000969",
-            "--n 6 --amplitude 0.000984 --cycles 50000 --plot lives.png",
+            "--n 6 --amplitude 0.000984 --plot lives.png",
         ),
     ),
 }
@@ -146,28 +147,33 @@ def question(command: str) -> Callable[..., None]:
 
 
 def _docstring(public: Callable[..., Any], examples: Sequence[str]) -> str:
-    """Return a function's docstring up to its sections, with exit statuses and examples."""
-    text = f"{inspect.getdoc(public)}".partition("\n\nParameters\n")[0]
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far)."
-    return "\n".join([text, "", status, "", "Examples", "--------", *examples])
+    """Return a function's docstring and its parameters, with exit statuses and examples."""
+    text, _, sections = f"{inspect.getdoc(public)}".replace("`", "").partition("\nParameters\n")
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit (with the part known so far).\n"
+    parameters = sections.partition("\nReturns\n")[0]
+    parameters = re.sub(r"(?<=\n) .*(\n .*)+", _unfolded, parameters)
+    return "\n".join([text, status, "Parameters", parameters, "Examples", "--------", *examples])
+
+
+def _unfolded(lines: re.Match[str]) -> str:
+    return "    " + " ".join(lines[0].split())
 
 
 def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
-    said, options = described(public), list[inspect.Parameter]()
+    options = list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
-            default, kind = _as_text(own.default), _kind(own, said.get(own.name, ""))
-            options.append(inspect.Parameter(own.name, _KEYWORD, default=default, annotation=kind))
+            default = _as_text(own.default)
+            options.append(own.replace(kind=_KEYWORD, default=default, annotation=_kind(own)))
     chain = inspect.Parameter("chain", _KEYWORD, annotation=ChainOptions)
     output = inspect.Parameter("output", _KEYWORD, default=group(), annotation=group)
     return inspect.Signature([chain, *options, output])
 
 
-def _kind(own: inspect.Parameter, about: str) -> Any:
+def _kind(own: inspect.Parameter) -> Any:
     """Return the annotation of a parameter of a public function on the command line."""
-    annotation, named = str(own.annotation), dict[str, Any](help=about)
-    if own.name in _FLAGS:
-        named["name"] = _FLAGS[own.name]
+    annotation = str(own.annotation)
+    named: dict[str, Any] = {"name": _FLAGS[own.name]} if own.name in _FLAGS else {}
     if "State" in annotation:
         named = {"name": "--start-tension", "help": _START}
     if annotation == "bool":
@@ -223,7 +229,7 @@ def compare(
     --------
     exactcreep compare six-sliders-cycles
     exactcreep compare thirty-sliders-cycles --events 300 --json
-    exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot compared.png
+    exactcreep compare six-sliders-cycles --seeds 16 --plot compared.png
     """
     from exactcreep.studies import comparison
     from exactcreep.studies.compare import ladder
@@ -250,12 +256,8 @@ def compare(
         )
     about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
-    def draw() -> Any:
-        from exactcreep.figures.compare import draw_compared
-
-        return draw_compared(data, title)
-
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
+    draw = drawing("compare:draw_compared", data, title)
     output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 

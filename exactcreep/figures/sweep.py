@@ -36,7 +36,6 @@ from exactcreep.laws import Prediction, prediction_of
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.uniform import END_FORCES, EXPANSION
-from exactcreep.quasistatic.statistics import mean_over_seeds
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.sweep import SEED, dimensions
 
@@ -94,8 +93,8 @@ def points_of(dataset: xr.Dataset, most: int | None = None) -> list[Point]:
         own = {key.rpartition(".")[2]: exact_or_same(value) for key, (_, value) in pairs.items()}
         varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
         here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
-        velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
-        mean, off = map(float, mean_over_seeds(velocity, error))
+        name = "velocity_mean" if SEED in vary else "velocity"
+        mean, off = float(here[name]), float(here[f"{name}_error"])
         points.append(Point(varied, mean, off, shared | own, here))
     return points
 

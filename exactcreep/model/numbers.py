@@ -214,6 +214,22 @@ def in_full(value: float, digits: int = 3, sign: str = "") -> str:
     return f"{float(f'{value:.{digits}g}'):{sign}.12g}"
 
 
+def in_short(value: Any) -> str:
+    """Return one value of a setting for a table or a legend; of a long list its ends.
+
+    >>> in_short("1/4"), in_short([0.4, 0.5, 0.4]), in_short({"size": "1e-6", "seed": 1})
+    ('1/4', '0.4 to 0.5', 'size 1e-06, seed 1')
+    """
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {in_short(part)}" for key, part in value.items())
+    try:
+        known = [float(part) for part in value] if isinstance(value, list) else [float(value)]
+        ends, between = ((min(known), max(known)), " to ") if len(known) > 2 else (known, " and ")
+        return between.join(f"{end:.6g}" for end in ends)
+    except (TypeError, ValueError):
+        return re.sub(r'[{}\[\]":]', "", str(value))[:40]
+
+
 def is_missing(value: Any) -> bool:
     """Return whether a value is missing: None, or an empty text."""
     return value is None or (isinstance(value, str) and value == "")
