@@ -100,7 +100,6 @@ def attribute_of(name: str) -> str:
 def reader_of(name: str) -> Callable[[Any], Any]:
     """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
-    count = partial(whole_number, name=name, least=0, most=_MOST)
-    if hasattr(kind, "__args__"):
-        return lambda text: dict(json.loads(text))
-    return count if kind in (int, int | None) else kind
+    if kind in (int, int | None):
+        return partial(whole_number, name=name, least=0, most=_MOST)
+    return (lambda text: dict(json.loads(text))) if hasattr(kind, "__args__") else kind

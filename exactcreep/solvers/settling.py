@@ -98,12 +98,6 @@ class SettlingSearch:
         self._advances = np.empty(0, dtype=np.int64)
         self._half: list[NDArray[Any]] | None = None  # rows of a cycle that is not complete
 
-    def copies(self) -> list[SettlingSearch]:
-        """Return searches from two starts that differ by a few rounding errors."""
-        chain, start = self.simulation.chain, self.simulation.start.state
-        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
-                for of in NEAR_COPIES]  # fmt: skip
-
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
         """Continue until the chain has settled, has had its cycles, or a limit is reached.
 
@@ -199,6 +193,12 @@ class SettlingSearch:
         simulation.follow(self.drive, 2 * self.cycles + 1, 2 * period)
         after = np.array([simulation.cell(row) for row in _FORCES])
         return float(np.abs(after - before).max())
+
+    def copies(self) -> list[SettlingSearch]:
+        """Return searches from two starts that differ by a few rounding errors."""
+        chain, start = self.simulation.chain, self.simulation.start.state
+        return [SettlingSearch(chain, self.drive, perturbed(chain, start, *of)[1])
+                for of in NEAR_COPIES]  # fmt: skip
 
     def recording(self) -> ExactSimulation:
         """Return a simulation that goes on from the present end of a cycle, and records events."""

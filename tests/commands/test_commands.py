@@ -32,8 +32,20 @@ EVERY = {
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": (
-        ("two-sliders-cycles", "--set", "drive.cycles=100", "--seeds", "2", "--events", "20",
-         "--dts", "0.5", "--digits", "20"), "out plot",
+        (
+            "two-sliders-cycles",
+            "--set",
+            "drive.cycles=100",
+            "--seeds",
+            "2",
+            "--events",
+            "20",
+            "--dts",
+            "0.5",
+            "--digits",
+            "20",
+        ),
+        "out plot",
     ),
 }
 ENDINGS = {"out": ".nc", "plot": ".png"}
@@ -159,7 +171,7 @@ def test_show_draws_the_half_cycles_asked_for(command: Command, drawn: list[Figu
         ("xyzzy", "No such command 'xyzzy'"),
         (f"{SEARCH} --n 0", "n = "),
         (f"{SEARCH} --tan-alpha 0.6", "tan_alpha"),
-        (f"{SEARCH} --bracket 0.0001 0.0002", "bracket"),
+        (f"{SEARCH} --bracket 0.0001 0.0002", "--from LO --to HI --points 1"),
         (f"{SEARCH} --from 0.001 --to 0.002", "from"),
         (f"{SEARCH} --mu-s 0.5 --tan-alpha 0.1", "tan_alpha = "),
         (f"{SEARCH} --solver verlet", "solver"),

@@ -165,41 +165,38 @@ def numerical_fate(
         if stop is not Stop.BUDGET:
             break
     simulation, drive = search.simulation, search.drive
-    evidence, outcome = simulation.evidence, Outcome.LIMIT
-    details: dict[str, Any] = {"advanced_until": search.advanced_until}
+    known: dict[str, Any] = {"outcome": Outcome.LIMIT, "evidence": simulation.evidence}
+    known |= {"reason": reason, "advanced_until": search.advanced_until}
     if (settled := search.settled) is not None:
         moved, itinerary = _one_period(search, settled)
         count = sum(len(events) for _, events in itinerary)
         noise = nearest_float(rounding_of(simulation.chain)) * count
         advance = moved if abs(moved) > noise else 0.0
-        details |= {"settled_after": settled.since, "period": settled.period}
-        details |= {"advance": advance, "itinerary": itinerary}
-        outcome = Outcome.CREEPING if advance else Outcome.CYCLING
-        if not itinerary:
-            outcome = Outcome.AT_REST
+        known |= {"settled_after": settled.since, "period": settled.period}
+        known |= {"advance": advance, "itinerary": itinerary, "outcome": Outcome.AT_REST}
+        if itinerary:
+            known["outcome"] = Outcome.CREEPING if advance else Outcome.CYCLING
         if settled.apart:
-            evidence = Evidence.UNDECIDED
             reason = f"the forces return to within {settled.apart:.1e} m g, not bit for bit"
+            known |= {"evidence": Evidence.UNDECIDED, "reason": reason}
     elif stop is Stop.RUNAWAY:
-        outcome = Outcome.RUNAWAY
-    elif stop is Stop.DONE and (approach := _approach(search)):
-        outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
-        reason, details = approach
+        known["outcome"] = Outcome.RUNAWAY
     elif not reason:
-        reason = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
+        why = f"not settled with a period up to {LONGEST_PERIOD} within {drive.cycles} cycles"
+        known |= _approach(search) or {"reason": why}
     report = {"events": simulation.tally.events, "undecided": simulation.tally.undecided}
     fate = Fate(
-        simulation.chain, drive.amplitude, start, "exact", outcome, evidence, search.cycles,
-        reason=reason, report=report, **details,
+        simulation.chain, drive.amplitude, start, "exact", cycles=search.cycles, report=report,
+        **known,
     )  # fmt: skip
     return fate, stop
 
 
-def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | None:
-    """Return how the forces approach a locked cycle, and the facts of the approach, or None."""
+def _approach(search: solvers.SettlingSearch) -> dict[str, Any]:
+    """Return what is known of a fate if the forces approach a locked cycle; else nothing."""
     chain, approach = search.simulation.chain, search.approaching()
     if approach is None:
-        return None
+        return {}
     simulation = search.recording()
     drive, log, forces = Cycles(search.drive.amplitude, 1), [], []
     for half in (1, 2):
@@ -209,17 +206,17 @@ def _approach(search: solvers.SettlingSearch) -> tuple[str, dict[str, Any]] | No
     slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
     resting = [n for n in range(1, chain.n + 1) if n not in slipping]
     if not resting:
-        return None
-    left = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
+        return {}
+    rooms = np.array(chain.each("mu_s", chain.times_cosine)) - np.abs(forces).max(axis=0)
     # the room that the driven sliders have left decides how often they slip
-    room = float(left[[*chain.rates, *(n - 1 for n in resting)]].min())
+    room = float(rooms[[*chain.rates, *(n - 1 for n in resting)]].min())
     if approach.ahead >= room:
-        return None
-    reason = (
-        f"{approach.reason}, have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a"
-        " slip"
-    )
-    return reason, {
+        return {}
+    left = f"have {approach.ahead:.1e} to go, and sliders at rest {room:.1e} to a slip"
+    return {
+        "outcome": Outcome.CYCLING,
+        "evidence": Evidence.UNDECIDED,
+        "reason": f"{approach.reason}, {left}",
         "marginal": True,
         "period": 1,
         "advance": 0.0,
