@@ -21,20 +21,21 @@ def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
     """Draw one mark for each method: its error over its time, with the ranges of both.
 
     The legend says after how many events the first wrong one comes. The proved errors are far below
-    the others, and stand at the lower edge, as marks without an error do.
+    the others, and stand at the lower edge with an arrow, as marks without an error do.
     """
     figure, rows = new_figure(7.0, 5.4, title), table(data)
     rows = rows[rows.error.notna() & rows.seconds.notna()]
     known = rows.error_low[(rows.error_low > 0) & (rows.solver != "certified")]
     floor, axes = known.min() / 10 if known.size else 1e-18, figure.subplots()
     for (name, row), ink in zip(rows.iterrows(), cycle(INKS), strict=False):
-        low, value, high = (max(one, floor) for one in (row.error_low, row.error, row.error_high))
+        value, high, below = max(row.error, floor), max(row.error_high, floor), row.error < floor
+        low = max(row.error_low, floor / 10 if below else floor)
         proved = f", error {row.error:.0e} proved" * (row.solver == "certified")
         axes.errorbar(
             row.seconds, value, [[value - low], [high - value]],
             [[row.seconds - row.fastest], [row.slowest - row.seconds]],
             fmt=_MARKS.get(row.solver, "D"), color=ink, capsize=2,
-            label=f"{name}: {_wrong(row)}{proved}",
+            uplims=below, label=f"{name}: {_wrong(row)}{proved}",
         )  # fmt: skip
     axes.set(xscale="log", yscale="log", xlabel="processor time per half-cycle (s)")
     axes.set_ylabel(f"largest error of a position {LENGTH}\nbefore any method is wrong")
