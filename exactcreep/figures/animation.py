@@ -186,7 +186,7 @@ def _draw_curves(axes: Axes, motion: Rearrangement, count: int) -> None:
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), count)
     curves = _moved(motion, times)
     active = np.flatnonzero(np.abs(curves).max(axis=1) > 0).tolist()
-    ramp = colormaps["cividis"](np.linspace(0, 1, len(active)))
+    ramp = colormaps["cividis"](np.linspace(0, 0.8, len(active)))  # yellow is faint
     for slider, ink in zip(active, ramp, strict=True):
         few = len(active) <= _NAMED or slider in (active[0], active[-1])
         label = f"slider {slider + 1}" if few else None
