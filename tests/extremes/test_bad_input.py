@@ -115,7 +115,7 @@ EXPERIMENT = Scene.from_text(SCENE).experiment()
 CALLS: list[Callable[[Any, Any], Any]] = [
     *(lambda a, b, name=name: Chain(**GOOD | {name: a}) for name in GOOD),
     lambda a, b: Targets([0, a, b]), lambda a, b: State.prepared(CHAIN, [a, b]),
-    lambda a, b: disorder.dilation(GaussianSteps(1, 2), a, b),
+    lambda a, b: disorder.dilations(GaussianSteps(1, 2), a, b, 1),
     lambda a, b: State.prepared(CHAIN, [0, 0], theta=a, seed=b),
     lambda a, b: State.perturbed(CHAIN, a, start_seed=b),
     lambda a, b: disorder.static_coefficient(CHAIN, a, 1, 0),
