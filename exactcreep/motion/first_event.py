@@ -87,11 +87,6 @@ class EventFunction:
     grazes: int = 0
     refinements: int = 0
 
-    def is_same(self, other: EventFunction) -> bool:
-        """Return whether the two are one function of time, so that their sliders act together."""
-        start = self.side and (self.sign, self.terms) == (other.sign, other.terms)
-        return self is other or bool(start and self.value == other.value)
-
     def __call__(self, t: Any) -> tuple[Any, Any]:
         """Return value and slope at `t`."""
         if self.side == 0:
@@ -150,10 +145,9 @@ class Search:
             if leader.last is None:
                 self._evaluate(leader)
                 continue
-            together = [w for w in self.functions if w.is_same(leader)]
-            rivals = [w for w in self.functions if not (w in together or w.safe > leader.last)]
+            rivals = [w for w in self.functions if w is not leader and not w.safe > leader.last]
             if not rivals:
-                return together
+                return [leader]
             if leader.refinements < EARLY_REFINEMENTS and self.refine(leader):
                 continue
             loose = [w for w in rivals if w.last is None]
@@ -163,11 +157,11 @@ class Search:
             if sum(self.refine(w) for w in [leader, *rivals]):
                 continue
             if leader.last == 0:  # at once, together with all others that begin at time 0
-                return [*together, *(w for w in rivals if w.last == 0)]
+                return [leader, *(w for w in rivals if w.last == 0)]
             if not self.assume:
                 raise Undecided("two events are too close to be told apart")
             self.undecided += len(rivals)
-            return [*together, *rivals]
+            return [leader, *rivals]
         return []
 
     def refine(self, function: EventFunction) -> bool:

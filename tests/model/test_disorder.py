@@ -46,7 +46,7 @@ def test_what_is_drawn_is_what_it_always_was():
     for (seed, n, k), value in COEFFICIENTS.items():
         assert disorder.static_coefficient(CHAIN, seed, n, k) == value
     for (seed, q), value in DILATIONS.items():
-        assert disorder.dilation(DRIVE, seed, q) == value
+        assert disorder.dilations(DRIVE, seed, q, 1) == value
         assert DRIVE.exact_target(q, seed) == Fraction(value)
 
 
