@@ -93,12 +93,6 @@ class Session(Output):
     max_seconds: Seconds | None = None
     workers: Workers = None
 
-    def limits(self) -> Limits:
-        """Return the limits of the command; the time begins now, at its first line."""
-        from exactcreep.watch.limits import Limits
-
-        return Limits.of(self.max_events, self.max_seconds)
-
     def run(self, limits: Limits, wanted: Scene, kept: Checkpoint | None) -> None:
         """Run a scene, then save, draw and print its result, and exit with its status."""
         from exactcreep.quasistatic.creep import run_alone
@@ -283,8 +277,9 @@ def run(
     exactcreep run two-sliders-cycles --set vary.chain.n=[2,3] --seeds 100
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
+    from exactcreep.watch.limits import Limits
 
-    limits = session.limits()
+    limits = Limits.of(session.max_events, session.max_seconds)  # the time begins now
     names = None
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
@@ -313,14 +308,12 @@ def run(
 def _measured(result: Creep) -> str:
     from exactcreep.model.numbers import with_error
 
-    value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure
-    if result.velocity_text is not None and known is not None:
-        radius = f", known to {known.radius_text()}" if known.radius else ""
+    value, error = result.velocity, result.velocity_error
+    if result.velocity_text is not None:
+        radius = f", known to {result.velocity_radius}" if result.velocity_radius else ""
         return f"{result.velocity_text} (standard error {error:.2g}{radius})"
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
-    if math.isnan(error):
-        return f"{value:.6g}"
     return with_error(value, error)
 
 
