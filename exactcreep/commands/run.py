@@ -135,10 +135,12 @@ class Session(Output):
 
     def _holds(self, experiment: Experiment) -> bool:
         """Return whether the file of the result holds an earlier part of the same run."""
+        from exactcreep.model.result import alike
+
         with suppress(exactcreep.InputError):
             if self.out is not None:
                 known = exactcreep.Creep.load(self.out).experiment
-                return known.description() == experiment.description()
+                return alike(known.description(), experiment.description())
         return False
 
     def sweep(self, limits: Limits, wanted: Scene) -> None:

@@ -299,6 +299,7 @@ class TemperatureRecord(Listed):
         )  # fmt: skip
 
     @classmethod
+    @refusing
     def readings(cls, file: str | os.PathLike[str], **options: Any) -> Readings:
         """Return the readings of a file with these options, including faulty ones.
 
