@@ -229,6 +229,8 @@ hours("influx_annotated", "#group,false,false,true,true,false,false,true,true\n#
   lambda k,h: f",,0,2031-06-01T00:00:00Z,2031-06-03T00:00:00Z,{h:%Y-%m-%dT%H:%M:%S}Z,{T[k]},temperature,roof", needs="_column", given={"time_column":"_time","temperature_column":"_value"})
 hours("aligned_decimal_commas", "date hour temp hum",
       lambda k, h: f"{h:%d.%m.%Y}   {h:%H:%M}   {comma(T[k])}   {RH[k]},0")
+hours("empty_at_the_end", "time,temp", lambda k, h: f"{h:%Y-%m-%d %H:%M},{T[k] if k < 46 else ''}",
+      readings=46, last=HOURS[45], low=min(T[:46]), high=max(T[:46]))
 hours("text_in_the_last_cell", "time,temperature,status",
       lambda k, h: f"{h:%Y-%m-%d %H:%M},{'error' if k == 47 else T[k]},ok", missing=1)
 hours("utc_and_local", "time local,time UTC,temp",
