@@ -16,7 +16,7 @@ PATIENCE = 300
 
 It ends a wait that would last for ever; it is no judgement of how fast the program is.
 """
-PROGRAM = (sys.executable, "-c", "from exactcreep.cli import main; main()")
+PROGRAM = (sys.executable, "-m", "exactcreep")
 
 
 def environment(**changed: str) -> dict[str, str]:

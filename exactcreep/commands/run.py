@@ -13,23 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import (
-    INTERRUPTED,
-    LIMIT,
-    STALE,
-    Output,
-    counted,
-    distinct,
-    drawing,
-    duration,
-    put,
-    say,
-    say_heading,
-    say_rows,
-    say_table,
-    say_written,
-    shown,
-)
+from exactcreep.commands import answer
 from exactcreep.commands.values import (
     File,
     Flag,
@@ -66,7 +50,7 @@ _ROUNDING = 1e-9  # relative; smaller differences from a law are rounding errors
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class Session(Output):
+class Session(answer.Output):
     """The output and the limits of a run.
 
     Parameters
@@ -93,12 +77,6 @@ class Session(Output):
     max_seconds: Seconds | None = None
     workers: Workers = None
 
-    def limits(self) -> Limits:
-        """Return the limits of the command; the time begins now, at its first line."""
-        from exactcreep.watch.limits import Limits
-
-        return Limits.of(self.max_events, self.max_seconds)
-
     def run(self, limits: Limits, wanted: Scene, kept: Checkpoint | None) -> None:
         """Run a scene, then save, draw and print its result, and exit with its status."""
         from exactcreep.quasistatic.creep import run_alone
@@ -112,29 +90,30 @@ class Session(Output):
             allowed = "needs x_G or rearrangements among the recorded quantities"
             raise exactcreep.InputError("plot", str(self.plot), allowed)
         status, remark = 0, ""
-        with shown(quiet=self.json) as display:
+        with answer.shown(quiet=self.json) as display:
             try:
                 result = run_alone(
                     member.experiment, progress=foretelling(display), limits=limits,
                     checkpoint=kept,
                 )  # fmt: skip
             except exactcreep.results.Interrupted as interrupted:
-                result, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
+                result, status, remark = interrupted.partial, answer.INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if kept else ""
         if not status and result.outcome is exactcreep.Outcome.LIMIT:
-            status = LIMIT
+            status = answer.LIMIT
         if kept is not None and kept.stale:
-            status, remark = max(status, STALE), f"{kept.stale}; it does not hold the last part"
-        moved = None if status == INTERRUPTED else _in_millimetres(result, member)
+            status = max(status, answer.STALE)
+            remark = f"{kept.stale}; it does not hold the last part"
+        moved = None if status == answer.INTERRUPTED else _in_millimetres(result, member)
         summary = {"scene": wanted.name, **result.summary()}
         if moved is not None:
             summary |= {"walk" if math.isnan(moved.time_unit) else "descent": moved.summary()}
 
         shape, drawn = ("run:draw_run", result) if moved is None else ("walk:draw_walk", moved)
-        draw = drawing(shape, drawn, wanted.title)
+        draw = answer.drawing(shape, drawn, wanted.title)
 
         def tell() -> None:
-            say_heading(wanted.name, wanted.title)
+            answer.say_heading(wanted.name, wanted.title)
             _print_run(result, moved)
 
         output.deliver(summary, tell, save=result.save, draw=draw, status=status, remark=remark)
@@ -176,28 +155,28 @@ class Session(Output):
                 runs[index] = result.summary()
 
         status, remark = 0, ""
-        with shown(wanted.name, quiet=self.json) as display:
+        with answer.shown(wanted.name, quiet=self.json) as display:
             try:
                 data = swept(
                     wanted, workers=whole(self.workers, "workers"), out=self.out, force=self.force,
                     progress=display.show, limits=limits, take=take,
                 )  # fmt: skip
             except exactcreep.results.Interrupted as interrupted:
-                data, status, remark = interrupted.partial, INTERRUPTED, "interrupted"
+                data, status, remark = interrupted.partial, answer.INTERRUPTED, "interrupted"
                 remark += "; the same command goes on" if self.out else ""
         if not status and not data["finished"].all():
-            status = LIMIT
+            status = answer.LIMIT
         settings = wanted.settings()
         members = [{"set": settings[index], **run} for index, run in sorted(runs.items())]
 
         def tell() -> None:
-            say_heading(wanted.name, wanted.title)
+            answer.say_heading(wanted.name, wanted.title)
             _print_grid(data)
 
         if self.out is not None:
-            say_written(self.out / "sweep.nc")
+            answer.say_written(self.out / "sweep.nc")
         summary = {"scene": wanted.name, "members": members}
-        draw = drawing("sweep:draw_sweep", data, wanted.title or wanted.name)
+        draw = answer.drawing("sweep:draw_sweep", data, wanted.title or wanted.name)
         output.deliver(summary, tell, draw=draw, status=status, remark=remark)
 
 
@@ -214,7 +193,8 @@ def foretelling(display: Display) -> Callable[[Progress], None]:
             share, left = progress.share, progress.seconds_left
             if left >= _WORTH_TELLING:  # false if it is not known yet
                 events = progress.events * (1 - share) / share  # a checkpoint may hold some
-                display.write(f"expected: about {events:.2g} more events in {duration(left)}")
+                rest = answer.duration(left)
+                display.write(f"expected: about {events:.2g} more events in {rest}")
             untold = math.isnan(left)
         display.show(progress)
 
@@ -285,8 +265,9 @@ def run(
     exactcreep run two-sliders-cycles --set vary.chain.n=[2,3] --seeds 100
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
+    from exactcreep.watch.limits import Limits
 
-    limits = session.limits()
+    limits = Limits.of(session.max_events, session.max_seconds)  # the time begins now
     names = None
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
@@ -296,7 +277,7 @@ def run(
     )  # fmt: skip
     if (count := whole(seeds, "seeds", most=10**6)) is not None:
         wanted = wanted.with_settings({"vary.run.seed": list(range(count))})
-    distinct(scene=Path(scene), checkpoint=checkpoint)
+    answer.distinct(scene=Path(scene), checkpoint=checkpoint)
     if not wanted.vary:
         kept = None
         if checkpoint is not None:
@@ -315,14 +296,12 @@ def run(
 def _measured(result: Creep) -> str:
     from exactcreep.model.numbers import with_error
 
-    value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure
-    if result.velocity_text is not None and known is not None:
-        radius = f", known to {known.radius_text()}" if known.radius else ""
+    value, error = result.velocity, result.velocity_error
+    if result.velocity_text is not None:
+        radius = f", known to {result.velocity_radius}" if result.velocity_radius else ""
         return f"{result.velocity_text} (standard error {error:.2g}{radius})"
     if not math.isfinite(value):
         return "not known" if math.isnan(value) else "unbounded"
-    if math.isnan(error):
-        return f"{value:.6g}"
     return with_error(value, error)
 
 
@@ -333,7 +312,8 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
     chain = [pair for pair in result.chain.parameters().items() if pair[0] != "n"]
     numbers = "".join(f", {name} = {in_short(value)}" for name, value in chain)
     options = "".join(f", {name} = {v}" for name, v in result.experiment.options.items())
-    say(f"N = {result.chain.n}{numbers}; solver {result.solver}{options}, seed {result.seed}")
+    solver = f"solver {result.solver}{options}, seed {result.seed}"
+    answer.say(f"N = {result.chain.n}{numbers}; {solver}")
     rows: list[tuple[str, Any]] = [
         ("outcome", result.sentence),
         ("trajectory", known_text(result)),
@@ -359,7 +339,7 @@ def _print_run(result: Creep, moved: Walk | None) -> None:
     reached = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
     rows.append(("counts", f"{reached}, {result.event_count} events, {result.slip_count} slips"))
     rows += [("outside the model", text) for text in _outside(result.warnings)]
-    say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
+    answer.say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
 
 
 def known_text(result: Creep) -> str:
@@ -434,21 +414,22 @@ def _print_grid(grid: xr.Dataset) -> None:
             *map(in_short, point.varied.values()), text,
             *beside(velocity, point.error, law.printed if law else ()),
             *beside(velocity, point.error, law.values if law else (), law.deviation if law else 0),
-            counted(own) if own.total() > 1 else next(iter(own)),
+            answer.counted(own) if own.total() > 1 else next(iter(own)),
         ))  # fmt: skip
     names = list(points[0].varied)
-    say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows,
+    answer.say_table((*names, "velocity", "paper", "off", "law", "off", "outcome"), rows,
               right=("paper", "law", "off"), folded=(*names, "outcome"))  # fmt: skip
     count = math.prod(grid.sizes[name] for name in names)
     if count > len(rows):
-        put(f"and {count - len(rows)} more")
+        answer.put(f"and {count - len(rows)} more")
     seeds = grid["velocity"].size // count
     of_seeds = f", {seeds} seeds each: means and their standard errors" if seeds > 1 else ""
-    put(f"{count} point{'s' * (count > 1)}{of_seeds}: {counted(_outcomes(grid))}")
-    put(f"trajectories: {counted(filter(None, grid['evidence'].values.flat))}")
-    put("off: velocity minus law, in standard errors and the deviation of the law, if it is known")
+    answer.put(f"{count} point{'s' * (count > 1)}{of_seeds}: {answer.counted(_outcomes(grid))}")
+    answer.put(f"trajectories: {answer.counted(filter(None, grid['evidence'].values.flat))}")
+    off = "in standard errors and the deviation of the law, if it is known"
+    answer.put(f"off: velocity minus law, {off}")
     if seeds == 1 or any(math.isnan(point.error) for point in points):
         runs = zip(grid["velocity"].values.flat, grid["velocity_reason"].values.flat, strict=True)
         reasons = Counter(str(why) for velocity, why in runs if math.isfinite(velocity) and why)
         for reason, count in reasons.items():
-            put(f"no standard error in {count} runs: {reason}")
+            answer.put(f"no standard error in {count} runs: {reason}")

@@ -13,22 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from cyclopts import Parameter
 
 import exactcreep
-from exactcreep.commands.answer import (
-    INTERRUPTED,
-    LIMIT,
-    Drawing,
-    Output,
-    Printed,
-    drawing,
-    duration,
-    put,
-    say,
-    say_heading,
-    say_rows,
-    say_summary,
-    say_table,
-    shown,
-)
+from exactcreep.commands import answer
 from exactcreep.commands.values import (
     ChainOptions,
     Number,
@@ -60,14 +45,14 @@ class Question(NamedTuple):
     """
 
     summary: str
-    group: type[Printed]
+    group: type[answer.Printed]
     examples: tuple[str, ...]
 
 
 QUESTIONS = {
     "threshold": Question(
         "Find the amplitude above which a chain creeps.",
-        Output,
+        answer.Output,
         (
             "--n 3 --digits 40",
             "--n 5 --after 20 --edges --json",
@@ -76,7 +61,7 @@ QUESTIONS = {
     ),
     "fate": Question(
         "Find out whether a chain without disorder rests, is locked (cycling) or creeps for ever.",
-        Drawing,
+        answer.Drawing,
         (
             "--n 5 --amplitude 0.000765",
             "--n 6 --amplitude 0.000969 --solver exact --plot fate.png",
@@ -84,14 +69,14 @@ QUESTIONS = {
     ),
     "survival": Question(
         "Follow many starts under temperature cycles and return how long each start creeps.",
-        Output,
+        answer.Output,
         (
             "--n 6 --amplitude 0.000969",
             "--n 6 --amplitude 0.000984 --plot lives.png",
         ),
     ),
 }
-_WRITTEN = Output()
+_WRITTEN = answer.Output()
 
 
 def write_dataset(data: xr.Dataset, path: Path, *, force: bool) -> None:
@@ -119,7 +104,7 @@ def question(command: str) -> Callable[..., None]:
             arguments["start"] = exactcreep.State.prepared(chain, [tension] * (chain.n - 1))
         output.check()
         # Ctrl-C returns a partial result, as the limit of time does
-        with shown(quiet=output.json) as display, interrupts.deferred():
+        with answer.shown(quiet=output.json) as display, interrupts.deferred():
             result = public(chain, **arguments, progress=display.show)
             interrupted = interrupts.waiting()
         limited = result.reason
@@ -129,15 +114,15 @@ def question(command: str) -> Callable[..., None]:
         summary = result.summary()
 
         def tell() -> None:
-            say(result.sentence[0].upper() + result.sentence[1:], markup=False)
-            say_summary(summary)
+            answer.say(result.sentence[0].upper() + result.sentence[1:], markup=False)
+            answer.say_summary(summary)
 
         output.deliver(
             summary,
             tell,
             save=lambda path, force: write_dataset(result.dataset, path, force=force),
             draw=lambda: result.plot(),  # noqa: PLW0108 - matplotlib is imported only here
-            status=INTERRUPTED if interrupted else LIMIT if limited else 0,
+            status=answer.INTERRUPTED if interrupted else answer.LIMIT if limited else 0,
             remark="interrupted: this is the part known so far" if interrupted else "",
         )
 
@@ -159,7 +144,7 @@ def _unfolded(lines: re.Match[str]) -> str:
     return "    " + " ".join(lines[0].split())
 
 
-def _signature(public: Callable[..., Any], group: type[Printed]) -> inspect.Signature:
+def _signature(public: Callable[..., Any], group: type[answer.Printed]) -> inspect.Signature:
     options = list[inspect.Parameter]()
     for own in inspect.signature(public).parameters.values():
         if own.name != "chain" and not any(word in str(own.annotation) for word in _UNSEEN):
@@ -193,7 +178,7 @@ def compare(
     events: Whole | None = None,
     seeds: Annotated[str | None, taken("SEEDS")] = None,
     max_seconds: Number | None = None,
-    output: Output = _WRITTEN,
+    output: answer.Output = _WRITTEN,
 ) -> None:
     """Say what a scene needs, and measure what accuracy costs.
 
@@ -239,16 +224,16 @@ def compare(
     many = whole(events, "events")
     output.check()
     if not output.json:
-        say_heading(compared.name, compared.title)
-        say_rows(needs(experiment).items())
-    with shown(quiet=output.json) as display:
+        answer.say_heading(compared.name, compared.title)
+        answer.say_rows(needs(experiment).items())
+    with answer.shown(quiet=output.json) as display:
         data = exactcreep.compare(
             experiment, methods, events=many, seeds=wanted, progress=display.show
         )
     about, title = {"scene": compared.name, "set": first}, compared.title or compared.name
 
     save, tell = partial(write_dataset, data), partial(_print_compared, data)
-    draw = drawing("compare:draw_compared", data, title)
+    draw = answer.drawing("compare:draw_compared", data, title)
     output.deliver({**about, **comparison.summary(data)}, tell, save=save, draw=draw)
 
 
@@ -263,15 +248,15 @@ def _print_compared(data: xr.Dataset) -> None:
         short = str(name).replace("dt = ", "")
         rows.append((
             short.replace(" digits", "").replace(",", ""), formatted(row.parted, ".0f"),
-            formatted(row.agreed, ".0f"), formatted(row.error, ".1e"), duration(row.seconds),
-            f"{duration(row.fastest)} to {duration(row.slowest)}",
+            formatted(row.agreed, ".0f"), formatted(row.error, ".1e"), answer.duration(row.seconds),
+            f"{answer.duration(row.fastest)} to {answer.duration(row.slowest)}",
             (bias_text(row) or "not resolved") if known else "-",
         ))  # fmt: skip
     names = ("parted", "after", "error", "time", "range", "bias %")
-    say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
+    answer.say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
     seeds, times = data.sizes["seed"], data.sizes["repetition"]
-    put(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
-    say_rows((
+    answer.put(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
+    answer.say_rows((
         ("parted", "number of seeds with a wrong event"),
         ("after", "right events before the first wrong event, median; inf: none is wrong"),
         ("error", "of positions until a method is wrong, g tau_dyn^2, median; certified: proved"),
@@ -279,4 +264,4 @@ def _print_compared(data: xr.Dataset) -> None:
         ("bias", "of the mean velocity against exact with the same disorder, at 95 %"),
         ("", f"{unresolved(data)} where this interval is wider than 10 %"),
     ))  # fmt: skip
-    say(f"[bold]{sentence(data)}[/bold]")
+    answer.say(f"[bold]{sentence(data)}[/bold]")

@@ -16,7 +16,7 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.contacts import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind, Itinerary
 
 LENGTH = "g tau_dyn^2"
 FORCE = "m g"
@@ -249,3 +249,25 @@ def events_of(rows: Iterable[EventRow]) -> Iterator[tuple[EventRow, Event]]:
         sliders = tuple(row.slider for row in together)
         signs = tuple(row.sign for row in together)
         yield first, Event(first.time, _KINDS[first.kind], sliders, signs)
+
+
+class LoggedRearrangement(NamedTuple):
+    """One rearrangement of a run: the target whose ramp caused it, counted from 1, and theta_c."""
+
+    half_cycle: int
+    theta: Any
+    events: tuple[Event, ...]
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """The events without their times."""
+        return tuple(event.signature for event in self.events)
+
+
+def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
+    """Return the rearrangements in recorded columns of events."""
+    out: list[LoggedRearrangement] = []
+    for _, group in groupby(logged_events(recorded), key=lambda pair: pair[0].rearrangement):
+        rows, events = zip(*group, strict=True)
+        out.append(LoggedRearrangement(rows[0].half_cycle, rows[0].theta, events))
+    return out

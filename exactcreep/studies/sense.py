@@ -14,9 +14,7 @@ from exactcreep.solvers.interface import require_slips
 
 CHAOTIC = 6
 """From this number of sliders on creep is chaotic and lasts for a limited time."""
-FATE, SURVIVAL, EDGE, IN_CYCLE, INTERCEPT = QUESTIONS = (
-    "fate", "survival", "edge", "edge in cycle", "intercept",
-)  # fmt: skip
+FATE, SURVIVAL, EDGE, IN_CYCLE, INTERCEPT = "fate", "survival", "edge", "edge in cycle", "intercept"
 _MOST_SLIPS = 10_000_000
 MOST_SLIDERS = 10_000
 """Most sliders in a question about many cycles; more could not keep a limit of time."""
@@ -25,7 +23,7 @@ _BALANCED = "`survival` counts the starts that creep one way or the other"
 
 
 class Asked(NamedTuple):
-    """One of `QUESTIONS` about a chain, of a fate at an amplitude."""
+    """A question about a chain, of a fate at an amplitude."""
 
     chain: Chain
     question: str
@@ -118,7 +116,7 @@ CASES = (
 
 
 def require_sense(chain: Any, question: str, amplitude: Fraction = Fraction(0)) -> None:
-    """Raise `InputError` for the first of `CASES` that applies to one of `QUESTIONS`."""
+    """Raise `InputError` for the first of `CASES` that applies to a question."""
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
     sliding = question == INTERCEPT or (question in _EDGES and chain.slides)

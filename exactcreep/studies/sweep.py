@@ -438,10 +438,6 @@ def _text(value: Any) -> str:
     return json.dumps(value, default=str)
 
 
-def _tables(scene: Scene) -> str:
-    return _text({name: dict(table) for name, table in scene.tables.items()})
-
-
 def _assembled(
     scene: Scene, experiments: list[Experiment], cells: Sequence[Mapping[str, Any]]
 ) -> xr.Dataset:
@@ -476,7 +472,7 @@ def _assembled(
         "format": FORMAT,
         "version": __version__,
         "scene": scene.name,
-        "tables": _tables(scene),
+        "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
         "vary": _text(dict(scene.vary)),
     }
     coordinates = {name: (name, _coordinate(scene.vary[key])) for key, name in dimension_of.items()}

@@ -24,7 +24,7 @@ SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
 EVERY = {
     "scenes": (("six-sliders-cycles",), ""),
     "run": (SHORT, "out plot"),
-    "show": (("run.nc",), "out.png"),
+    "show": (("run.nc", "--half-cycle", "4"), "out.png"),
     "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
     "record": (("days.csv",), "plot"),
     "roof": (("days.csv", "--length", "3", "--slope-degrees", "15"), "plot"),
@@ -106,6 +106,9 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
         bias, off = re.findall(r"^verlet 0\.5 .* (\S+) ± (\S+) *$", told.out, re.MULTILINE)[0]
         assert float(bias) == pytest.approx(100 * verlet["bias"], abs=0.1 * float(off))
         assert float(off) == pytest.approx(100 * verlet["bias_error"], rel=0.05)
+    if name == "show":
+        assert drawn[0].axes[1].get_title(loc="right") == "inside half-cycles 3 to 6"
+        assert "at most 8" in command("show", "run.nc", "--half-cycle", "9").sentence
     if name == "threshold":  # what is known when the time is over
         late = command(*line, "--max-seconds", "0")
         assert late.code == 3
@@ -135,14 +138,6 @@ def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> N
     short = ["--set", "drive.cycles=5", "--json"]
     mine = command("run", "mine.toml", *short).json
     assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
-
-
-def test_show_draws_the_half_cycles_asked_for(command: Command, drawn: list[Figure]) -> None:
-    assert command("run", *SHORT, "--out", "run.nc").code == 0
-    assert command("show", "run.nc", "--half-cycle", "4").code == 0
-    assert drawn[0].axes[1].get_title(loc="right") == "inside half-cycles 3 to 6"
-    assert Path("run.png").exists()
-    assert "at most 8" in command("show", "run.nc", "--half-cycle", "9", "--out", "b.png").sentence
 
 
 # --- refusals ------------------------------------------------------------------------------------

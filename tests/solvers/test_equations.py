@@ -30,7 +30,7 @@ from exactcreep import (
 )
 from exactcreep.model.enclosure import enclosure
 from exactcreep.solvers.registry import solver_named
-from exactcreep.studies.event_log import rearrangements
+from exactcreep.solvers.tables import rearrangements
 from tests.oracle.rearrangement import MP, Motion, Undecided, follow, integrate
 from tests.paper import captions, paper_chain, unlike_chain
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from exactcreep import Chain, Creep, Cycles, State, creep
 from exactcreep.model.enclosure import floats
 from exactcreep.solvers.registry import SOLVERS, solver_named
-from exactcreep.solvers.tables import COLUMNS, LOGS, RECORDS
-from exactcreep.studies.event_log import rearrangements
+from exactcreep.solvers.tables import COLUMNS, LOGS, RECORDS, rearrangements
 from tests.paper import paper_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::exactcreep.results.PhysicsWarning")

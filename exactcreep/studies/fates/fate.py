@@ -26,8 +26,8 @@ from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import interruptible
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.return_map import LONGEST_PERIOD, LimitCycle
+from exactcreep.solvers.tables import rearrangements
 from exactcreep.studies import fates
-from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.fate_result import Fate, Period
 from exactcreep.studies.sense import CHAOTIC, FATE, require_sense
 from exactcreep.watch.display import shows_progress

@@ -53,7 +53,7 @@ from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.simulation import CertifiedSimulation
 from exactcreep.solvers.field.tangent import Frame, TangentMechanics
 from exactcreep.solvers.interface import Start, simulate
-from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
+from exactcreep.solvers.tables import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.fate_result import Fate
 from exactcreep.watch.limits import NO_LIMITS, Limits, Stop
 

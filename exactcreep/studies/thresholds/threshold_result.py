@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import mpmath
 
-from exactcreep.laws import (
-    differing_intercept,
-    edges,
-    onset_amplitude,
-    threshold_amplitude,
-)
+from exactcreep.laws import differing_intercept, edges, onset_amplitude, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import plain_data

@@ -11,7 +11,7 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.results import Enclosure, Fate, Progress
-from exactcreep.studies.event_log import rearrangements
+from exactcreep.solvers.tables import rearrangements
 from exactcreep.studies.fates.proof import (
     Passed,
     ProvedFate,
