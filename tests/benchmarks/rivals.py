@@ -20,6 +20,7 @@ from scipy.integrate import solve_ivp
 
 from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
+from exactcreep.solvers.avalanche_table import AvalancheLog
 from exactcreep.solvers.interface import Simulation, Solver, Stretch, Tally
 from exactcreep.solvers.registry import SOLVERS
 from exactcreep.solvers.tables import record_arrays, rows_of
@@ -50,7 +51,7 @@ class Motion:
     def start(self, i, force):
         """Set a slider in motion."""
         self.sign[i] = math.copysign(1.0, force)
-        self.events.append(("start", i, int(self.sign[i]), self.time))
+        self.events.append(("start", i, int(self.sign[i]), self.time, self.x[i]))
 
     def rearrange(self, first, draw, fly):
         """Let `fly` integrate from event to event, until all rest; `draw` has new thresholds.
@@ -66,7 +67,7 @@ class Motion:
             if self.sign[i] == 0.0:
                 self.start(i, force)
                 continue
-            self.events.append(("stop", i, int(self.sign[i]), self.time))
+            self.events.append(("stop", i, int(self.sign[i]), self.time, self.x[i]))
             self.sign[i] = self.v[i] = 0.0
             self.thresholds[i] = draw(i)
             if abs(force) > self.thresholds[i]:
@@ -183,7 +184,10 @@ class RivalSimulation(Simulation):
 
     def follow(self, drive, first, count, limits=NO_LIMITS):
         """Take the chain to some targets."""
-        rows = {name: [] for name in ("x_G", *self.names)}
+        rows, log = (
+            {name: [] for name in ("x_G", *self.names)},
+            AvalancheLog(self.chain, self.names),
+        )
         l0, begin, q, stop = float(self.chain.l0), self.tally.events, first, Stop.DONE
         while q < first + count and stop is Stop.DONE:
             target = float(drive.targets(q, 1, self.seed)[0])
@@ -204,17 +208,20 @@ class RivalSimulation(Simulation):
             motion = Motion(self._forces(), self.chain.friction, self.thresholds)
             ends = np.array([0, self.chain.n - 1])[left == least]
             motion.rearrange(ends.tolist(), self._drawn, self.fly)
-            for number, (kind, i, sign, time) in enumerate(motion.events):
+            for number, (kind, i, sign, time, moved) in enumerate(motion.events):
                 event = Event(time, EventKind(kind), (i + 1,), (sign,))
                 at = q, self.tally.rearrangements, number, self.theta
-                rows.get("events", []).extend(rows_of(event, *at))
+                (row,) = rows_of(event, *at)
+                rows.get("events", []).append(row)
+                log.take(row, lambda: self.tensions, moved, math.nan, way)
+            log.rest(lambda: self.tensions, 0)
             self.tally.events += len(motion.events)
             self.tally.rearrangements += 1
             self.x += motion.x
             self.tensions += np.diff(motion.x)
             stop = limits.stop(self.tally.events - begin) or Stop.DONE
         reason = "" if stop is Stop.DONE else limits.reason(stop)
-        return Stretch(q - first, record_arrays(rows, self.chain.n), stop, reason)
+        return Stretch(q - first, record_arrays(rows | log.tables(), self.chain.n), stop, reason)
 
     def state(self):
         """Return the present state, at rest."""
@@ -231,7 +238,7 @@ class SciPy(Solver):
 
     rtol: float = 1e-9
     name: ClassVar[str] = "scipy"
-    records: ClassVar[tuple[str, ...]] = ("x_G", "x", "events")
+    records: ClassVar[tuple[str, ...]] = ("x_G", "x", "events", "slip_table")
     rearrange_from = None  # only runs are compared
 
     def simulation_from(self, start, record):
