@@ -119,7 +119,8 @@ def test_what_completes_on_tab_is_described(kind: type) -> None:
     inherited = {*dir(tuple), *dir(UserWarning), *getattr(kind, "__members__", ())}
     said = {word for one in kind.__mro__ for word in re.findall(r"\w+", one.__doc__ or "")}
     for name in _completed(kind) - inherited - said:
-        assert any(getattr(vars(one).get(name), "__doc__", "") for one in kind.__mro__), name
+        members = [vars(one)[name] for one in kind.__mro__ if name in vars(one)]
+        assert any(getattr(member, "__doc__", None) for member in members), name
 
 
 def test_a_run_has_few_attributes() -> None:

@@ -25,7 +25,6 @@ from exactcreep.laws.paper import threshold_amplitude
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
-from exactcreep.watch.limits import Limits
 from tests.paper import paper_chain
 
 TURNS = 3
@@ -52,21 +51,15 @@ class Exact:
         )
         self.drive, self.done = Cycles(amplitude, 10**9), 0
 
-    def run(self, seconds: float, least: int = 2) -> float:
-        """Go on for so long, and return the microseconds of a half-cycle."""
-        begin, count, stretch = time.thread_time(), 0, least
+    def run(self, seconds: float, least: int = 2) -> tuple[float, float]:
+        """Go on for so long; return microseconds per half-cycle and nanoseconds per event."""
+        before, begin, count, stretch = self.simulation.events, time.thread_time(), 0, least
         while count < least or time.thread_time() - begin < seconds:
             self.simulation.follow(self.drive, self.done + 1, stretch)
             self.done, count = self.done + stretch, count + stretch
             stretch = min(2 * stretch, 2000)
-        return 1e6 * (time.thread_time() - begin) / count
-
-    def per_event(self, events: int) -> float:
-        """Go on for about so many events, and return the nanoseconds of one."""
-        begin, before = time.thread_time(), self.simulation.events
-        stretch = self.simulation.follow(self.drive, self.done + 1, 10**6, Limits(events))
-        self.done += stretch.completed
-        return 1e9 * (time.thread_time() - begin) / (self.simulation.events - before)
+        spent = time.thread_time() - begin
+        return 1e6 * spent / count, 1e9 * spent / max(self.simulation.events - before, 1)
 
 
 def in_c(folder: str, members: int) -> Callable[..., float]:
@@ -99,7 +92,7 @@ def half_cycles(folder: str, seconds: float) -> Iterator[dict[str, Any]]:
                     continue  # nothing ever moves
                 turns = []
                 for _ in range(1 if n == 300 else TURNS):
-                    times = {"exact": exact.run(seconds)}
+                    times = {"exact": exact.run(seconds)[0]}
                     for step, members in RIVALS:
                         lanes = ", eight members in lanes" if members == 8 else ""
                         took = programs[members](n, amplitude, step, sigma, seconds)
@@ -116,6 +109,6 @@ if __name__ == "__main__":
     pd.DataFrame(rows).to_csv(FILE, index=False, float_format="%.3g")
     for size in LONG:
         chain = Exact(size, amplitudes(size)["1.37 Eq. 22"], "0.01")
-        chain.per_event(20_000)
-        least = min(chain.per_event(100_000) for _ in range(TURNS))
+        chain.run(0.0)
+        least = min(chain.run(0.0)[1] for _ in range(TURNS))
         print(f"N = {size}: {least:.0f} ns per event")

@@ -33,7 +33,7 @@ QUIETEST = Chain(2, "1e300", "0.5", "0.6", tan_alpha="0.25")
         (paper_chain(40), Cycles("0.002", 2), {}),
         (THREE, Cycles("0.0015", 4), {"solver": "sliding"}),
         (THREE, Cycles("0.0015", 4), {"solver": "verlet", "dt": "0.05"}),
-        (THREE, Cycles("0.0015", 1), {"solver": "certified"}),
+        (THREE, Cycles("0.0005", 1), {"solver": "certified"}),
     ],
     ids=["tables", "copies", "denormal", "long springs", "runaway", "long", "sliding", "verlet",
          "certified"],

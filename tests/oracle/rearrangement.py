@@ -10,7 +10,6 @@ of events, and every comparison would show it. Nothing of `exactcreep.motion` or
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -34,19 +33,6 @@ MOST_EVENTS, MOST_STEPS = 2000, 1000
 
 class Undecided(Exception):
     """A tie, or its length, keeps a trajectory from being one that floats can be held to."""
-
-
-@dataclass
-class Trajectory:
-    """What the integration came to; `exact` are times and displacements to forty digits."""
-
-    ramp: float = 0.0  # l0 (theta_c - theta)
-    times: list[float] = field(default_factory=list)
-    itinerary: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = field(default_factory=list)
-    displacements: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    tensions: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    draws: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    exact: list[Any] = field(default_factory=list)
 
 
 def number(value: Any) -> Any:
@@ -79,7 +65,8 @@ class Motion:
         slope = number(chain.tan_alpha)
         self.cosine = 1 / MP.sqrt(1 + slope**2)
         pulls = [number(chain.end_forces[0]), *[0] * (self.n - 2), number(chain.end_forces[1])]
-        bare = differences([number(tension) for tension in tensions])
+        self.tensions = [number(tension) for tension in tensions]  # where the load is zero
+        bare = differences(self.tensions)
         self.force = [a + b + slope * self.cosine for a, b in zip(bare, pulls, strict=True)]
         self.drag = [number(mu) * self.cosine for mu in chain.each("mu_d")]
         self.draws = np.array(draws, dtype=np.int64)
@@ -226,6 +213,11 @@ class Motion:
             self.begin(who)
             self.rest()
 
+    def present_tensions(self) -> list[float]:
+        pairs = pairwise(self.place)
+        parts = zip(self.tensions, self.expansion, pairs, strict=True)
+        return [float(begin - self.load * share + (b - a)) for begin, share, (a, b) in parts]
+
     def log(self) -> list[tuple[Any, tuple[str, tuple[int, ...], tuple[int, ...]]]]:
         """Return the time since its rearrangement began, and the signature, of every event."""
         return [
@@ -266,8 +258,8 @@ def first_roots(functions: list[tuple[list[Any], int]]) -> list[tuple[Any, int]]
 
 def integrate(
     chain: Chain, tensions: Sequence[Any], draws: Any, direction: int, seed: int
-) -> Trajectory:
-    """Return the rearrangement that follows a ramp in `direction` (0: none).
+) -> Motion:
+    """Return the chain at rest after a ramp in `direction` (0: none) and a rearrangement.
 
     `draws` says how many static coefficients each slider has had; the last of them holds.
 
@@ -279,28 +271,12 @@ def integrate(
     motion = Motion(chain, tensions, draws, seed)
     if direction and motion.events:
         raise Undecided("the chain is not at rest")
-    ramp = 0
     if direction:
         far, who = motion.next_starts(direction)
-        ramp = direction * far
-        motion.ramp(ramp)
+        motion.ramp(direction * far)
         motion.begin(who)
     motion.rest()
-    gained = [b - a for a, b in pairwise(motion.place)]
-    final = [
-        number(tension) - ramp * share + more
-        for tension, share, more in zip(tensions, motion.expansion, gained, strict=True)
-    ]
-    times = [time for time, *_ in motion.events]
-    return Trajectory(
-        ramp=float(ramp),
-        times=[float(time) for time in times],
-        itinerary=[signature for _, signature in motion.log()],
-        displacements=np.array([float(x) for x in motion.place]),
-        tensions=np.array([float(x) for x in final]),
-        draws=motion.draws,
-        exact=[*times, *motion.place],
-    )
+    return motion
 
 
 def follow(

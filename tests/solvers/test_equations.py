@@ -31,7 +31,7 @@ from exactcreep import (
 from exactcreep.model.enclosure import enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.tables import rearrangements
-from tests.oracle.rearrangement import MP, Trajectory, Undecided, follow, integrate
+from tests.oracle.rearrangement import MP, Motion, Undecided, follow, integrate
 from tests.paper import captions, paper_chain, unlike_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore:a static coefficient was drawn below")
@@ -44,7 +44,7 @@ SOLVERS: dict[str, tuple[dict[str, Any], float]] = {
 
 
 @cache
-def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
+def known() -> list[tuple[Chain, State, int, int, Motion]]:
     """Return chains, states, ways (0: stretched, not at rest), seeds, and what happens next."""
     rng, found = random.Random(1907), []
     for seed in range(36):
@@ -69,18 +69,19 @@ def known() -> list[tuple[Chain, State, int, int, Trajectory]]:
 def test_a_rearrangement_follows_the_equations_of_motion(solver: str) -> None:
     options, bound = SOLVERS[solver]
     for chain, state, way, seed, truth in known():
-        if solver == "verlet" and any(len(who) > 1 for _, who, _ in truth.itinerary):
+        events = tuple(signature for _, signature in truth.log())
+        if solver == "verlet" and any(len(who) > 1 for _, who, _ in events):
             continue  # it sees no ties
         found = rearrange(chain, state, direction=way, seed=seed, solver=solver, **options)
-        assert found.itinerary == tuple(truth.itinerary)
+        assert found.itinerary == events
         assert found.state.draws.tolist() == truth.draws.tolist()
         tensions = np.array([float(x) for x in found.state.tensions])
-        assert tensions == pytest.approx(truth.tensions, abs=bound)
+        assert tensions == pytest.approx(truth.present_tensions(), abs=bound)
         ramp = float(chain.l0) * (float(found.state.theta) - float(state.theta))
-        assert ramp == pytest.approx(truth.ramp, abs=bound)
+        assert ramp == pytest.approx(float(truth.load), abs=bound)
         if solver == "certified":
             balls = [*(event.time for event in found.events), *found.state.displacements]
-            assert_enclosed(balls, truth.exact)
+            assert_enclosed(balls, [*(time for time, *_ in truth.events), *truth.place])
 
 
 def assert_enclosed(balls: list[Any], truths: list[Any], known: F = F(1, 10**40)) -> None:

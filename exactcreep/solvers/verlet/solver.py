@@ -183,11 +183,6 @@ class VerletSimulation(Simulation):
         self.now["phase"] = steps.AT_REST
         self._begin()
 
-    def report(self) -> dict[str, Any]:
-        """Return the time step, how events are found, and the number of steps."""
-        dt, locate, taken = self.now[["dt", "locate", "steps"]][0].item()
-        return {"dt": dt, "locate": bool(locate), "steps": taken}
-
 
 @dataclass(frozen=True)
 class Verlet(Solver):
@@ -241,6 +236,6 @@ class Verlet(Solver):
         initial = replace(start.state, tensions=present.tensions, theta=present.theta)
         moved = simulation.follow(None, 1, 0, limits.after(simulation.tally.events))
         events = tuple(event for _, event in tables.logged_events(moved.recorded))
-        about = {"initial": initial, "events": events, "report": simulation.report()}
+        about: dict[str, Any] = {"initial": initial, "events": events}
         ended, decided = Ending(moved.stop, moved.reason), simulation.evidence
         return Rearrangement.of(simulation, self.name, ended, decided=decided, **about)

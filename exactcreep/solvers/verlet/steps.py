@@ -37,7 +37,7 @@ _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 
 COUNTS = ("rearrangements", "events", "slips", "draws_below_mu_d")
-_WHOLE = "n locate one_by_one phase steps movers low high target way number written"
+_WHOLE = "n locate one_by_one phase movers low high target way number written"
 NOW = np.dtype(
     [(name, np.float64) for name in ("l0", "cosine", "sigma", "dt", "theta", "time")]
     + [(name, np.int64) for name in (*COUNTS, *_WHOLE.split())]
@@ -46,7 +46,7 @@ NOW = np.dtype(
 """The chain and its present state. `one_by_one`: return after every rearrangement and every target;
 `low`, `high`: the ends of the window; `way`: the direction of the last ramp; `number`: the events
 of the rearrangement; `written`: the logged rows."""
-AT_REST_NOW = (*COUNTS, "theta", "steps")
+AT_REST_NOW = (*COUNTS, "theta")
 AT_REST_ROWS = ("tension", "coefficient", "place", "draws", "slips")
 """From these parts of `NOW` and `Sliders` a chain at rest goes on."""
 Sliders = namedtuple("Sliders", "tension expansion load pull coefficient threshold slack friction"
@@ -259,7 +259,6 @@ def follow(s, nows, log, targets, first, last_event, x_G):
         elif now.movers > 0:
             steps, hit = _steps(s, now.low, now.high, now.dt * now.dt, _PAUSE // now.n + 1)
             spent += steps * (now.high - now.low + 1)
-            now.steps += steps
             now.time += steps * now.dt
             if hit and now.locate:
                 now.time += _locate(s, now) * now.dt
