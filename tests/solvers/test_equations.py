@@ -163,39 +163,26 @@ def vectors(rng: random.Random, springs: int, targets: int) -> Targets:
 
 
 ALIKE: dict[str, Any] = {"n": 4, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": 0}
-SYMMETRIC = [
-    Chain(**ALIKE | differs)
-    for differs in (
-        {"expansion": [1, "0.5", 1]},
-        {"end_forces": ("0.1", "-0.1")},
-        {"mu_d": ["0.5", "0.4", "0.4", "0.5"], "mu_s": ["0.6"] * 4},
-    )
-]
 
 
 @cache
 def proved() -> list[Creep]:
-    """Return runs that are proved: along vectors, and with sliders that start together."""
+    """Return runs along vectors that are proved."""
     rng, runs = random.Random(81), []
-    for seed in range(8):
+    for seed in range(11):
         chain = unlike_chain(rng)
         drive = vectors(rng, chain.n - 1, 4)
         runs.append(creep(chain, drive, seed=seed, solver="certified"))
-    runs += [creep(chain, Cycles("0.0015", 2), solver="certified") for chain in SYMMETRIC]
     return [run for run in runs if run.evidence is Evidence.PROVED]
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_runs_along_vectors_and_of_symmetric_chains_are_the_proved_ones(solver: str) -> None:
+def test_runs_along_vectors_are_the_proved_ones(solver: str) -> None:
     options, bound = SOLVERS[solver]
     assert len(proved()) >= 10
     for run in proved():
-        symmetric = run.chain in SYMMETRIC
-        if symmetric and solver == "verlet":  # which sees no ties
-            continue
         found = creep(run.chain, run.drive, seed=run.seed, solver=solver, **options)
         assert (found.slip_count, found.event_count) == (run.slip_count, run.event_count)
-        assert found.slip_count >= found.event_count * symmetric  # two start, and two stop
         reached = [[float(x) for x in each.state.displacements] for each in (found, run)]
         assert reached[0] == pytest.approx(reached[1], abs=10 * bound)
 
