@@ -48,15 +48,12 @@ class Motion:
         self.sign[i] = math.copysign(1.0, force)
         self.events.append(("start", i, int(self.sign[i]), self.time, self.x[i]))
 
-    def rearrange(self, first, draw, fly):
-        """Let `fly` integrate from event to event, until all rest; `draw` has new thresholds.
-
-        It moves the sliders to their next event, and returns who has it and the time until then.
-        """
+    def rearrange(self, first, draw, rtol):
+        """Integrate from event to event until all rest; `draw` has new thresholds."""
         for i in first:
             self.start(i, self.pulls[i])
         while self.sign.any():
-            i, span = fly(self)
+            i, span = fly(self, rtol)
             self.time += span
             force = self.forces(self.x)[i]
             if self.sign[i] == 0.0:
@@ -69,36 +66,35 @@ class Motion:
                 self.start(i, force)
 
 
-def scipy_flight(rtol):
-    """Return a flight by SciPy's `solve_ivp` (DOP853) with terminal events."""
+def fly(motion, rtol):
+    """Move the sliders to their next event, by SciPy's `solve_ivp` (DOP853) with terminal events.
 
-    def fly(motion):
-        n, sign, held = motion.n, motion.sign, motion.thresholds
-        moves, drag = sign != 0.0, motion.friction * sign
+    Return who has it and the time until then.
+    """
+    n, sign, held = motion.n, motion.sign, motion.thresholds
+    moves, drag = sign != 0.0, motion.friction * sign
 
-        def slope(t, y):
-            return np.concatenate([y[n:], moves * (motion.forces(y[:n]) - drag)])
+    def slope(t, y):
+        return np.concatenate([y[n:], moves * (motion.forces(y[:n]) - drag)])
 
-        def slows(t, y, i):
-            return sign[i] * y[n + i]
+    def slows(t, y, i):
+        return sign[i] * y[n + i]
 
-        def holds(t, y, i):
-            return held[i] - abs(motion.forces(y[:n])[i])
+    def holds(t, y, i):
+        return held[i] - abs(motion.forces(y[:n])[i])
 
-        near = np.convolve(moves, [1, 1, 1])[1:-1].nonzero()[0].tolist()
-        events = [partial(slows if moves[i] else holds, i=i) for i in near]
-        for event in events:
-            event.terminal, event.direction = True, -1.0
-        done = solve_ivp(
-            slope, (0.0, LONGEST), np.concatenate([motion.x, motion.v]),
-            method="DOP853", rtol=rtol, atol=rtol * 1e-3, events=events,
-        )  # fmt: skip
-        assert done.status == 1
-        which = next(k for k, times in enumerate(done.t_events) if times.size)
-        motion.x, motion.v = np.split(done.y_events[which][0], 2)
-        return near[which], float(done.t_events[which][0])
-
-    return fly
+    near = np.convolve(moves, [1, 1, 1])[1:-1].nonzero()[0].tolist()
+    events = [partial(slows if moves[i] else holds, i=i) for i in near]
+    for event in events:
+        event.terminal, event.direction = True, -1.0
+    done = solve_ivp(
+        slope, (0.0, LONGEST), np.concatenate([motion.x, motion.v]),
+        method="DOP853", rtol=rtol, atol=rtol * 1e-3, events=events,
+    )  # fmt: skip
+    assert done.status == 1
+    which = next(k for k, times in enumerate(done.t_events) if times.size)
+    motion.x, motion.v = np.split(done.y_events[which][0], 2)
+    return near[which], float(done.t_events[which][0])
 
 
 class RivalSimulation(Simulation):
@@ -106,8 +102,8 @@ class RivalSimulation(Simulation):
 
     at_rest = True
 
-    def __init__(self, start, record, fly):
-        self.chain, self.seed, self.names, self.fly = start.chain, start.seed, record, fly
+    def __init__(self, start, record, rtol):
+        self.chain, self.seed, self.names, self.rtol = start.chain, start.seed, record, rtol
         self.contacts, self.tally = Contacts(start.chain, start.seed), Tally()
         self.theta, self.draws = float(start.state.theta), start.state.draws - 1
         self.tensions, self.x = start.state.tensions.copy(), start.state.displacements.copy()
@@ -146,7 +142,7 @@ class RivalSimulation(Simulation):
             self.tensions -= way * least
             motion = Motion(self._forces(), self.chain.friction, self.thresholds)
             ends = np.array([0, self.chain.n - 1])[left == least]
-            motion.rearrange(ends.tolist(), self._drawn, self.fly)
+            motion.rearrange(ends.tolist(), self._drawn, self.rtol)
             for number, (kind, i, sign, time, moved) in enumerate(motion.events):
                 event = Event(time, EventKind(kind), (i + 1,), (sign,))
                 at = q, self.tally.rearrangements, number, self.theta
@@ -182,7 +178,7 @@ class SciPy(Solver):
 
     def simulation_from(self, start, record):
         """Return a simulation from a start."""
-        return RivalSimulation(start, record, scipy_flight(float(self.rtol)))
+        return RivalSimulation(start, record, float(self.rtol))
 
 
 @contextmanager
