@@ -12,6 +12,7 @@ import numpy as np
 
 from exactcreep.model.chain import Chain, require_dilation
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, require_one_dilation
+from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.keyed_disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.numbers import (
     InputError,
@@ -21,7 +22,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.remarks import THETA_BEYOND_ONE, remark, warn
-from exactcreep.model.state import State, near_theta, require_finite
+from exactcreep.model.state import State, near_theta, of_parts, require_finite
 from exactcreep.model.targets import Listed, Targets
 from exactcreep.model.uniform import EXPANSION
 from exactcreep.records.temperature_record import TemperatureRecord
@@ -227,6 +228,18 @@ class Experiment:
             "start": start and vars(start),
             "record": list(self.record),
         }
+
+
+def experiment_of(described: Mapping[str, Any]) -> Experiment:
+    """Return the experiment of a `description` in a file, or raise any exception."""
+    drive, start = dict(described["drive"]), described["start"]
+    if start is not None:
+        theta = start["theta"]
+        middle = theta.middle if isinstance(theta, Enclosure) else theta
+        start = replace(of_parts({**start, "theta": middle}))
+    chain = Chain(**described["chain"])
+    made = {"chain": chain, "drive": drive_of_parameters(drive.pop("kind"), drive), "start": start}
+    return Experiment(**{**described, **made})
 
 
 def _valid_start(start: Any, chain: Chain, solver: Solver) -> State | None:

@@ -5,7 +5,6 @@ Summaries, files and grids of runs take their names and missing values from here
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from enum import Flag, auto
 from functools import partial
@@ -101,6 +100,8 @@ def reader_of(name: str) -> Callable[[Any], Any]:
     """Return the function that converts the value in a file to an entry."""
     kind = TYPES[name]
     count = partial(whole_number, name=name, least=0, most=_MOST)
+    if kind == int | None:
+        return lambda number: None if number is None else count(number)
     if hasattr(kind, "__args__"):
-        return lambda text: dict(json.loads(text))
-    return count if kind in (int, int | None) else kind
+        return dict
+    return count if kind is int else kind
